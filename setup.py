@@ -1,0 +1,37 @@
+import sys
+from glob import glob
+
+from setuptools import find_packages, setup
+
+package_name = 'obs_ros'
+
+data_files = [
+    ('share/ament_index/resource_index/packages', [f'resource/{package_name}']),
+    (f'share/{package_name}', ['package.xml']),
+    (f'share/{package_name}/config', sorted(glob('config/*.yaml'))),
+]
+# `ros2 run` looks in lib/obs_ros. colcon puts the executables there because of setup.cfg; pip
+# ignores that and fills bin/, so what pip builds carries launchers that lead from one to the other.
+if {'bdist_wheel', 'sdist'} & set(sys.argv):
+    data_files.append((f'lib/{package_name}', sorted(glob('tools/launchers/*'))))
+
+setup(
+    name=package_name,
+    version='0.1.0',
+    description='Live estimates of the hidden states and drifting parameters of a plant',
+    maintainer='obs_ros maintainers',
+    maintainer_email='maintainers@obs-ros.org',
+    license='Apache-2.0',
+    packages=find_packages(include=['obs_ros', 'obs_ros.*', 'plant_sim', 'plant_sim.*']),
+    data_files=data_files,
+    python_requires='>=3.11',
+    install_requires=['numpy>=1.26', 'scipy>=1.11'],
+    extras_require={'fast': ['numba'], 'plot': ['matplotlib'], 'test': ['pytest']},
+    zip_safe=True,
+    entry_points={
+        'console_scripts': [
+            'estimator = obs_ros.node.estimator:main',
+            'simulator = plant_sim.node:main',
+        ],
+    },
+)
