@@ -1,0 +1,28 @@
+"""A moment on the steady clock by which an answer is wanted."""
+
+import math
+import time
+
+
+class Deadline:
+    """`seconds` from now, or never (None). Raises ValueError when it is negative or NaN."""
+
+    def __init__(self, seconds: float | None = None) -> None:
+        if seconds is not None and not seconds >= 0.0:
+            raise ValueError(f'deadline {seconds} s is negative')
+        self._end = math.inf if seconds is None else time.monotonic() + seconds
+
+    @property
+    def never(self) -> bool:
+        """Whether there is all the time in the world."""
+        return math.isinf(self._end)
+
+    @property
+    def remaining(self) -> float:
+        """Seconds left; negative when it has passed."""
+        return self._end - time.monotonic()
+
+    @property
+    def passed(self) -> bool:
+        """Whether the time is over."""
+        return self.remaining <= 0.0

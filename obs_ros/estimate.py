@@ -1,0 +1,60 @@
+"""What every observer returns: values by name, how it went, and why."""
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from enum import StrEnum
+
+import numpy as np
+
+from obs_ros.typing import Array
+
+
+class Outcome(StrEnum):
+    """How an estimate came about; every estimate carries a message with the remedy."""
+
+    CONVERGED = 'converged'
+    DEADLINE = 'deadline'
+    NOT_IDENTIFIABLE = 'not_identifiable'
+    AT_BOUND = 'at_bound'
+    MODEL_MISMATCH = 'model_mismatch'
+    TOO_FEW_SAMPLES = 'too_few_samples'
+    STALE_OUTPUT = 'stale_output'
+    STALE_INPUT = 'stale_input'
+    DIVERGED = 'diverged'
+
+
+@dataclass(frozen=True)
+class Estimate:
+    """States and parameters of one window, with how far they can be trusted.
+
+    `t0` and `t1` (s) are the window's first and last sample; `initial_state` belongs to t0 and
+    `state` to t1. `times` (K,) and `states` (K, n) are the estimated states at every sample.
+    `stddev` is NaN where a standard deviation is not known. `cost` is what the search minimised;
+    `residual_rms` is over all measured values, `output_rms` per output, both in the outputs' units.
+    `stamp` is the newest output's stamp in ns where samples had one. Without a usable solution
+    (`usable` is False) the values are NaN.
+    """
+
+    parameters: Mapping[str, float]
+    initial_state: Mapping[str, float]
+    state: Mapping[str, float]
+    stddev: Mapping[str, float]
+    outcome: Outcome
+    message: str
+    t0: float
+    t1: float
+    cost: float = np.nan
+    residual_rms: float = np.nan
+    output_rms: Mapping[str, float] = field(default_factory=dict)
+    weak: tuple[str, ...] = ()
+    evaluations: int = 0
+    solve_time: float = 0.0
+    times: Array = field(default_factory=lambda: np.empty(0), repr=False)
+    states: Array = field(default_factory=lambda: np.empty((0, 0)), repr=False)
+    stamp: int | None = None
+
+    @property
+    def usable(self) -> bool:
+        """Whether every state and parameter is a finite number."""
+        values = (*self.parameters.values(), *self.initial_state.values(), *self.state.values())
+        return bool(np.isfinite(values).all())

@@ -1,0 +1,142 @@
+"""What a plant is: named variables with units and bounds, and two plain functions."""
+
+import math
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from typing import Any, Literal, get_args
+
+from obs_ros.registry import suggest
+
+Interpolation = Literal['hold', 'linear', 'mean']
+Integrator = Literal['rk4', 'euler']
+
+# f(t, x, u, p) -> one entry per state or output; entries are floats, or arrays over candidates.
+PlantFunction = Callable[[Any, Any, Any, Any], tuple[Any, ...]]
+
+
+@dataclass(frozen=True)
+class Variable:
+    """One state, input, output or parameter of a plant.
+
+    `lower` and `upper` bound it, in `unit`; `nominal` is its value when nobody estimates it.
+    `interpolation` says what an input does between its samples: `hold` the last one, run `linear`
+    to the next, or stay at the `mean` of both.
+
+    Raises ValueError for a name that is no identifier, crossed bounds or a nominal outside them.
+    """
+
+    name: str
+    unit: str = '1'
+    lower: float = -math.inf
+    upper: float = math.inf
+    nominal: float | None = None
+    interpolation: Interpolation = 'hold'
+
+    def __post_init__(self) -> None:
+        if not self.name.isidentifier():
+            raise ValueError(f'variable name {self.name!r} is not an identifier')
+        check_bounds(self.name, self.lower, self.upper)
+        if self.nominal is not None and not self.lower <= self.nominal <= self.upper:
+            raise ValueError(
+                f'{self.name}: nominal {self.nominal} is outside [{self.lower}, {self.upper}]'
+            )
+        if self.interpolation not in get_args(Interpolation):
+            raise ValueError(
+                f'{self.name}: interpolation {self.interpolation!r} is none of '
+                f'{", ".join(get_args(Interpolation))}'
+            )
+
+
+@dataclass(frozen=True)
+class Model:
+    """A plant x' = f(t, x, u, p), y = h(t, x, u, p).
+
+    `dynamics` and `output` take the time t in s and tuples x (states), u (inputs), p (parameters),
+    and return a tuple with one entry per state or output. They are written with NumPy functions and
+    without `if` on values, so that the same code runs on floats, on arrays with one entry per
+    candidate, and compiled. `max_step` (s) is the longest integration step: longer sample intervals
+    are split evenly.
+
+    Raises ValueError when names clash, a step is not positive or a function returns the wrong
+    number of entries.
+    """
+
+    name: str
+    states: Sequence[Variable]
+    outputs: Sequence[Variable]
+    dynamics: PlantFunction
+    output: PlantFunction
+    inputs: Sequence[Variable] = ()
+    parameters: Sequence[Variable] = ()
+    max_step: float = math.inf
+    integrator: Integrator = 'rk4'
+    reference: str = ''
+
+    def __post_init__(self) -> None:
+        for field in ('states', 'inputs', 'outputs', 'parameters'):
+            object.__setattr__(self, field, tuple(getattr(self, field)))
+        if not self.states or not self.outputs:
+            raise ValueError(f'model {self.name!r} needs at least one state and one output')
+        for group in (self.unknowns, tuple(self.inputs), tuple(self.outputs)):
+            names = [variable.name for variable in group]
+            twice = sorted({name for name in names if names.count(name) > 1})
+            if twice:
+                raise ValueError(f'model {self.name!r} has more than one variable {twice[0]!r}')
+        if not self.max_step > 0:
+            raise ValueError(f'model {self.name!r}: max_step {self.max_step} s is not positive')
+        if self.integrator not in get_args(Integrator):
+            raise ValueError(
+                f'model {self.name!r}: integrator {self.integrator!r} is none of '
+                f'{", ".join(get_args(Integrator))}'
+            )
+        x, u, p = (
+            tuple(inside(variable) for variable in group)
+            for group in (self.states, self.inputs, self.parameters)
+        )
+        for function, count in (
+            (self.dynamics, len(self.states)),
+            (self.output, len(self.outputs)),
+        ):
+            returned = function(0.0, x, u, p)
+            if not isinstance(returned, tuple) or len(returned) != count:
+                raise ValueError(
+                    f'model {self.name!r}: {function.__name__} must return a tuple of '
+                    f'{count} entries, not {returned!r}'
+                )
+
+    @property
+    def unknowns(self) -> tuple[Variable, ...]:
+        """States, then parameters: all that can be estimated, in the order of every vector."""
+        return (*self.states, *self.parameters)
+
+    def variable(self, name: str) -> Variable:
+        """Return the state or parameter called `name`; raises ValueError when there is none."""
+        for variable in self.unknowns:
+            if variable.name == name:
+                return variable
+        known = [variable.name for variable in self.unknowns]
+        raise ValueError(f'model {self.name!r} has no state or parameter {name!r}: '
+                         f'{suggest(name, known)}')  # fmt: skip
+
+
+def names(variables: Sequence[Variable]) -> tuple[str, ...]:
+    """Return the names of the variables, in their order."""
+    return tuple(variable.name for variable in variables)
+
+
+def check_bounds(name: str, lower: float, upper: float) -> None:
+    """Raise ValueError unless lower < upper."""
+    if not lower < upper:
+        raise ValueError(f'{name}: lower bound {lower} is not below upper bound {upper}')
+
+
+def inside(variable: Variable) -> float:
+    """Return the nominal value, or else a value well inside the bounds."""
+    if variable.nominal is not None:
+        return variable.nominal
+    lower, upper = variable.lower, variable.upper
+    if math.isinf(lower) and math.isinf(upper):
+        return 1.0
+    if math.isinf(upper):
+        return lower + 1.0
+    return upper - 1.0 if math.isinf(lower) else 0.5 * (lower + upper)

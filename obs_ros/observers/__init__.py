@@ -1,0 +1,53 @@
+"""The observers, by name, and what they have in common."""
+
+from collections.abc import Mapping
+from typing import Protocol
+
+from obs_ros.estimate import Estimate
+from obs_ros.model import Model
+from obs_ros.record import Sample
+from obs_ros.registry import lookup
+
+OBSERVERS = {
+    'sliding_window': 'obs_ros.observers.sliding_window:SlidingWindowObserver',
+}
+
+
+class Observer(Protocol):
+    """Turns samples into estimates.
+
+    One thread calls `absorb` and `reset`; another may call `estimate` meanwhile.
+    """
+
+    model: Model
+
+    def prepare(self) -> float:
+        """Do what takes long but once, such as compiling; return the seconds that it took."""
+
+    def absorb(self, sample: Sample) -> bool:
+        """Take a sample, without blocking; return whether an estimate is due."""
+
+    def estimate(self, deadline: float | None = None) -> Estimate | None:
+        """Return the newest estimate, at most `deadline` s from now; None when nothing is due."""
+
+    def reset(self) -> None:
+        """Forget all samples and estimates."""
+
+    @property
+    def counts(self) -> Mapping[str, int]:
+        """What was dropped, mended or skipped so far, by reason."""
+
+    @property
+    def last_break(self) -> str | None:
+        """The last break of the samples' timeline, in words; None if there was none."""
+
+
+def load_observer(name: str) -> type[Observer]:
+    """Return the observer class of that name, or at that `module:ATTRIBUTE`.
+
+    Raises ValueError when there is none, or what stands there cannot observe.
+    """
+    found = lookup('observer', name, OBSERVERS)
+    if not isinstance(found, type) or not hasattr(found, 'absorb'):
+        raise ValueError(f'observer {name!r} is {found!r}, not an observer class')
+    return found

@@ -1,0 +1,136 @@
+"""Windows of a stream, solved one after the other (Yang, Li & Dahhou 2020, section 4.4)."""
+
+import threading
+from collections.abc import Iterable, Mapping
+from typing import Any
+
+import numpy as np
+
+from obs_ros.deadline import Deadline
+from obs_ros.estimate import Estimate
+from obs_ros.model import Model
+from obs_ros.models import load_model
+from obs_ros.objective import Fitness
+from obs_ros.record import Record, Sample
+from obs_ros.rollout import Backend
+from obs_ros.solve import Solver
+from obs_ros.window import SlidingWindow
+
+
+class SlidingWindowObserver:
+    """Estimates each window of `duration` s, one every `period` s of sample time.
+
+    Successive windows inherit the previous estimate, carried forward, as one start among fresh
+    ones. Of windows that close before `estimate` is called, only the newest is kept; the others are
+    counted as `skipped`. `capacity` bounds the samples kept; the other settings are those of
+    `solve_window`.
+
+    Raises ValueError for settings that are wrong, with the name and the value.
+    """
+
+    def __init__(
+        self,
+        model: Model | str,
+        *,
+        duration: float,
+        period: float | None = None,
+        capacity: int = 20000,
+        seed: int = 0,
+        search: str = 'memetic',
+        search_options: Mapping[str, Any] | None = None,
+        parameters: Iterable[str] | None = None,
+        states: Iterable[str] | None = None,
+        fixed: Mapping[str, float] | None = None,
+        bounds: Mapping[str, tuple[float, float]] | None = None,
+        noise: Mapping[str, float] | None = None,
+        fitness: Fitness = 'least_squares',
+        backend: Backend | None = None,
+    ) -> None:
+        self.model = load_model(model)
+        self._solver = Solver.of(
+            self.model,
+            search=search,
+            search_options=search_options,
+            parameters=parameters,
+            states=states,
+            fixed=fixed,
+            bounds=bounds,
+            noise=noise,
+            fitness=fitness,
+            backend=backend,
+        )
+        self._window = SlidingWindow(
+            duration,
+            period,
+            n_inputs=len(self.model.inputs),
+            n_outputs=len(self.model.outputs),
+            capacity=capacity,
+            interpolation=[variable.interpolation for variable in self.model.inputs],
+        )
+        self._seed = seed
+        self._skipped = 0
+        # Shared by the thread that absorbs and the one that estimates.
+        self._lock = threading.Lock()
+        self._due: Record | None = None
+        self._previous: Estimate | None = None
+        self._solved = 0
+        self._epoch = 0  # counts resets: what was begun before one is dropped after it
+
+    def prepare(self) -> float:
+        """Compile the model's kernels, unless they are; return the seconds that it took."""
+        return self._solver.kernels.compile_time
+
+    def absorb(self, sample: Sample) -> bool:
+        """Store a sample; return whether it closed a window. Never blocks for long."""
+        breaks = self._window.last_break
+        self._window.push(sample)
+        if self._window.last_break is not breaks:
+            self._forget()
+        closed = False
+        while (record := self._window.take()) is not None:
+            closed = True
+            with self._lock:
+                self._skipped += self._due is not None
+                self._due = record
+        return closed
+
+    def estimate(self, deadline: float | None = None) -> Estimate | None:
+        """Solve the newest closed window within `deadline` s (None: until it is accepted).
+
+        None if no window is due, or if everything was reset meanwhile.
+        """
+        with self._lock:
+            record, self._due = self._due, None
+            previous, epoch = self._previous, self._epoch
+            rng = np.random.default_rng((self._seed, self._solved))
+        if record is None:
+            return None
+        estimate = self._solver.solve(record, rng, Deadline(deadline), previous)
+        with self._lock:
+            if epoch != self._epoch:
+                return None
+            self._solved += 1
+            if estimate.usable:
+                self._previous = estimate
+        return estimate
+
+    def reset(self) -> None:
+        """Forget all samples and estimates, but not the counts."""
+        self._window.reset()
+        self._forget()
+
+    @property
+    def counts(self) -> Mapping[str, int]:
+        """What was dropped, mended or skipped so far, by reason."""
+        return {**self._window.counts, 'skipped': self._skipped}
+
+    @property
+    def last_break(self) -> str | None:
+        """The last break of the samples' timeline, in words."""
+        return self._window.last_break
+
+    def _forget(self) -> None:
+        with self._lock:
+            self._due = self._previous = None
+            self._solved = 0
+            self._epoch += 1

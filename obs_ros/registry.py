@@ -1,0 +1,37 @@
+"""Names that users type (models, observers, searches, scenarios) and the objects they stand for."""
+
+import difflib
+import importlib
+from collections.abc import Mapping
+
+
+def lookup(kind: str, name: str, table: Mapping[str, str]) -> object:
+    """Return the object that `name` stands for.
+
+    `name` is a key of `table` (whose values are `package.module:ATTRIBUTE`) or such a path itself,
+    so that users name their own objects wherever a registered name goes.
+
+    Raises ValueError when the name is unknown (close matches are named) or the path leads nowhere.
+    """
+    if ':' not in name and name not in table:
+        raise ValueError(f'unknown {kind} {name!r}: {suggest(name, table)}, or module:ATTRIBUTE')
+    path = table.get(name, name)
+    module_name, _, attribute = path.partition(':')
+    if not module_name or not attribute:
+        raise ValueError(f'{kind} {name!r} is not of the form package.module:ATTRIBUTE')
+    try:
+        module = importlib.import_module(module_name)
+    except ModuleNotFoundError as error:
+        raise ValueError(f'{kind} {name!r}: {error}; is its package installed?') from error
+    if not hasattr(module, attribute):
+        hint = suggest(attribute, [n for n in dir(module) if not n.startswith('_')])
+        raise ValueError(f'{kind} {name!r}: module {module_name} has no {attribute!r}: {hint}')
+    return getattr(module, attribute)
+
+
+def suggest(name: str, known: Mapping[str, object] | list[str] | tuple[str, ...]) -> str:
+    """Say which of the `known` names the user may have meant."""
+    close = difflib.get_close_matches(name, list(known), n=3, cutoff=0.5)
+    if close:
+        return 'did you mean ' + ' or '.join(repr(match) for match in close) + '?'
+    return 'known are ' + (', '.join(sorted(known)) or 'none')

@@ -1,0 +1,209 @@
+"""Rollouts compiled by Numba: one generated module per model, cached in the user's cache folder."""
+
+import importlib.util
+import logging
+import os
+import shutil
+import sys
+import tempfile
+import threading
+from importlib.resources import files
+from pathlib import Path
+from types import ModuleType
+from typing import Any
+
+import numba
+import numpy as np
+
+from obs_ros.model import Model
+from obs_ros.rollout.functions import fingerprint, rebuilt
+from obs_ros.rollout.grid import Grid
+from obs_ros.typing import AnyArray, Array, IntArray
+
+LANES = 16  # candidates per chunk; below that LLVM unrolls the lane loop instead of vectorising it
+BLOCK_VALUES = 4096  # 32 kB: the outputs of one time block stay in the first-level cache
+KEPT_MODULES = 64  # generated modules kept in the cache folder
+
+# Products may be fused, reciprocals taken and the sign of zero lost; NaN and infinity must survive,
+# since a diverged candidate is known by them.
+FASTMATH = {'contract', 'arcp', 'nsz'}
+OPTIONS: dict[str, Any] = {'error_model': 'numpy', 'nogil': True}
+
+CompileError = numba.core.errors.NumbaError
+
+log = logging.getLogger(__name__)
+_lock = threading.Lock()
+
+
+class CompiledKernels:
+    """Rolls candidates out at the speed of vectorised C; see `Kernels` for the methods."""
+
+    name = 'numba'
+    compile_time = 0.0
+
+    def __init__(self, model: Model) -> None:
+        self.model = model
+        self.module = load_module(model)
+
+    def squares(self, grid: Grid, gates: IntArray, x0: Array, p: Array) -> Array:
+        """See `Kernels.squares`."""
+        x, q, count = *padded(x0, p), x0.shape[1]
+        out = np.empty((gates.size, len(self.model.outputs), x.shape[1]))
+        self.module.squares(*axis(grid), *measurements(grid), gates, x, q, out)
+        return out[:, :, :count]
+
+    def grams(self, grid: Grid, nodes: int, x0: Array, p: Array, width: int) -> Array:
+        """See `Kernels.grams`."""
+        x, q = padded(x0, p)
+        out = np.empty((x0.shape[1] // width, width, width))
+        self.module.grams(*axis(grid), *measurements(grid), nodes, x, q, out)
+        return out
+
+    def trajectories(self, grid: Grid, x0: Array, p: Array) -> tuple[Array, Array]:
+        """See `Kernels.trajectories`."""
+        x, q, count = *padded(x0, p), x0.shape[1]
+        states = np.empty((grid.t.size, *x.shape))
+        outputs = np.empty((grid.t.size, len(self.model.outputs), x.shape[1]))
+        self.module.trajectories(*axis(grid), x, q, states, outputs)
+        return states[..., :count], outputs[..., :count]
+
+
+def axis(grid: Grid) -> tuple[AnyArray, ...]:
+    """Return the arrays that say when, and with which inputs."""
+    return grid.t, grid.steps, grid.u, grid.slope
+
+
+def measurements(grid: Grid) -> tuple[AnyArray, ...]:
+    """Return the arrays that say what was measured."""
+    return grid.y, grid.weight, grid.measured
+
+
+def padded(x0: Array, p: Array) -> tuple[Array, Array]:
+    """Repeat the last candidate until the lanes are full."""
+    count = x0.shape[1]
+    if count % LANES == 0:
+        return np.ascontiguousarray(x0), np.ascontiguousarray(p)
+    full = []
+    for values in (x0, p):
+        lanes = np.empty((len(values), count + -count % LANES))
+        lanes[:, :count] = values
+        lanes[:, count:] = values[:, -1:]
+        full.append(lanes)
+    return full[0], full[1]
+
+
+def load_module(model: Model) -> ModuleType:
+    """Import the model's generated module, writing it first where it is new.
+
+    Its name tells the model's code and constants, so another model or an edited one never meets a
+    stale kernel. Without a writable cache folder everything works, but compiles in every process.
+    """
+    text = source(model)
+    name = f'obs_ros_kernels_{fingerprint(text, model.dynamics, model.output)}'
+    with _lock:
+        if name in sys.modules:
+            return sys.modules[name]
+        path = stored(name, text)
+        cached = path is not None
+        if path is None:
+            path = Path(tempfile.mkdtemp(prefix='obs_ros_')) / f'{name}.py'
+            path.write_text(text)
+        spec = importlib.util.spec_from_file_location(name, path)
+        assert spec is not None and spec.loader is not None
+        module = importlib.util.module_from_spec(spec)
+        bind(module, model, cached)
+        sys.modules[name] = module
+        spec.loader.exec_module(module)
+        return module
+
+
+def bind(module: ModuleType, model: Model, cached: bool) -> None:
+    """Give the generated module its decorators and the model's two functions."""
+    # Inlining has to happen before the loop vectoriser runs, or lanes are computed one by one.
+    inline = numba.njit(forceinline=True, fastmath=FASTMATH, **OPTIONS)
+    module.__dict__.update(
+        jit=inline,
+        jit_sum=numba.njit(forceinline=True, fastmath=FASTMATH | {'reassoc'}, **OPTIONS),
+        entry=numba.njit(fastmath=FASTMATH, cache=cached, **OPTIONS),
+        dynamics=inline(rebuilt(model.dynamics, inline)),
+        output=inline(rebuilt(model.output, inline)),
+    )
+
+
+def source(model: Model) -> str:
+    """Text of the generated module: sizes and tuple functions of the model, then the kernels."""
+    kernels = files('obs_ros.rollout').joinpath('kernels.py').read_text(encoding='utf-8')
+    return f'{header(model)}\n\n{kernels}\n\nstep = step_{model.integrator}\n'
+
+
+def header(model: Model) -> str:
+    """Sizes, and the tuple functions unrolled for them: loops over tuples would not compile."""
+    n, m = len(model.states), len(model.inputs)
+    r, q = len(model.outputs), len(model.parameters)
+
+    def returning(signature: str, entry: str, count: int) -> str:
+        entries = ''.join(entry.replace('#', str(i)) + ', ' for i in range(count))
+        return f'@jit\ndef {signature}:\n    return ({entries})\n'
+
+    def doing(signature: str, line: str, count: int) -> str:
+        lines = ''.join(f'    {line.replace("#", str(i))}\n' for i in range(count))
+        return f'@jit\ndef {signature}:\n{lines or "    pass"}'
+
+    at = f'a[np.uint64(# * {LANES}) + lane]'
+    residual = '(weight[k, #] * (yhat[#] - y[k, #]))'
+    return '\n'.join(
+        [
+            f'# Numba {numba.__version__}, {sorted(FASTMATH)}',
+            'import numpy as np\n',
+            f'N_STATES, N_OUTPUTS, N_PARAMETERS, N_LANES = {n}, {r}, {q}, {LANES}',
+            f'LANES, BLOCK_VALUES = np.uint64({LANES}), {BLOCK_VALUES}\n',
+            returning('gather_x(a, lane)', at, n),
+            returning('gather_p(a, lane)', at, q),
+            doing('scatter_x(a, lane, x)', f'{at} = x[#]', n),
+            doing('put_x(a, k, lane, x)', 'a[k, #, lane] = x[#]', n),
+            doing('put_y(a, k, lane, y)', 'a[k, #, lane] = y[#]', r),
+            doing('put_rows(a, row, lane, y, w, k)', 'a[row + #, lane] = y[#] * w[k, #]', r),
+            doing('add_squares(a, lane, yhat, y, weight, k)', f'{at} += {residual} ** 2', r),
+            returning('input_at(u, slope, k, s)', 'u[k, #] + s * slope[k, #]', m),
+            returning('axpy(x, a, k)', 'x[#] + a * k[#]', n),
+            returning(
+                'rk4_sum(x, h, a, b, c, d)', 'x[#] + h * (a[#] + 2.0 * (b[#] + c[#]) + d[#])', n
+            ),
+        ]
+    )
+
+
+def stored(name: str, text: str) -> Path | None:
+    """Return the module's file in the cache folder, written if new; None if that is impossible."""
+    path = cache_folder() / name / f'{name}.py'
+    try:
+        if not path.exists() or path.read_text() != text:
+            path.parent.mkdir(parents=True, exist_ok=True)
+            # Written aside and moved: another process may be reading or writing the same file.
+            handle, draft = tempfile.mkstemp(dir=path.parent)
+            with os.fdopen(handle, 'w') as file:
+                file.write(text)
+            os.replace(draft, path)
+            prune(path.parent.parent)
+        elif not os.access(path.parent, os.W_OK):
+            return path if any(path.parent.glob('__pycache__/*.nbi')) else None
+        os.utime(path.parent)
+    except OSError as error:
+        log.warning('kernel cache %s: %s; compiling in every process', path.parent, error)
+        return None
+    return path
+
+
+def cache_folder() -> Path:
+    """Return where generated modules live: $OBS_ROS_CACHE, else the user's cache folder."""
+    if own := os.environ.get('OBS_ROS_CACHE'):
+        return Path(own)
+    base = os.environ.get('XDG_CACHE_HOME')
+    return (Path(base) if base else Path.home() / '.cache') / 'obs_ros'
+
+
+def prune(folder: Path) -> None:
+    """Delete the generated modules that were not used for longest: edited models leave old ones."""
+    modules = sorted(folder.glob('obs_ros_kernels_*'), key=lambda path: path.stat().st_mtime)
+    for path in modules[:-KEPT_MODULES]:
+        shutil.rmtree(path, ignore_errors=True)

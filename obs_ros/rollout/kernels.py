@@ -1,0 +1,159 @@
+# ruff: noqa: F821
+# mypy: ignore-errors
+"""The compiled kernels, as a text.
+
+`compiled.py` writes it, after a header of the model's own, to a file in the user's cache folder and
+imports that. The header binds `dynamics`, `output`, the decorators, and tuple functions unrolled
+for the model's dimensions. Candidates lie in lanes: arrays are flat (variable, lane), and the lane loop
+is innermost, of constant length and unsigned, which is what makes it vectorise. A candidate that
+turns NaN stays NaN and disturbs no other lane.
+"""
+
+
+@jit
+def step_rk4(t, h, x, u0, u1, u2, p):
+    """Advance one candidate by h seconds; u0, u1, u2 are the inputs at begin, middle and end."""
+    k1 = dynamics(t, x, u0, p)
+    k2 = dynamics(t + 0.5 * h, axpy(x, 0.5 * h, k1), u1, p)
+    k3 = dynamics(t + 0.5 * h, axpy(x, 0.5 * h, k2), u1, p)
+    k4 = dynamics(t + h, axpy(x, h, k3), u2, p)
+    return rk4_sum(x, h / 6.0, k1, k2, k3, k4)
+
+
+@jit
+def step_euler(t, h, x, u0, u1, u2, p):
+    """Advance one candidate by h seconds."""
+    return axpy(x, h, dynamics(t, x, u0, p))
+
+
+@jit
+def advance(x, p, t, dt, steps, u, slope, k):
+    """Carry the 16 candidates in x over the interval from node k to the next."""
+    h = dt / steps
+    for j in range(steps):
+        s = j * h
+        u0 = input_at(u, slope, k, s)
+        u1 = input_at(u, slope, k, s + 0.5 * h)
+        u2 = input_at(u, slope, k, s + h)
+        for lane in range(LANES):
+            scatter_x(x, lane, step(t + s, h, gather_x(x, lane), u0, u1, u2, gather_p(p, lane)))
+
+
+@jit
+def load(source, chunk, rows, x):
+    """Copy the lanes of one chunk out of source (rows, lanes)."""
+    for i in range(rows):
+        for lane in range(LANES):
+            x[np.uint64(i) * LANES + lane] = source[i, np.uint64(chunk) * LANES + lane]
+
+
+@entry
+def squares(t, steps, u, slope, y, weight, measured, gates, x0, p, out):
+    """Sums of squared scaled residuals between gates: out (gates, outputs, lanes)."""
+    x = np.empty(N_STATES * N_LANES)
+    q = np.empty(max(1, N_PARAMETERS) * N_LANES)
+    total = np.empty(N_OUTPUTS * N_LANES)
+    for chunk in range(x0.shape[1] // N_LANES):
+        load(x0, chunk, N_STATES, x)
+        load(p, chunk, N_PARAMETERS, q)
+        k = 0
+        for g in range(gates.size):
+            total[:] = 0.0
+            while k < gates[g]:
+                if k > 0:
+                    advance(x, q, t[k - 1], t[k] - t[k - 1], steps[k - 1], u, slope, k - 1)
+                if measured[k]:
+                    uk = input_at(u, slope, k, 0.0)
+                    for lane in range(LANES):
+                        yk = output(t[k], gather_x(x, lane), uk, gather_p(q, lane))
+                        add_squares(total, lane, yk, y, weight, k)
+                k += 1
+            for i in range(N_OUTPUTS):
+                for lane in range(N_LANES):
+                    out[g, i, chunk * N_LANES + lane] = total[i * N_LANES + lane]
+
+
+@entry
+def trajectories(t, steps, u, slope, x0, p, states, outputs):
+    """States (K, n, lanes) and outputs (K, r, lanes) at every node."""
+    x = np.empty(N_STATES * N_LANES)
+    q = np.empty(max(1, N_PARAMETERS) * N_LANES)
+    for chunk in range(x0.shape[1] // N_LANES):
+        load(x0, chunk, N_STATES, x)
+        load(p, chunk, N_PARAMETERS, q)
+        for k in range(t.size):
+            if k > 0:
+                advance(x, q, t[k - 1], t[k] - t[k - 1], steps[k - 1], u, slope, k - 1)
+            uk = input_at(u, slope, k, 0.0)
+            for lane in range(LANES):
+                xs = gather_x(x, lane)
+                put_x(states, k, np.uint64(chunk) * LANES + lane, xs)
+                yk = output(t[k], xs, uk, gather_p(q, lane))
+                put_y(outputs, k, np.uint64(chunk) * LANES + lane, yk)
+
+
+@entry
+def grams(t, steps, u, slope, y, weight, measured, nodes, x0, p, out):
+    """Gram matrices of residuals and output differences: out (starts, 1 + d, 1 + d).
+
+    Each start owns 1 + d neighbouring lanes: its base point, then one perturbed point per unknown.
+    Row and column 0 stand for the base point's scaled residuals, j for the scaled outputs of its
+    lane j less those of the base.
+    """
+    lanes = x0.shape[1]
+    chunks = lanes // N_LANES
+    starts, width = out.shape[0], out.shape[1]
+    x = np.empty((chunks, N_STATES * N_LANES))
+    q = np.empty((chunks, max(1, N_PARAMETERS) * N_LANES))
+    for chunk in range(chunks):
+        load(x0, chunk, N_STATES, x[chunk])
+        load(p, chunk, N_PARAMETERS, q[chunk])
+    block = max(1, BLOCK_VALUES // (lanes * N_OUTPUTS))
+    rows = np.empty((block * N_OUTPUTS, lanes))
+    targets = np.empty(block * N_OUTPUTS)
+    columns = np.empty((width, block * N_OUTPUTS))
+    out[:] = 0.0
+    first = 0
+    while first < nodes:
+        last = min(first + block, nodes)
+        n_rows = 0
+        for k in range(first, last):
+            if measured[k]:
+                for i in range(N_OUTPUTS):
+                    targets[n_rows + i] = y[k, i] * weight[k, i]
+                n_rows += N_OUTPUTS
+        for chunk in range(chunks):
+            xc = x[chunk]
+            qc = q[chunk]
+            offset = np.uint64(chunk) * LANES
+            row = 0
+            for k in range(first, last):
+                if k > 0:
+                    advance(xc, qc, t[k - 1], t[k] - t[k - 1], steps[k - 1], u, slope, k - 1)
+                if measured[k]:
+                    uk = input_at(u, slope, k, 0.0)
+                    for lane in range(LANES):
+                        yk = output(t[k], gather_x(xc, lane), uk, gather_p(qc, lane))
+                        put_rows(rows, row, offset + lane, yk, weight, k)
+                    row += N_OUTPUTS
+        for s in range(starts):
+            add_gram(out[s], rows, targets, n_rows, s * width, width, columns)
+        first = last
+
+
+@jit_sum
+def add_gram(gram, rows, targets, n_rows, lane, width, columns):
+    """Add the block's rows of one start to its Gram matrix."""
+    for row in range(n_rows):
+        base = rows[row, lane]
+        columns[0, row] = base - targets[row]
+        for j in range(1, width):
+            columns[j, row] = rows[row, lane + j] - base
+    for i in range(width):
+        for j in range(i, width):
+            total = 0.0
+            for row in range(n_rows):
+                total += columns[i, row] * columns[j, row]
+            gram[i, j] += total
+            if j > i:
+                gram[j, i] = gram[i, j]

@@ -1,0 +1,43 @@
+"""Minimise over a box. Nothing here knows plants or ROS.
+
+A method is a function `(objective, rng, deadline, settings, warm, noise_known) -> Found` with a
+frozen dataclass of settings.
+"""
+
+from collections.abc import Callable, Mapping
+from dataclasses import fields
+from typing import Any, NamedTuple
+
+from obs_ros.registry import suggest
+from obs_ros.search.chaotic_de import ChaoticDESettings, chaotic_de
+from obs_ros.search.memetic import MemeticSettings, memetic
+from obs_ros.search.result import Found
+
+
+class Method(NamedTuple):
+    """A search method: its function, its settings, whether it needs a sum of squares."""
+
+    search: Callable[..., Found]
+    settings: type
+    needs_squares: bool
+
+
+METHODS: Mapping[str, Method] = {
+    'memetic': Method(memetic, MemeticSettings, needs_squares=True),
+    'chaotic_de': Method(chaotic_de, ChaoticDESettings, needs_squares=False),
+}
+
+
+def method_for(name: str, options: Mapping[str, Any] | None = None) -> tuple[Method, Any]:
+    """Return a method and its settings, with some of them replaced.
+
+    Raises ValueError for an unknown method, an unknown option or a value that it refuses.
+    """
+    if name not in METHODS:
+        raise ValueError(f'unknown search method {name!r}: {suggest(name, METHODS)}')
+    method = METHODS[name]
+    known = tuple(field.name for field in fields(method.settings))
+    for option in options or {}:
+        if option not in known:
+            raise ValueError(f'search {name!r} has no option {option!r}: {suggest(option, known)}')
+    return method, method.settings(**(options or {}))

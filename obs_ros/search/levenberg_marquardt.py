@@ -1,0 +1,173 @@
+"""Bounded Levenberg-Marquardt from many starts at once, on batched finite differences.
+
+Marquardt scaling, Nielsen's damping update (Madsen, Nielsen & Tingleff 2004), bounds by freezing
+what leans outward and clipping the step. A trial point and its Jacobian are one rollout.
+"""
+
+from collections.abc import Callable
+from dataclasses import dataclass, fields
+
+import numpy as np
+
+from obs_ros.deadline import Deadline
+from obs_ros.search.problem import LeastSquares
+from obs_ros.typing import AnyArray, Array, BoolArray
+
+DAMPING = 1e-2
+MAX_DAMPING = 1e10
+MAX_REJECTIONS = 8
+FIRST_STEP = 1e-8
+# Difference steps follow the noise: a fixed one loses a third of chaotic plants.
+STEP_SHARE, MIN_STEP, MAX_STEP = 0.02, 1e-11, 1e-6
+# Converged when a full Gauss-Newton step would gain less than this share of d * noise variance.
+GAIN_SHARE, STALLED_SHARE = 0.01, 1e-9
+# Damping that only keeps a singular matrix solvable.
+TINY_DAMPING = 1e-11
+SMALLEST = 1e-300  # keeps the scale of an unknown without influence positive
+
+
+@dataclass(frozen=True)
+class Starts:
+    """Points z (P, d) with their squares (P,), best first, and whether each converged (P,)."""
+
+    z: Array
+    squares: Array
+    converged: BoolArray
+
+
+def levenberg_marquardt(
+    objective: LeastSquares,
+    z: Array,
+    nodes: int,
+    iterations: int,
+    deadline: Deadline,
+    enough: Callable[[Starts], bool] | None = None,
+) -> Starts:
+    """Minimise the squares over the first `nodes` nodes from every start z (P, d).
+
+    Each start ends at least as good as it began. It stops when it has converged, stalled or
+    diverged; all stop after `iterations` rollouts, at the deadline, or when those that have
+    converged so far are `enough`.
+    """
+    d = z.shape[1]
+    freedom = max(1, objective.count(nodes) - d)
+    least = objective.floor(nodes)
+    batch = _Batch.of(z, *objective.linearise(z, np.full_like(z, FIRST_STEP), nodes))
+    stopped = [batch.take(~batch.usable)]
+    batch = batch.take(batch.usable)
+    best = np.inf  # squares of the best converged start
+    for _ in range(iterations):
+        if not batch.squares.size or deadline.passed:
+            break
+        variance = max(least, min(best, batch.squares.min())) / freedom
+        step, gain, full_gain = _steps(batch)
+        batch.converged = full_gain < GAIN_SHARE * d * variance
+        trial = batch.z + step
+        inside = ((trial > 0.0) & (trial < 1.0)).all(axis=1)
+        over = (
+            batch.converged
+            | (inside & (gain <= STALLED_SHARE * d * variance))
+            | (batch.rejections >= MAX_REJECTIONS)
+            | (batch.damping >= MAX_DAMPING)
+        )
+        if over.any():
+            stopped.append(batch.take(over))
+            best = np.min(batch.squares, initial=best, where=batch.converged)
+            if enough is not None and enough(_sorted(stopped)):
+                break
+            batch, trial, gain = batch.take(~over), trial[~over], gain[~over]
+            if not batch.squares.size:
+                break
+        h = STEP_SHARE * np.sqrt(variance / np.maximum(batch.curvature, SMALLEST))
+        h = np.minimum(np.maximum(h, MIN_STEP), MAX_STEP)
+        batch.move(trial, gain, *objective.linearise(trial, h, nodes))
+    return _sorted([*stopped, batch])
+
+
+@dataclass
+class _Batch:
+    """Starts under way: z (P, d), squares (P,), J'r (P, d), J'J (P, d, d) and damping (P,)."""
+
+    z: Array
+    squares: Array
+    gradient: Array
+    hessian: Array
+    damping: Array
+    growth: Array
+    rejections: AnyArray
+    converged: BoolArray
+
+    @classmethod
+    def of(cls, z: Array, squares: Array, gradient: Array, hessian: Array) -> '_Batch':
+        return cls(
+            z=z,
+            squares=squares,
+            gradient=gradient,
+            hessian=hessian,
+            damping=np.full(len(z), DAMPING),
+            growth=np.full(len(z), 2.0),
+            rejections=np.zeros(len(z), dtype=np.int64),
+            converged=np.zeros(len(z), dtype=bool),
+        )
+
+    @property
+    def usable(self) -> BoolArray:
+        """Whether residuals and derivatives are finite (P,)."""
+        return np.asarray(np.isfinite(self.squares + self.hessian.sum(axis=(1, 2))))
+
+    @property
+    def curvature(self) -> Array:
+        """Diagonals (P, d) of J'J."""
+        return np.diagonal(self.hessian, axis1=1, axis2=2)
+
+    def take(self, chosen: BoolArray) -> '_Batch':
+        """Return the chosen starts."""
+        return _Batch(*(getattr(self, field.name)[chosen] for field in fields(self)))
+
+    def move(
+        self, trial: Array, gain: Array, squares: Array, gradient: Array, hessian: Array
+    ) -> None:
+        """Go to the trial points that cost less, and adapt the damping to the predicted gains."""
+        tried = _Batch.of(trial, squares, gradient, hessian)
+        # A step clipped at the box may even predict a loss: damp more and try again.
+        sensible = tried.usable & (gain > 0.0)
+        ratio = np.where(sensible, (self.squares - squares) / np.where(sensible, gain, 1.0), -1.0)
+        won = ratio > 0.0
+        self.z = np.where(won[:, None], trial, self.z)
+        self.squares = np.where(won, squares, self.squares)
+        self.gradient = np.where(won[:, None], gradient, self.gradient)
+        self.hessian = np.where(won[:, None, None], hessian, self.hessian)
+        shrink = np.maximum(1.0 / 3.0, 1.0 - (2.0 * np.minimum(ratio, 1.0) - 1.0) ** 3)
+        self.damping = self.damping * np.where(won, shrink, self.growth)
+        self.growth = np.where(won, 2.0, 2.0 * self.growth)
+        self.rejections = np.where(won, 0, self.rejections + 1)
+
+
+def _steps(batch: _Batch) -> tuple[Array, Array, Array]:
+    """Return damped steps (P, d), their predicted gains (P,) and those of undamped steps (P,)."""
+    z, gradient, hessian = batch.z, batch.gradient, batch.hessian
+    count, d = z.shape
+    curvature = batch.curvature
+    scale = np.maximum(curvature, 1e-6 * curvature.max(axis=1)[:, None]) + SMALLEST
+    free = ~(((z <= 0.0) & (gradient > 0.0)) | ((z >= 1.0) & (gradient < 0.0)))
+    right = np.where(free, -gradient, 0.0)
+    # The damped and the undamped systems of all starts in one call; an undamped one tells how much
+    # there is to gain, and is damped just enough to stay solvable. A frozen unknown does not move.
+    matrix = np.empty((2, count, d, d))
+    matrix[:] = hessian * (free[:, :, None] & free[:, None, :])
+    diagonal = np.einsum('...ii->...i', matrix)
+    damping = np.stack([batch.damping, np.full(count, TINY_DAMPING)])[..., None]
+    diagonal += np.where(free, damping, 1.0) * scale
+    solution = np.linalg.solve(matrix, np.broadcast_to(right[..., None], (2, count, d, 1)))[..., 0]
+    step = np.minimum(np.maximum(z + solution[0], 0.0), 1.0) - z
+    gain = ((2.0 * right - (hessian @ step[..., None])[..., 0]) * step).sum(axis=1)
+    return step, gain, (right * solution[1]).sum(axis=1)
+
+
+def _sorted(batches: list[_Batch]) -> Starts:
+    z, squares, converged = (
+        np.concatenate([getattr(batch, name) for batch in batches])
+        for name in ('z', 'squares', 'converged')
+    )
+    order = np.argsort(np.where(np.isfinite(squares), squares, np.inf), kind='stable')
+    return Starts(z[order], squares[order], converged[order])

@@ -1,0 +1,260 @@
+"""The default search: differential evolution, then least squares over a growing horizon.
+
+Chaotic differential evolution on a short prefix of the window, its best and some un-evolved
+candidates taken by Levenberg-Marquardt over a horizon that grows to the whole window; in rounds
+until an acceptance rule holds.
+
+Differential evolution gives the diversity of the start; measured, the growing horizon does the
+work: on a short prefix even a chaotic plant has few false minima, and what fits it well leads on.
+"""
+
+from dataclasses import dataclass, field
+
+import numpy as np
+from scipy.special import chdtri
+
+from obs_ros.deadline import Deadline
+from obs_ros.search.differential_evolution import DifferentialEvolution, Strategy, check_settings
+from obs_ros.search.levenberg_marquardt import Starts, levenberg_marquardt
+from obs_ros.search.population import check_population, first_population
+from obs_ros.search.problem import LeastSquares
+from obs_ros.search.result import Found
+from obs_ros.typing import Array, IntArray
+
+ELITE = 4  # evolved candidates handed on
+UNEVOLVED = 4  # candidates handed on as they were drawn: they find what the evolution left
+SHORT_WINDOW = 100  # nodes; below, there is no prefix worth a search of its own
+PREFIX_SHARES = (16, 8, 32, 4)  # of the window, by round
+SMALLEST_PREFIX = 16  # nodes
+GATES = 48
+BAD_SHARE, BAD_NOISE = 0.01, 4.0  # of the signal's and of the noise's mean square
+PREFIX_ITERATIONS, FULL_ITERATIONS = 12, 60
+ROUND_ROLLOUTS = 30  # rollouts of a population over the window that a round costs, roughly
+# Two costs are the same optimum when they differ by less than this times d times the noise
+# variance: 0.41 for four unknowns.
+SAME_OPTIMUM = 0.1025
+CHI_SQUARE_TAIL = 0.001
+WHITE_LIMIT = 2.81  # standard deviations of the lag-1 correlation
+
+
+@dataclass(frozen=True)
+class MemeticSettings:
+    """Settings of the differential evolution at the start, and when to stop.
+
+    With unknown noise, `fast` accepts when two survivors of one round agree and the residual is
+    white, `safe` when the best of two rounds do.
+    """
+
+    chaos: str = 'cubic'
+    population: int = 32
+    generations: int = 5
+    strategy: Strategy = 'best/1/bin'
+    differential_weight: float = 0.5
+    crossover: float = 0.9
+    acceptance: str = 'fast'
+    max_rounds: int = 8
+
+    def __post_init__(self) -> None:
+        check_population(self.chaos)
+        check_settings(self.population, self.strategy, self.differential_weight, self.crossover)
+        if self.generations < 0:
+            raise ValueError(f'{self.generations} generations: must be 0 or more')
+        if self.acceptance not in ('fast', 'safe'):
+            raise ValueError(f"acceptance {self.acceptance!r} is neither 'fast' nor 'safe'")
+        if self.max_rounds < 1:
+            raise ValueError(f'max_rounds {self.max_rounds}: must be 1 or more')
+
+
+def memetic(
+    objective: LeastSquares,
+    rng: np.random.Generator,
+    deadline: Deadline,
+    settings: MemeticSettings,
+    warm: Array | None = None,
+    noise_known: bool = False,
+) -> Found:
+    """Search the optimum of a window; `warm` (d,) is a start to race against fresh ones.
+
+    Residuals have unit variance when `noise_known`. Returns the best point ever seen over the whole
+    window; at least one population is rolled out over it, however early the deadline.
+    """
+    search = _Rounds(objective, rng, deadline, settings, warm, noise_known)
+    for number in range(settings.max_rounds):
+        search.run(number)
+        if search.accepted or deadline.passed:
+            break
+    return search.found()
+
+
+@dataclass
+class _Rounds:
+    """One search: what its rounds have found so far."""
+
+    objective: LeastSquares
+    rng: np.random.Generator
+    deadline: Deadline
+    settings: MemeticSettings
+    warm: Array | None
+    noise_known: bool
+    accepted: str = ''
+    white: bool | None = None
+    converged: bool = False
+    best: Array = field(init=False)
+    squares: float = np.inf
+    bests: list[float] = field(default_factory=list)
+    rounds: int = 0
+
+    def __post_init__(self) -> None:
+        self.best = np.full(self.objective.dimension, 0.5)
+
+    def run(self, number: int) -> None:
+        """Run one round from a fresh population."""
+        nodes = self.objective.nodes
+        candidates = self._first_candidates(number)
+        self.rounds += 1
+        if self.deadline.passed:
+            return
+        last = levenberg_marquardt(
+            self.objective, candidates, nodes, FULL_ITERATIONS, self.deadline, self._enough
+        )
+        self._remember(last.z, last.squares)
+        self.bests.append(float(last.squares[0]))
+        if self.squares == last.squares[0]:
+            self.converged = bool(last.converged[0])
+        self._judge(last)
+
+    def found(self) -> Found:
+        """Return what was found."""
+        return Found(
+            z=self.best,
+            cost=self.squares,
+            converged=self.converged,
+            accepted=self.accepted,
+            white=self.white,
+            rounds=self.rounds,
+        )
+
+    def _first_candidates(self, number: int) -> Array:
+        """Return starts (P, d) for the whole window."""
+        settings, nodes = self.settings, self.objective.nodes
+        z = first_population(
+            settings.chaos, settings.population, self.objective.dimension, self.rng, even=True
+        )
+        unevolved = z[self.rng.permutation(len(z))[:UNEVOLVED]]
+        if self.warm is not None:
+            z, unevolved = np.vstack([z, self.warm]), np.vstack([unevolved, self.warm])
+        direct = nodes <= SHORT_WINDOW
+        if not direct and not self.deadline.never:
+            # Whatever happens later, there is an answer; and it tells what a round will take.
+            before = self.deadline.remaining
+            self._remember(z, self.objective.costs(z))
+            spent = before - self.deadline.remaining
+            direct = self.deadline.remaining < ROUND_ROLLOUTS * spent
+        if direct:
+            costs = self.objective.costs(z)
+            self._remember(z, costs)
+            return np.vstack([z[np.argsort(costs)[:ELITE]], unevolved])
+        prefix = self._prefix(number)
+        evolved = self._evolve(z, prefix)
+        return self._grow(np.vstack([evolved, unevolved]), prefix)
+
+    def _prefix(self, number: int) -> int:
+        """Nodes of the first horizon: a share of the window that still tells something."""
+        nodes, d = self.objective.nodes, self.objective.dimension
+        prefix = max(nodes // PREFIX_SHARES[number % len(PREFIX_SHARES)], SMALLEST_PREFIX)
+        while prefix < nodes and self.objective.count(prefix) < 4 * d:
+            prefix *= 2
+        return min(prefix, nodes)
+
+    def _evolve(self, z: Array, nodes: int) -> Array:
+        settings = self.settings
+        evolution = DifferentialEvolution(
+            z, self.rng, settings.strategy, settings.differential_weight, settings.crossover
+        )
+        for _ in range(settings.generations + 1):
+            if self.deadline.passed:
+                break
+            evolution.tell(self.objective.costs(evolution.ask(), nodes))
+        return evolution.population[np.argsort(evolution.costs)[:ELITE]]
+
+    def _grow(self, z: Array, nodes: int) -> Array:
+        """Polish over a horizon that grows as far as the best candidate stays near the data."""
+        total = self.objective.nodes
+        gates = np.unique(np.geomspace(nodes, total, GATES).round().astype(np.int64))
+        while nodes < total and not self.deadline.passed:
+            starts = levenberg_marquardt(self.objective, z, nodes, PREFIX_ITERATIONS, self.deadline)
+            z = starts.z[: max(2, len(z) // 2)]
+            blocks = self.objective.block_squares(z, gates)
+            self._remember(z, blocks.sum(axis=0))
+            variance = starts.squares[0] / max(1, self.objective.count(nodes) - z.shape[1])
+            reach = self._reach(blocks, gates, variance)
+            beyond = gates[gates > nodes][0]
+            nodes = max(int(beyond), int(gates[reach.max()]))
+            z = z[np.argsort(blocks[: np.searchsorted(gates, nodes) + 1].sum(axis=0))]
+        return z
+
+    def _reach(self, blocks: Array, gates: IntArray, variance: float) -> IntArray:
+        """Return for every candidate the first block (B,) that it misses; the last if none."""
+        counts = np.diff([0, *(self.objective.count(int(gate)) for gate in gates)])
+        limit = BAD_SHARE * self.objective.signal + BAD_NOISE * variance
+        bad = ~(blocks < limit * np.maximum(counts, 1)[:, None])
+        bad[-1] = True
+        return np.asarray(bad.argmax(axis=0))
+
+    def _enough(self, stopped: Starts) -> bool:
+        """Whether the converged ones among these already settle the round."""
+        best = stopped.squares[0]
+        if not stopped.converged[0] or best > self.squares:
+            return False
+        if self.noise_known:
+            return self._like_noise(best)
+        same = SAME_OPTIMUM * self.objective.dimension * self._variance(best)
+        return bool(np.count_nonzero(stopped.converged & (stopped.squares - best <= same)) >= 2)
+
+    def _like_noise(self, squares: float) -> bool:
+        return squares <= float(chdtri(max(1, self._freedom), CHI_SQUARE_TAIL))
+
+    def _variance(self, squares: float) -> float:
+        """Variance of the residual."""
+        return max(squares, self.objective.floor(self.objective.nodes)) / max(1, self._freedom)
+
+    @property
+    def _freedom(self) -> int:
+        return self.objective.count(self.objective.nodes) - self.objective.dimension
+
+    def _remember(self, z: Array, squares: Array) -> None:
+        i = int(np.argmin(squares))
+        if squares[i] < self.squares:
+            self.best, self.squares = z[i].copy(), float(squares[i])
+
+    def _judge(self, last: Starts) -> None:
+        """Decide whether the best point can be believed to be the optimum, and by which rule."""
+        same = SAME_OPTIMUM * self.objective.dimension * self._variance(self.squares)
+        agreeing = np.count_nonzero(np.array(self.bests) - self.squares <= same)
+        if self.noise_known:
+            if self.converged and self._like_noise(self.squares):
+                self.accepted = 'the residual is as small as the noise'
+            elif agreeing >= 2:
+                self.accepted = 'two rounds agree'
+            return
+        survivors = np.count_nonzero(last.converged & (last.squares - self.squares <= same))
+        fast = self.settings.acceptance == 'fast' and survivors >= 2
+        if not fast and agreeing < 2:
+            return
+        self.white = is_white(self.objective.residuals(self.best))
+        if self.white:
+            self.accepted = 'two survivors agree' if fast else 'two rounds agree'
+            self.accepted += ' and the residual is white'
+        elif agreeing >= 3:
+            self.accepted = 'three rounds agree'
+
+
+def is_white(residuals: Array) -> bool:
+    """Whether the lag-1 correlation of residuals (K, r; NaN = not measured) is that of noise."""
+    product, square, count = 0.0, 0.0, 0
+    for column in residuals.T:
+        r = column[np.isfinite(column)]
+        product += float(r[1:] @ r[:-1])
+        square += float(r @ r)
+        count += r.size
+    return square == 0.0 or abs(product) / square * np.sqrt(count) < WHITE_LIMIT

@@ -1,0 +1,22 @@
+"""What a search found."""
+
+from dataclasses import dataclass
+
+from obs_ros.typing import Array
+
+
+@dataclass(frozen=True)
+class Found:
+    """Best point z (d,) of the unit box and its cost.
+
+    `converged`: the last local search saw nothing left to gain; `accepted` names the rule by which
+    the point is believed to be the optimum, empty if none holds; `white`: whether its residual
+    looks like noise, None where nobody looked; `rounds`: of the search.
+    """
+
+    z: Array
+    cost: float
+    converged: bool
+    accepted: str
+    white: bool | None
+    rounds: int

@@ -1,0 +1,211 @@
+"""The front door: the states and parameters that explain one window of measurements best."""
+
+import time
+from collections.abc import Iterable, Mapping
+from dataclasses import dataclass, replace
+from typing import Any
+
+import numpy as np
+
+from obs_ros.deadline import Deadline
+from obs_ros.estimate import Estimate, Outcome
+from obs_ros.model import Model, names
+from obs_ros.models import load_model
+from obs_ros.objective import FITNESSES, ROUNDING, Fitness, Objective
+from obs_ros.record import Record
+from obs_ros.registry import suggest
+from obs_ros.report import empty, output_rms, report
+from obs_ros.rollout import Backend, Kernels, check_backend, kernels_for
+from obs_ros.rollout.grid import Grid
+from obs_ros.search import method_for
+from obs_ros.search.levenberg_marquardt import levenberg_marquardt
+from obs_ros.search.memetic import FULL_ITERATIONS
+from obs_ros.search.result import Found
+from obs_ros.typing import Array
+from obs_ros.unknowns import Unknowns
+from obs_ros.warm_start import carried
+
+# Outputs whose residuals turn out more unequal than this, against their scales, are weighted anew.
+UNEQUAL = 1.2
+REWEIGHTINGS = 3
+MEDIAN_BEND = 0.6745 * 6**0.5  # median of the second differences of unit white noise
+
+
+def solve_window(
+    model: Model | str,
+    record: Record,
+    search: str = 'memetic',
+    *,
+    seed: int = 0,
+    deadline: float | None = None,
+    parameters: Iterable[str] | None = None,
+    states: Iterable[str] | None = None,
+    fixed: Mapping[str, float] | None = None,
+    bounds: Mapping[str, tuple[float, float]] | None = None,
+    noise: Mapping[str, float] | None = None,
+    previous: Estimate | None = None,
+    fitness: Fitness = 'least_squares',
+    search_options: Mapping[str, Any] | None = None,
+    backend: Backend | None = None,
+) -> Estimate:
+    """Estimate initial states and parameters of a plant from one record.
+
+    Parameters
+    ----------
+    model : a Model, a built-in model's name, or `module:ATTRIBUTE`.
+    record : times (K,), inputs (K, m) and outputs (K, r); NaN = not measured.
+    search : `memetic` (default) or `chaotic_de`; `search_options` replaces some of its settings.
+    seed : of everything random; without a deadline, the same seed gives the same bits.
+    deadline : s from now until the best so far is returned; None takes the time it needs.
+    parameters, states : names to estimate; default all parameters and all initial states.
+    fixed : values of names that are not estimated; their default is the nominal value.
+    bounds : (lower, upper) by name, instead of the model's.
+    noise : standard deviation by output, in its unit; those not given come from the residual.
+    previous : the estimate of an earlier window, raced against fresh candidates.
+    fitness : `least_squares`, `euclidean` or `correlation`; the last two only for `chaotic_de`.
+    backend : `numba` or `numpy`; None takes Numba where it is installed.
+
+    Raises ValueError for anything wrong with these, with the name and the value.
+    """
+    solver = Solver.of(
+        load_model(model),
+        search=search,
+        search_options=search_options,
+        parameters=parameters,
+        states=states,
+        fixed=fixed,
+        bounds=bounds,
+        noise=noise,
+        fitness=fitness,
+        backend=backend,
+    )
+    return solver.solve(record, np.random.default_rng(seed), Deadline(deadline), previous)
+
+
+@dataclass(frozen=True)
+class Solver:
+    """Everything about `solve_window` that stays the same from window to window, checked."""
+
+    unknowns: Unknowns
+    search: str
+    options: Mapping[str, Any]
+    noise: Mapping[str, float]
+    fitness: Fitness
+    backend: Backend | None
+
+    @classmethod
+    def of(
+        cls,
+        model: Model,
+        *,
+        search: str = 'memetic',
+        search_options: Mapping[str, Any] | None = None,
+        parameters: Iterable[str] | None = None,
+        states: Iterable[str] | None = None,
+        fixed: Mapping[str, float] | None = None,
+        bounds: Mapping[str, tuple[float, float]] | None = None,
+        noise: Mapping[str, float] | None = None,
+        fitness: Fitness = 'least_squares',
+        backend: Backend | None = None,
+    ) -> 'Solver':
+        """Check the settings; see `solve_window`."""
+        unknowns = Unknowns.of(model, parameters, states, fixed, bounds)
+        method, _ = method_for(search, search_options)
+        if fitness not in FITNESSES:
+            raise ValueError(f'unknown fitness {fitness!r}: {suggest(fitness, FITNESSES)}')
+        if method.needs_squares and fitness != 'least_squares':
+            raise ValueError(
+                f'search {search!r} minimises least squares, not {fitness!r}: '
+                "use search='chaotic_de' for that"
+            )
+        outputs = names(model.outputs)
+        for name, sd in (noise or {}).items():
+            if name not in outputs:
+                raise ValueError(f'noise of unknown output {name!r}: {suggest(name, outputs)}')
+            if not (np.isfinite(sd) and sd > 0.0):
+                raise ValueError(f'noise of {name}: standard deviation {sd} is not positive')
+        check_backend(backend)
+        return cls(
+            unknowns, search, dict(search_options or {}), dict(noise or {}), fitness, backend
+        )
+
+    @property
+    def model(self) -> Model:
+        """The plant."""
+        return self.unknowns.model
+
+    @property
+    def kernels(self) -> Kernels:
+        """The model's rollouts; compiled at the first call, which may take some seconds."""
+        return kernels_for(self.model, self.backend)
+
+    def solve(
+        self,
+        record: Record,
+        rng: np.random.Generator,
+        deadline: Deadline,
+        previous: Estimate | None = None,
+    ) -> Estimate:
+        """Estimate one window; see `solve_window`."""
+        begin = time.perf_counter()
+        grid = Grid.of(self.model, record, self._scale(record))
+        objective = Objective(self.kernels, grid, self.unknowns, self.fitness)
+        values, dimension = objective.count(objective.nodes), objective.dimension
+        if values < dimension:
+            return empty(
+                self.model,
+                record,
+                Outcome.TOO_FEW_SAMPLES,
+                f'{values} measured values for {dimension} unknowns: '
+                'take a longer window or estimate less',
+            )
+        method, settings = method_for(self.search, self.options)
+        noise_known = method.needs_squares and len(self.noise) == len(self.model.outputs)
+        warm = None
+        if previous is not None and previous.usable:
+            start = carried(self.kernels, previous, record)
+            warm = self.unknowns.point({**previous.parameters, **start})
+        found = method.search(objective, rng, deadline, settings, warm, noise_known)
+        if not np.isfinite(found.cost):
+            return empty(
+                self.model,
+                record,
+                Outcome.DIVERGED,
+                f'all {objective.evaluations} candidates diverged: '
+                "narrow the bounds, or shorten the model's max_step",
+            )
+        if method.needs_squares:
+            found = self._reweighted(objective, found, deadline)
+        return report(record, objective, found, noise_known, time.perf_counter() - begin)
+
+    def _scale(self, record: Record) -> Array:
+        """Return scales (r,) of the outputs: noise, given or guessed; 1 for other fitnesses."""
+        if self.fitness != 'least_squares':
+            return np.ones(len(self.model.outputs))
+        outputs = zip(names(self.model.outputs), record.y.T, strict=False)
+        return np.array([self.noise.get(name) or noise_guess(y) for name, y in outputs])
+
+    def _reweighted(self, objective: Objective, found: Found, deadline: Deadline) -> Found:
+        """Weight the outputs by their own residuals where the guess of their noise was off."""
+        guessed = np.array([name not in self.noise for name in names(self.model.outputs)])
+        for _ in range(REWEIGHTINGS):
+            rms = output_rms(objective.residuals(found.z))
+            off = np.where(guessed & (rms > 0.0), rms, 1.0)
+            if off.max() < UNEQUAL * off.min() or deadline.passed:
+                break
+            objective.grid = objective.grid.rescaled(off)
+            polished = levenberg_marquardt(
+                objective, found.z[None], objective.nodes, FULL_ITERATIONS, deadline
+            )
+            found = replace(found, z=polished.z[0], cost=float(polished.squares[0]))
+        return found
+
+
+def noise_guess(y: Array) -> float:
+    """Guess the noise of one output (K,) from its second differences, which a slow signal lacks."""
+    y = y[np.isfinite(y)]
+    bends = np.abs(np.diff(y, 2))
+    for guess in (np.median(bends) if bends.size else 0.0, np.std(y) if y.size else 0.0):
+        if guess > ROUNDING * np.abs(y).max():
+            return float(guess) / MEDIAN_BEND
+    return 1.0

@@ -1,0 +1,132 @@
+"""What is estimated: some states and parameters of a model, each in its box; the rest is given."""
+
+from collections.abc import Iterable, Mapping
+from dataclasses import dataclass
+
+import numpy as np
+
+from obs_ros.model import Model, check_bounds, names
+from obs_ros.registry import suggest
+from obs_ros.typing import Array, IntArray
+
+
+@dataclass(frozen=True)
+class Unknowns:
+    """The estimated ones among a model's n initial states and q parameters.
+
+    index (d,) says which of the n + q values they are, lower and upper (d,) are their box, in their
+    units; given (n + q,) holds the values of the others. Searches see the box as [0, 1]^d.
+    """
+
+    model: Model
+    index: IntArray
+    lower: Array
+    upper: Array
+    given: Array
+
+    @classmethod
+    def of(
+        cls,
+        model: Model,
+        parameters: Iterable[str] | None = None,
+        states: Iterable[str] | None = None,
+        fixed: Mapping[str, float] | None = None,
+        bounds: Mapping[str, tuple[float, float]] | None = None,
+    ) -> 'Unknowns':
+        """Estimate the named parameters and initial states; None means all that are not `fixed`.
+
+        `fixed` gives values to others, whose default is their nominal value; `bounds` replaces the
+        model's. Raises ValueError for an unknown name, crossed, infinite or missing bounds, a name
+        both estimated and fixed, nothing to estimate, and a value that nobody gives.
+        """
+        fixed, bounds = dict(fixed or {}), dict(bounds or {})
+        for name in (*fixed, *bounds):
+            model.variable(name)
+        chosen = (
+            *_chosen('state', names(model.states), states, fixed),
+            *_chosen('parameter', names(model.parameters), parameters, fixed),
+        )
+        if not chosen:
+            raise ValueError(f'nothing to estimate: every unknown of {model.name!r} is fixed')
+        given = np.full(len(model.unknowns), np.nan)
+        lower, upper = [], []
+        for i, variable in enumerate(model.unknowns):
+            if variable.name in chosen:
+                low, high = bounds.get(variable.name, (variable.lower, variable.upper))
+                check_bounds(variable.name, low, high)
+                if not np.isfinite([low, high]).all():
+                    raise ValueError(
+                        f'{variable.name} is estimated within [{low}, {high}]: '
+                        f'give finite bounds for it, in {variable.unit}'
+                    )
+                lower.append(low)
+                upper.append(high)
+                continue
+            value = fixed.get(variable.name, variable.nominal)
+            if value is None or not np.isfinite(value):
+                raise ValueError(
+                    f'{variable.name} is not estimated and has no nominal value: '
+                    f'give one with fixed={{{variable.name!r}: ...}}, in {variable.unit}'
+                )
+            given[i] = value
+        index = [i for i, v in enumerate(model.unknowns) if v.name in chosen]
+        return cls(model, np.array(index), np.array(lower), np.array(upper), given)
+
+    @property
+    def dimension(self) -> int:
+        """Number of unknowns, d."""
+        return self.index.size
+
+    @property
+    def names(self) -> tuple[str, ...]:
+        """Names of the unknowns, states first."""
+        return tuple(self.model.unknowns[i].name for i in self.index)
+
+    def values(self, z: Array) -> tuple[Array, Array]:
+        """Return initial states (n, B) and parameters (q, B) of points z (B, d) of the unit box."""
+        everything = np.repeat(self.given[:, None], len(z), axis=1)
+        everything[self.index] = (self.lower + z * (self.upper - self.lower)).T
+        n = len(self.model.states)
+        return everything[:n], everything[n:]
+
+    def perturbed(self, z: Array, h: Array) -> tuple[Array, Array, Array]:
+        """Return x0 (n, P (1 + d)), p (q, P (1 + d)) and the steps (P, d) really taken.
+
+        One start after the other: its point, of z (P, d), then that with its h_i added to each
+        z_i, of h (P, d). Rounding changes the steps.
+        """
+        starts, d = z.shape
+        width = (self.upper - self.lower)[:, None]
+        points = self.lower[:, None] + z.T * width
+        lanes = np.empty((d, starts, d + 1))
+        lanes[:] = points[:, :, None]
+        own = np.arange(d)
+        lanes[own, :, own + 1] += h.T * width
+        steps = (lanes[own, :, own + 1] - points) / width
+        everything = np.empty((self.given.size, starts * (d + 1)))
+        everything[:] = self.given[:, None]
+        everything[self.index] = lanes.reshape(d, -1)
+        n = len(self.model.states)
+        return everything[:n], everything[n:], steps.T
+
+    def point(self, values: Mapping[str, float]) -> Array:
+        """Return the point (d,) of the unit box nearest to named values; NaN becomes the middle."""
+        z = np.array([values[name] for name in self.names])
+        z = (z - self.lower) / (self.upper - self.lower)
+        return np.clip(np.where(np.isfinite(z), z, 0.5), 0.0, 1.0)
+
+
+def _chosen(
+    kind: str, known: tuple[str, ...], wanted: Iterable[str] | None, fixed: Mapping[str, float]
+) -> tuple[str, ...]:
+    if wanted is None:
+        return tuple(name for name in known if name not in fixed)
+    if isinstance(wanted, str):
+        wanted = (wanted,)
+    wanted = tuple(wanted)
+    for name in wanted:
+        if name not in known:
+            raise ValueError(f'no {kind} {name!r} to estimate: {suggest(name, known)}')
+        if name in fixed:
+            raise ValueError(f'{kind} {name!r} cannot be both estimated and fixed')
+    return wanted
