@@ -4,9 +4,9 @@
 
 `compiled.py` writes it, after a header of the model's own, to a file in the user's cache folder and
 imports that. The header binds `dynamics`, `output`, the decorators, and tuple functions unrolled
-for the model's dimensions. Candidates lie in lanes: arrays are flat (variable, lane), and the lane loop
-is innermost, of constant length and unsigned, which is what makes it vectorise. A candidate that
-turns NaN stays NaN and disturbs no other lane.
+for the model's dimensions. Candidates lie in lanes: arrays are flat (variable, lane), and the lane
+loop is innermost, of constant length and unsigned, which is what makes it vectorise. A candidate
+that turns NaN stays NaN and disturbs no other lane.
 """
 
 

@@ -1,0 +1,1 @@
+"""The ROS side: the estimator node, and what both nodes share."""

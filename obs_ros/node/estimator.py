@@ -1,0 +1,203 @@
+"""The estimator node: samples in, estimates out, and word of how it goes."""
+
+import sys
+import time
+from collections.abc import Mapping
+from functools import partial
+from typing import Any
+
+import rclpy
+from rclpy.clock import JumpThreshold
+from rclpy.duration import Duration
+from rclpy.node import Node
+from std_srvs.srv import SetBool, Trigger
+
+from obs_ros.estimate import Estimate
+from obs_ros.model import names
+from obs_ros.models import load_model
+from obs_ros.node.diagnostics import Health, publish_health
+from obs_ros.node.feed import Feed
+from obs_ros.node.health import Progress, examine
+from obs_ros.node.info import model_info, publish_info, settings_info
+from obs_ros.node.parameters import Parameters
+from obs_ros.node.publication import EstimatePublisher
+from obs_ros.node.run import run
+from obs_ros.node.settings import CHOICE, COMMON, LIVE, build_observer, differs, model_knobs
+from obs_ros.node.worker import Finished, Worker
+from obs_ros.observers import Observer
+from obs_ros.window import Sample
+
+_PATIENCE = 0.3  # s that the end of the node waits for a solve
+
+
+class Estimator(Node):
+    """Feeds an observer from plant/output and plant/input and publishes what it estimates.
+
+    Callbacks only append samples. A worker thread compiles the model once and then solves; of the
+    windows that close meanwhile it takes the newest, the others are counted as skipped.
+
+    Raises ValueError when parameters given at start are wrong.
+    """
+
+    def __init__(self, **options: Any) -> None:
+        super().__init__(
+            'estimator', automatically_declare_parameters_from_overrides=True, **options
+        )
+        self.progress = Progress()
+        self._settings: Mapping[str, Any] = {}
+        self._observer: Observer
+        self._break: str | None = None
+        self._prepared = False
+        # Arrival (steady clock, s) of the sample that closed the newest window, until it is solved.
+        self._due: float | None = None
+        self._solving = 0.0  # the same of the window that is being solved
+        self._feeds: dict[str, Feed] = {}
+        self._guard = self.create_guard_condition(self._collect)
+        self._worker = Worker(notify=self._guard.trigger)
+        try:
+            self._start()
+        except BaseException:
+            self.close()
+            raise
+
+    def _start(self) -> None:
+        parameters = Parameters(self)
+        parameters.declare(CHOICE)
+        self.model = load_model(parameters.values['model'])
+        parameters.declare((*LIVE, *COMMON, *model_knobs(self.model)))
+        self._publish_info = publish_info(self)
+        self._publisher = EstimatePublisher(self, self.model)
+        parameters.watch(self._propose, self._adopt)
+        self._feeds['output'] = Feed(
+            self, 'plant/output', names(self.model.outputs),
+            lambda stamp, y: self._absorb(Sample(stamp, y=y)),
+        )  # fmt: skip
+        if self.model.inputs:
+            self._feeds['input'] = Feed(
+                self, 'plant/input', names(self.model.inputs),
+                lambda stamp, u: self._absorb(Sample(stamp, u=u)),
+            )  # fmt: skip
+        self.create_service(Trigger, '~/reset', self._on_reset)
+        self.create_service(SetBool, '~/enable', self._on_enable)
+        # The handle must be kept: dropping it ends the callback.
+        self._jump_handle = self.get_clock().create_jump_callback(
+            JumpThreshold(
+                min_forward=None, min_backward=Duration(nanoseconds=-1), on_clock_change=False
+            ),
+            post_callback=lambda _: self._reset('ROS time jumped back'),
+        )
+        publish_health(self, self.model.name, self._examine)
+
+    def close(self) -> bool:
+        """End the worker; False when its solve has not ended in time."""
+        if handle := getattr(self, '_jump_handle', None):
+            handle.unregister()
+        return self._worker.close(_PATIENCE)
+
+    def _propose(self, values: Mapping[str, Any]) -> tuple[Mapping[str, Any], Observer | None]:
+        new = differs(values, self._settings)
+        return values, build_observer(self.model, values) if new else None
+
+    def _adopt(self, proposal: tuple[Mapping[str, Any], Observer | None]) -> None:
+        self._settings, observer = proposal
+        if observer is None:
+            return
+        if self._prepared:
+            self.get_logger().info('parameters changed: a new observer starts with new samples')
+        self._worker.discard()
+        self._observer, self._break, self._due = observer, None, None
+        self._prepared = False
+        self.progress.restart()
+        self._publish_info({**model_info(self.model), **settings_info(self._settings)})
+        self._proceed()
+
+    def _absorb(self, sample: Sample) -> None:
+        if not self.progress.enabled:
+            return
+        if self._observer.absorb(sample):
+            self._due = time.monotonic()
+        if self._observer.last_break is not self._break:
+            self._break = self._observer.last_break
+            self._forget_solve()
+            self.get_logger().warning(f'start anew: {self._break}')
+        if self._due is not None:
+            self._proceed()
+
+    def _proceed(self) -> None:
+        """Give the worker what is next, unless it is busy."""
+        if self._worker.running is not None:
+            return
+        if not self._prepared:
+            self.get_logger().info(
+                f'compiling model {self.model.name!r}; the first time this takes several seconds'
+            )
+            self._worker.start('prepare', self._observer.prepare)
+        elif self._due is not None:
+            deadline = self._settings['deadline']
+            self._worker.start('estimate', partial(self._observer.estimate, deadline))
+            self._solving, self._due = self._due, None
+
+    def _collect(self) -> None:
+        finished = self._worker.collect()
+        if finished is not None:
+            self._conclude(finished)
+        if rclpy.ok(context=self.context):
+            self._proceed()
+
+    def _conclude(self, finished: Finished) -> None:
+        if finished.error is not None:
+            self.progress.fail(finished)
+            self.get_logger().error(f'cannot {finished.kind}: {self.progress.error}')
+        elif finished.kind == 'estimate' and finished.result is not None:
+            self._publish(finished.result)
+        if finished.kind == 'prepare':
+            self._prepared = self.progress.ready = True
+            if finished.error is None:
+                self.progress.compile_time = float(finished.result)
+                self.get_logger().info(f'ready after {finished.result:.1f} s of compilation')
+
+    def _publish(self, estimate: Estimate) -> None:
+        latency = time.monotonic() - self._solving
+        published = self._publisher.publish(estimate, latency, self._observer.counts['skipped'])
+        self.progress.conclude(estimate, latency, published)
+
+    def _on_reset(self, _: Trigger.Request, response: Trigger.Response) -> Trigger.Response:
+        self._reset('asked to')
+        response.success, response.message = True, 'all samples and estimates forgotten'
+        return response
+
+    def _on_enable(self, request: SetBool.Request, response: SetBool.Response) -> SetBool.Response:
+        if request.data and not self.progress.enabled:
+            # What happened meanwhile is not known, so no window may span it.
+            self._reset('enabled')
+            for feed in self._feeds.values():
+                feed.rest()
+        self.progress.enabled = request.data
+        response.success = True
+        response.message = 'estimating' if request.data else 'paused: samples are ignored'
+        return response
+
+    def _reset(self, why: str) -> None:
+        self.get_logger().info(f'reset: {why}')
+        self._observer.reset()
+        self._forget_solve()
+
+    def _forget_solve(self) -> None:
+        self._due = None
+        self.progress.estimate = None
+        if self._worker.running == 'estimate':
+            self._worker.discard()
+
+    def _examine(self) -> Health:
+        return examine(
+            self.progress, self._feeds, self._settings, self._observer.counts, self._break
+        )
+
+
+def main() -> int:
+    """Run the estimator as a process."""
+    return run('estimator', Estimator)
+
+
+if __name__ == '__main__':
+    sys.exit(main())

@@ -1,0 +1,105 @@
+"""How the estimator is doing: one level and one sentence out of all that may be wrong."""
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import Any
+
+from obs_ros.estimate import Estimate, Outcome
+from obs_ros.node.diagnostics import Health, Level
+from obs_ros.node.feed import Feed
+from obs_ros.node.worker import Finished
+
+
+@dataclass
+class Progress:
+    """Where the estimator stands; times in s."""
+
+    enabled: bool = True
+    ready: bool = False
+    compile_time: float = 0.0
+    estimate: Estimate | None = None  # the last one; None after a reset
+    latency: float = 0.0
+    error: str = ''  # of the last solve; empty when it went well
+    published: int = 0
+    withheld: int = 0
+    failed: int = 0
+
+    def restart(self) -> None:
+        """Begin with a new observer."""
+        self.ready, self.estimate, self.error = False, None, ''
+
+    def conclude(self, estimate: Estimate, latency: float, published: bool) -> None:
+        """Note an estimate, and whether it was fit to be published."""
+        self.estimate, self.latency, self.error = estimate, latency, ''
+        self.published += published
+        self.withheld += not published
+
+    def fail(self, finished: Finished) -> None:
+        """Note an exception of the observer."""
+        self.failed += 1
+        self.error = f'{type(finished.error).__name__}: {finished.error}'
+
+
+def examine(
+    progress: Progress,
+    feeds: Mapping[str, Feed],
+    settings: Mapping[str, Any],
+    counts: Mapping[str, int],
+    last_break: str | None,
+) -> Health:
+    """Return the worst that is known, and every figure."""
+    level, message, outcome = _judge(progress, feeds, settings['stale_after'])
+    figures: dict[str, object] = {
+        'outcome': outcome,
+        'observer': settings['observer'],
+        'ready': progress.ready,
+        'enabled': progress.enabled,
+        'published': progress.published,
+        'withheld': progress.withheld,
+        'failed': progress.failed,
+        'compile_time_s': progress.compile_time,
+    }
+    if estimate := progress.estimate:
+        figures |= {
+            'residual_rms': estimate.residual_rms,
+            'evaluations': estimate.evaluations,
+            'solve_time_s': estimate.solve_time,
+            'latency_s': progress.latency,
+        }
+    for name, feed in feeds.items():
+        figures |= {f'{name}.received': feed.received, f'{name}.rate_hz': feed.rate()}
+        figures |= {f'{name}.{reason}': count for reason, count in feed.refused.items()}
+        if feed.last_refusal:
+            figures[f'{name}.last_refusal'] = feed.last_refusal
+    figures |= {f'samples.{reason}': n for reason, n in counts.items() if reason != 'skipped'}
+    figures['skipped'] = counts.get('skipped', 0)
+    if last_break:
+        figures['last_break'] = last_break
+    return Health(level, message, figures)
+
+
+def _judge(
+    progress: Progress, feeds: Mapping[str, Feed], stale_after: float
+) -> tuple[Level, str, str]:
+    """Return level, message and outcome; what keeps estimates from coming stands first."""
+    if not progress.enabled:
+        return Level.WARN, 'paused: call ~/enable with true to go on', 'paused'
+    if progress.error:
+        return Level.ERROR, progress.error, 'failed'
+    if not progress.ready:
+        return Level.WARN, 'compiling the model', 'compiling'
+    for feed in feeds.values():
+        if feed.silence is None:
+            refused = f'; refused: {feed.last_refusal}' if feed.last_refusal else ''
+            return Level.WARN, f'waiting for {feed.topic}{refused}', 'waiting'
+    for name, feed in feeds.items():
+        if feed.silence > stale_after:
+            outcome = (Outcome.STALE_OUTPUT if name == 'output' else Outcome.STALE_INPUT).value
+            message = f'no {feed.topic} for {feed.silence:.0f} s: does its publisher run?'
+            return Level.STALE, f'{outcome}: {message}', outcome
+    if progress.estimate is None:
+        return Level.OK, 'collecting the first window', 'collecting'
+    outcome = progress.estimate.outcome
+    level = {Outcome.CONVERGED: Level.OK, Outcome.DIVERGED: Level.ERROR}.get(outcome, Level.WARN)
+    withheld = '' if progress.estimate.usable else ' (withheld: not finite)'
+    return level, f'{outcome.value}{withheld}: {progress.estimate.message}', outcome.value

@@ -1,0 +1,116 @@
+"""One row of a node's table of parameters: its type, range and description. Knows no ROS."""
+
+import math
+from collections.abc import Iterable
+from dataclasses import dataclass
+from typing import Any
+
+from obs_ros.registry import suggest
+
+Value = bool | int | float | str | tuple[float, ...] | tuple[str, ...]
+
+_WORDS = {bool: 'true or false', int: 'an integer', float: 'a number', str: 'text'}
+
+
+@dataclass(frozen=True)
+class Knob:
+    """One parameter: its `default` gives the type; a tuple stands for an array.
+
+    `lower` and `upper` bound numbers, `positive` excludes 0 as well, `choices` lists the words
+    allowed, `length` fixes an array's. `read_only` ones are set at start only.
+    """
+
+    name: str
+    default: Value
+    description: str
+    unit: str = ''
+    lower: float = -math.inf
+    upper: float = math.inf
+    positive: bool = False
+    nan: bool = False
+    choices: tuple[str, ...] = ()
+    length: int | None = None
+    read_only: bool = False
+
+    @property
+    def range(self) -> str:
+        """The values allowed, in words."""
+        if self.choices:
+            return ' | '.join(choice or "''" for choice in self.choices)
+        if isinstance(self.default, bool) or not isinstance(self.default, int | float):
+            return ''
+        if self.positive:
+            return '> 0' if math.isinf(self.upper) else f'> 0, <= {self.upper:g}'
+        if math.isinf(self.upper):
+            return '' if math.isinf(self.lower) else f'>= {self.lower:g}'
+        return f'{self.lower:g} to {self.upper:g}'
+
+    def coerce(self, value: Any) -> Value:
+        """Return `value` as this knob's type: integers pass where floats are meant.
+
+        Raises ValueError saying what is wrong and what is allowed.
+        """
+        typed: Value = self.typed(value)
+        if isinstance(typed, tuple):
+            if self.length is not None and len(typed) != self.length:
+                raise ValueError(f'{self.name} must have {self.length} entries, not {len(typed)}')
+        elif self.choices and typed not in self.choices:
+            known = [choice for choice in self.choices if choice]
+            raise ValueError(f'unknown {self.name} {typed!r}: {suggest(str(typed), known)}')
+        elif not isinstance(typed, bool | str) and not self._allows(typed):
+            unit = f' {self.unit}' if self._has_unit else ''
+            raise ValueError(f'{self.name} must be {self.range or "a number"}{unit}, not {typed}')
+        return typed
+
+    def typed(self, value: Any) -> Value:
+        """Return `value` as this knob's type, its range unchecked; raises ValueError."""
+        if not isinstance(self.default, tuple):
+            return _as_type(self.name, type(self.default), value)  # type: ignore[no-any-return]
+        if isinstance(value, str | bytes) or not isinstance(value, Iterable):
+            raise ValueError(
+                f'{self.name} must be an array like {list(self.default)}, not {value!r}'
+            )
+        return tuple(_as_type(self.name, type(self.default[0]), entry) for entry in value)
+
+    def describe(self) -> str:
+        """Return the description with unit, range and when it can be set."""
+        notes = [
+            f'in {self.unit}' if self._has_unit else '',
+            self.range,
+            'at start only' if self.read_only else '',
+        ]
+        text = '; '.join(note for note in notes if note)
+        return self.description + (f' ({text})' if text else '')
+
+    @property
+    def _has_unit(self) -> bool:
+        return self.unit not in ('', '1')
+
+    def _allows(self, value: float) -> bool:
+        if math.isnan(value):
+            return self.nan
+        return self.lower <= value <= self.upper and (value > 0 or not self.positive)
+
+
+def markdown_table(knobs: Iterable[Knob]) -> str:
+    """Return the knobs as a Markdown table, for the README."""
+    rows = ['| parameter | default | meaning |', '|---|---|---|']
+    for knob in knobs:
+        default = plain(knob.default)
+        text = str(default).lower() if isinstance(default, bool) else str(default)
+        meaning = knob.describe().replace('|', '\\|')
+        rows.append(f'| `{knob.name}` | {f"`{text}`" if text else ""} | {meaning} |')
+    return '\n'.join(rows) + '\n'
+
+
+def plain(value: Value) -> Any:
+    """Return the value as ROS takes it: arrays are lists there."""
+    return list(value) if isinstance(value, tuple) else value
+
+
+def _as_type(name: str, kind: type, value: Any) -> Any:
+    if kind is float and isinstance(value, int) and not isinstance(value, bool):
+        return float(value)
+    if type(value) is not kind:
+        raise ValueError(f'{name} must be {_WORDS[kind]}, not {value!r}')
+    return value

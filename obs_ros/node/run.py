@@ -1,0 +1,57 @@
+"""Starting and ending a node as a process: exit codes, signals, one-line errors."""
+
+import os
+import signal
+import sys
+from collections.abc import Callable, Sequence
+
+import rclpy
+from rclpy.exceptions import ParameterException
+from rclpy.executors import ExternalShutdownException, SingleThreadedExecutor
+from rclpy.impl.implementation_singleton import rclpy_implementation
+from rclpy.node import Node
+from rclpy.signals import SignalHandlerOptions, install_signal_handlers
+
+
+def run(name: str, create: Callable[[], Node], args: Sequence[str] | None = None) -> int:
+    """Spin the node that `create` returns until a signal or shutdown ends it; return the exit code.
+
+    0 after SIGINT, SIGTERM or a shutdown; 1, with one line on stderr, when it cannot start.
+    A node with a `close()` gets it called at the end; when that returns False a thread is busy
+    still, in code that nothing can interrupt, and the process ends there and then.
+    """
+    node = None
+    caught: list[int] = []
+    try:
+        # While things are half made, shutting down would leave tracebacks: so signals are noted
+        # only, until the executor can see to them.
+        for number in (signal.SIGINT, signal.SIGTERM):
+            signal.signal(number, lambda number, _: caught.append(number))
+        rclpy.init(args=args, signal_handler_options=SignalHandlerOptions.NO)
+        node = create()
+        executor = SingleThreadedExecutor()
+        executor.add_node(node)
+        install_signal_handlers(SignalHandlerOptions.ALL)
+        if not caught:
+            executor.spin()
+    except (KeyboardInterrupt, ExternalShutdownException):
+        pass
+    except (ValueError, ParameterException, rclpy_implementation.RCLError) as error:
+        if node is None:
+            print(f'{name}: {_one_line(error)}', file=sys.stderr)
+            return 1
+        # rclpy shuts down from a thread, and what is just under way there fails: that is no defect.
+        if rclpy.ok():
+            raise
+    finally:
+        idle = getattr(node, 'close', lambda: True)()
+        rclpy.try_shutdown()
+        if not idle:
+            sys.stdout.flush()
+            sys.stderr.flush()
+            os._exit(0)
+    return 0
+
+
+def _one_line(error: Exception) -> str:
+    return ' '.join(str(error).split())

@@ -1,0 +1,145 @@
+"""The estimator's parameters, and the observer that they describe."""
+
+import math
+from collections.abc import Mapping
+from typing import Any, get_args
+
+from obs_ros.model import Model
+from obs_ros.node.knob import Knob, Value
+from obs_ros.objective import FITNESSES
+from obs_ros.observers import Observer, load_observer
+from obs_ros.search import METHODS
+from obs_ros.search.differential_evolution import Strategy
+from obs_ros.search.population import POPULATIONS
+
+ALL, NONE = 'all', 'none'
+
+# They say what is loaded: a remote `param set` must never import code.
+CHOICE = (
+    Knob(
+        'model', 'three_tank', 'plant model: a built-in name or package.module:ATTRIBUTE',
+        read_only=True,
+    ),
+    Knob(
+        'observer', 'sliding_window', 'observer: a built-in name or package.module:CLASS',
+        read_only=True,
+    ),
+)  # fmt: skip
+
+# A change of these needs no new observer.
+LIVE = (
+    Knob('deadline', 1.0, 'wall time for one solve, best so far when it ends', 's', positive=True),
+    Knob(
+        'stale_after', 5.0, 'wall time without samples after which a stream is stale', 's',
+        positive=True,
+    ),
+)  # fmt: skip
+
+COMMON = (
+    Knob('window.duration', 1000.0, 'length of a window, in sample time', 's', positive=True),
+    Knob(
+        'window.period', 0.0, 'from one window to the next; 0: the duration, so they abut', 's',
+        lower=0.0,
+    ),
+    Knob(
+        'parameters', (ALL,),
+        f"names of the parameters to estimate; ['{ALL}'] or ['{NONE}'] for all or none",
+    ),
+    Knob(
+        'states', (ALL,),
+        f"names of the initial states to estimate; ['{ALL}'] or ['{NONE}'] for all or none",
+    ),
+    Knob('fitness', FITNESSES[0], 'what the search compares windows by', choices=FITNESSES),
+    Knob('seed', 0, 'seed of the search; the same samples then give the same estimates', lower=0),
+    Knob('search.method', 'memetic', 'search method', choices=tuple(METHODS)),
+    Knob('search.chaos', '', "first population; '': the method's own", choices=('', *POPULATIONS)),
+    Knob('search.population', 0, "candidates (Np); 0: the method's own", lower=0),
+    Knob('search.generations', 0, "generations (Gm) at most; 0: the method's own", lower=0),
+    Knob(
+        'search.strategy', '', "mutation and crossover; '': the method's own",
+        choices=('', *get_args(Strategy)),
+    ),
+    Knob(
+        'search.differential_weight', 0.0, "differential weight F; 0: the method's own",
+        lower=0.0, upper=2.0,
+    ),
+    Knob(
+        'search.crossover', 0.0, "crossover probability CR; 0: the method's own",
+        lower=0.0, upper=1.0,
+    ),
+)  # fmt: skip
+
+
+def model_knobs(model: Model) -> tuple[Knob, ...]:
+    """Return the parameters that the model's variables bring: bounds, fixed values, noise."""
+    bounds = [
+        Knob(
+            f'bounds.{v.name}', (v.lower, v.upper), f'lower and upper bound of {v.name}', v.unit,
+            length=2,
+        )
+        for v in model.unknowns
+    ]  # fmt: skip
+    fixed = [
+        Knob(
+            f'fixed.{v.name}', math.nan,
+            f'value of {v.name} where it is not estimated; nan: its nominal value', v.unit,
+            nan=True,
+        )
+        for v in model.unknowns
+    ]  # fmt: skip
+    noise = [
+        Knob(
+            f'noise.{v.name}', 0.0,
+            f'standard deviation of the measured {v.name}; 0: estimated from the residual', v.unit,
+            lower=0.0,
+        )
+        for v in model.outputs
+    ]  # fmt: skip
+    return (*bounds, *fixed, *noise)
+
+
+def build_observer(model: Model, values: Mapping[str, Any]) -> Observer:
+    """Return a new observer of `model` for the parameter values.
+
+    Raises ValueError for what single knobs could not tell, with the name and the value.
+    """
+    return load_observer(values['observer'])(
+        model,
+        duration=values['window.duration'],
+        period=values['window.period'] or None,
+        search=values['search.method'],
+        search_options={
+            option: value
+            for option, value in _under('search.', values).items()
+            if option != 'method' and value
+        },
+        parameters=_names(values['parameters']),
+        states=_names(values['states']),
+        bounds={
+            name: bounds
+            for name, bounds in _under('bounds.', values).items()
+            if bounds != (model.variable(name).lower, model.variable(name).upper)
+        },
+        fixed={n: value for n, value in _under('fixed.', values).items() if not math.isnan(value)},
+        noise={
+            name: deviation for name, deviation in _under('noise.', values).items() if deviation
+        },
+        fitness=values['fitness'],
+        seed=values['seed'],
+    )
+
+
+def differs(values: Mapping[str, Value], from_values: Mapping[str, Value]) -> bool:
+    """Say whether an observer for `values` is another one than for `from_values`."""
+    live = {knob.name for knob in LIVE}
+    # As dicts: they take a NaN for equal to itself.
+    one, other = ({k: v for k, v in s.items() if k not in live} for s in (values, from_values))
+    return one != other
+
+
+def _under(prefix: str, values: Mapping[str, Any]) -> dict[str, Any]:
+    return {name.removeprefix(prefix): v for name, v in values.items() if name.startswith(prefix)}
+
+
+def _names(names: tuple[str, ...]) -> tuple[str, ...] | None:
+    return None if names == (ALL,) else () if names == (NONE,) else names

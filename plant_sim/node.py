@@ -1,0 +1,220 @@
+"""The simulator node: plays a scenario live, as a plant that one can break while it runs."""
+
+import math
+import sys
+import time
+from collections.abc import Mapping
+from typing import Any
+
+from rclpy.clock import Clock, ClockType
+from rclpy.node import Node
+from rclpy.parameter import Parameter
+from rclpy.timer import Timer
+from rosgraph_msgs.msg import Clock as ClockMessage
+from sensor_msgs.msg import JointState
+from std_srvs.srv import SetBool, Trigger
+
+from obs_ros.model import names
+from obs_ros.models import load_model
+from obs_ros.node.diagnostics import Health, Level, publish_health
+from obs_ros.node.info import model_info, publish_info, settings_info
+from obs_ros.node.messages import STREAM, named_vector, time_message
+from obs_ros.node.parameters import Parameters
+from obs_ros.node.run import run
+from plant_sim.pace import Pace
+from plant_sim.scenarios import load_scenario
+from plant_sim.settings import CHOICE, COMMON, fault_knobs
+from plant_sim.simulation import Instant, Simulation
+
+_SHORTEST_TICK, _LONGEST_TICK = 0.001, 0.01  # s of wall time
+_BUDGET = 0.02  # s of wall time spent on late samples before services get their turn
+
+
+class Simulator(Node):
+    """Publishes outputs, inputs and the truth of a simulated plant, sample by sample.
+
+    Stamps are plant time from 0 where /clock is published, else the wall time of the run's start
+    plus plant time. Raises ValueError when parameters given at start are wrong.
+    """
+
+    def __init__(self, **options: Any) -> None:
+        super().__init__(
+            'simulator', automatically_declare_parameters_from_overrides=True, **options
+        )
+        parameters = Parameters(self)
+        parameters.declare(CHOICE)
+        self.scenario = load_scenario(str(parameters.values['scenario']))
+        self.model = load_model(self.scenario.model)
+        parameters.declare((*COMMON, *fault_knobs(self.model)))
+        self._settings: Mapping[str, Any] = parameters.values
+        self._simulates_time = bool(
+            self._settings['publish_clock'] or self._settings['speed'] != 1.0
+        )
+        self._names = {
+            'plant/output': names(self.model.outputs),
+            'plant/input': names(self.model.inputs),
+            'plant/state': names(self.model.states),
+            'plant/parameters': names(self.model.parameters),
+        }
+        self._publishers_of = {
+            topic: self.create_publisher(JointState, topic, STREAM)
+            for topic, order in self._names.items()
+            if order
+        }
+        self._clock_publisher = (
+            self.create_publisher(ClockMessage, '/clock', 10) if self._simulates_time else None
+        )
+        self._publish_info = publish_info(self)
+        self._restart()
+        parameters.watch(self._propose, self._adopt)
+        self.create_service(Trigger, '~/reset', self._on_reset)
+        self.create_service(SetBool, '~/enable', self._on_enable)
+        self._examined = time.monotonic(), 0, 0.0
+        publish_health(self, self.model.name, self._examine)
+        self.get_logger().info(
+            f'playing {self.scenario.name}: a sample every {self._simulation.period:g} s of plant '
+            f'time, {self._settings["speed"]:g} times real time'
+            f'{"" if self._settings["enabled"] else ", paused"}'
+        )
+
+    def _restart(self) -> None:
+        """Begin the scenario again, with the settings as they are now."""
+        settings = self._settings
+        self._simulation = Simulation(
+            self.scenario,
+            period=1.0 / settings['rate'] if settings['rate'] else None,
+            seed=settings['seed'],
+            snr_db=self._snr_db(settings),
+            noise_reference=settings['noise_reference'],
+        )
+        self._simulation.faults = _faults(settings)
+        self._epoch = 0 if self._simulates_time else time.time_ns()
+        self._sent = 0
+        self._examined = time.monotonic(), 0, 0.0
+        self._pace = Pace(settings['speed'])
+
+    def _snr_db(self, settings: Mapping[str, Any]) -> float:
+        snr_db = float(settings['snr_db'])
+        return self.scenario.snr_db if math.isnan(snr_db) else snr_db
+
+    def _propose(self, values: Mapping[str, Any]) -> Mapping[str, Any]:
+        if values['speed'] != 1.0 and not self._simulates_time:
+            raise ValueError(
+                'stamps are wall time here, so speed must stay 1: start with publish_clock true '
+                'to change it while running'
+            )
+        return values
+
+    def _adopt(self, values: Mapping[str, Any]) -> None:
+        if values['speed'] != self._settings['speed']:
+            self._pace.change(values['speed'], min(self._pace.now(), self._simulation.t))
+        if values['enabled'] and not self._settings['enabled']:
+            # The plant stood still meanwhile, and so did its time.
+            self._pace.hold(self._simulation.t)
+        self._settings = values
+        self._simulation.faults = _faults(values)
+        self._simulation.snr_db = self._snr_db(values)
+        self._publish_info({
+            'scenario': self.scenario.name,
+            **model_info(self.model),
+            'sample_period': self._simulation.period,
+            'duration': self.scenario.duration,
+            'stamps': 'plant time' if self._simulates_time else 'wall time',
+            **settings_info(values),
+        })  # fmt: skip
+        self._schedule()
+
+    def _schedule(self) -> None:
+        """Let a timer tick at every sample, in time with them, or so often that none waits."""
+        interval = self._simulation.period / self._settings['speed']
+        tick = max(interval / math.ceil(interval / _LONGEST_TICK), _SHORTEST_TICK)
+        timer: Timer | None = getattr(self, '_timer', None)
+        if timer is not None and timer.timer_period_ns == int(tick * 1e9):
+            return
+        if timer is not None:
+            self.destroy_timer(timer)
+        # Not the node's clock: that may be the very /clock published here.
+        self._timer = self.create_timer(
+            tick, self._tick, clock=Clock(clock_type=ClockType.STEADY_TIME)
+        )
+
+    def _tick(self) -> None:
+        if not self._settings['enabled']:
+            return
+        started, simulation = time.monotonic(), self._simulation
+        while simulation.t <= self._pace.now() and time.monotonic() - started < _BUDGET:
+            self._publish(simulation.sample())
+        self._pace.yield_to(simulation.t)
+        if self._clock_publisher:
+            # In between, time runs on, but never into the next sample.
+            self._publish_clock(min(self._nanoseconds(self._pace.now()),
+                                    self._nanoseconds(simulation.t) - 1))  # fmt: skip
+
+    def _publish(self, instant: Instant) -> None:
+        stamp = self._nanoseconds(instant.t)
+        if self._clock_publisher:
+            self._publish_clock(stamp)
+        for topic, values in (
+            ('plant/state', instant.x),
+            ('plant/parameters', instant.p),
+            ('plant/input', instant.u),
+            ('plant/output', instant.y),
+        ):
+            if topic in self._publishers_of:
+                message = named_vector(stamp, self._names[topic], values)
+                self._publishers_of[topic].publish(message)
+        self._sent += 1
+
+    def _publish_clock(self, stamp: int) -> None:
+        assert self._clock_publisher is not None
+        self._clock_publisher.publish(ClockMessage(clock=time_message(stamp)))
+
+    def _nanoseconds(self, t: float) -> int:
+        return self._epoch + round(t * 1e9)
+
+    def _on_reset(self, _: Trigger.Request, response: Trigger.Response) -> Trigger.Response:
+        self._restart()
+        self._schedule()
+        response.success, response.message = True, f'{self.scenario.name} starts again'
+        return response
+
+    def _on_enable(self, request: SetBool.Request, response: SetBool.Response) -> SetBool.Response:
+        self.set_parameters([Parameter('enabled', value=request.data)])
+        response.success = True
+        response.message = 'running' if request.data else 'paused'
+        return response
+
+    def _examine(self) -> Health:
+        (since, before, lag), now = self._examined, time.monotonic()
+        self._examined = now, self._sent, self._pace.lag
+        rate = (self._sent - before) / (now - since)
+        wanted = self._settings['speed'] / self._simulation.period
+        figures: dict[str, object] = {
+            'scenario': self.scenario.name,
+            'plant_time_s': max(0.0, self._simulation.t - self._simulation.period),
+            'samples': self._sent,
+            'rate_hz': rate,
+            'wanted_rate_hz': wanted,
+            'lag_s': self._pace.lag,
+            'faults': ', '.join(f'{n}={v:g}' for n, v in self._simulation.faults.items()) or 'none',
+        }
+        if not self._settings['enabled']:
+            return Health(Level.WARN, 'paused: call ~/enable with true to go on', figures)
+        if self._pace.lag > lag:
+            message = f'cannot keep up: {rate:.0f} of {wanted:.0f} samples/s; lower speed or rate'
+            return Health(Level.WARN, message, figures)
+        return Health(Level.OK, f'playing {self.scenario.name}', figures)
+
+
+def _faults(values: Mapping[str, Any]) -> dict[str, float]:
+    given = ((k.removeprefix('plant.'), v) for k, v in values.items() if k.startswith('plant.'))
+    return {name: value for name, value in given if not math.isnan(value)}
+
+
+def main() -> int:
+    """Run the simulator as a process."""
+    return run('simulator', Simulator)
+
+
+if __name__ == '__main__':
+    sys.exit(main())

@@ -1,0 +1,70 @@
+"""What drives and disturbs a plant: schedules, held inputs, measurement noise."""
+
+import bisect
+import math
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from itertools import pairwise
+
+import numpy as np
+
+from obs_ros.typing import Array
+
+# Values at time t (s).
+Signal = Callable[[float], tuple[float, ...]]
+
+
+@dataclass(frozen=True)
+class Schedule:
+    """Piecewise constant values: `values[i]` from `times[i]` (s) on, the last one for ever.
+
+    Raises ValueError unless times start at 0 and rise, with one row of equal length for each.
+    """
+
+    times: Sequence[float]
+    values: Sequence[Sequence[float]]
+
+    def __post_init__(self) -> None:
+        times = tuple(float(t) for t in self.times)
+        values = tuple(tuple(float(v) for v in row) for row in self.values)
+        if not times or times[0] != 0.0 or any(b <= a for a, b in pairwise(times)):
+            raise ValueError(f'schedule times must start at 0 and rise: {times}')
+        if len(values) != len(times) or len({len(row) for row in values}) != 1:
+            raise ValueError(f'a schedule needs one row of equal length per time: {values}')
+        object.__setattr__(self, 'times', times)
+        object.__setattr__(self, 'values', values)
+
+    def __call__(self, t: float) -> tuple[float, ...]:
+        """Return the values in force at `t`, those of a change exactly then included."""
+        row = max(0, bisect.bisect_right(self.times, t) - 1)
+        return tuple(self.values[row])
+
+    def next_change(self, t: float) -> float:
+        """Return the first time after `t` at which values change, or infinity."""
+        after = bisect.bisect_right(self.times, t)
+        return self.times[after] if after < len(self.times) else math.inf
+
+
+def constant(*values: float) -> Schedule:
+    """Return a schedule that never changes."""
+    return Schedule((0.0,), (values,))
+
+
+def noise_deviation(snr_db: float, power: float | Array = 1.0) -> Array:
+    """Return the standard deviation of noise at `snr_db` below a signal of mean-square `power`.
+
+    The papers add noise to a signal taken to have unit power, whatever its real one.
+    """
+    return np.asarray(np.sqrt(power) * 10.0 ** (-snr_db / 20.0))
+
+
+class Noise:
+    """White Gaussian noise, one column per output; the same `seed` gives the same noise."""
+
+    def __init__(self, seed: int, outputs: int) -> None:
+        self._random = np.random.default_rng(seed)
+        self._outputs = outputs
+
+    def draw(self, deviation: float | Array) -> Array:
+        """Return the next (outputs,) values; each call draws the same numbers, scaled."""
+        return deviation * self._random.standard_normal(self._outputs)

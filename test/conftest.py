@@ -1,0 +1,37 @@
+"""Fixtures of every test."""
+
+import getpass
+import os
+import tempfile
+from collections.abc import Iterator
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+# Kernels compile once and stay for the next run, apart from the user's own.
+os.environ['OBS_ROS_CACHE'] = str(
+    Path(tempfile.gettempdir()) / f'obs_ros_test_kernels_{getpass.getuser()}'
+)
+os.environ.pop('OBS_ROS_BACKEND', None)
+
+
+@pytest.fixture(params=['numba', 'numpy'])
+def backend(request: pytest.FixtureRequest) -> str:
+    """Both ways to roll out."""
+    if request.param == 'numba':
+        pytest.importorskip('numba')
+    return str(request.param)
+
+
+@pytest.fixture
+def ros() -> Iterator[Any]:
+    """Nodes in a ROS context of their own, closed at the end; see `ros.Ros`."""
+    pytest.importorskip('rclpy')
+    from ros import Ros
+
+    ros = Ros()
+    try:
+        yield ros
+    finally:
+        ros.close()

@@ -1,0 +1,77 @@
+"""Observers that do as a test tells them, named `node.fakes:...` wherever a name goes."""
+
+import math
+import threading
+from collections.abc import Mapping
+from typing import Any
+
+from obs_ros.estimate import Estimate, Outcome
+from obs_ros.model import names
+from obs_ros.models import load_model
+from obs_ros.window import Sample
+
+
+class FakeObserver:
+    """Is due at every `duration`-th output; estimates that output, and how many there were."""
+
+    made: list['FakeObserver'] = []  # noqa: RUF012 - tests look the last one up here
+
+    def __init__(self, model: Any, *, duration: float, **settings: Any) -> None:
+        if settings['seed'] == 13:
+            raise ValueError('seed 13 brings bad luck')
+        self.model = load_model(model)
+        self.duration, self.settings = duration, settings
+        self.outputs: list[Sample] = []
+        self.inputs: list[Sample] = []
+        self.resets = 0
+        self.skipped = 0
+        self.last_break: str | None = None
+        self.go = threading.Event()
+        self.go.set()
+        self.value: float | Exception | None = None
+        FakeObserver.made.append(self)
+
+    def prepare(self) -> float:
+        return 0.5
+
+    def absorb(self, sample: Sample) -> bool:
+        if sample.y is None:
+            self.inputs.append(sample)
+            return False
+        if self.outputs and sample.stamp < self.outputs[-1].stamp:
+            self.last_break = f'stamps jumped back to {sample.stamp}'
+            self.outputs.clear()
+        self.outputs.append(sample)
+        return len(self.outputs) % round(self.duration) == 0
+
+    def estimate(self, deadline: float | None = None) -> Estimate | None:
+        count, newest = len(self.outputs), self.outputs[-1].stamp
+        assert self.go.wait(10.0)
+        if isinstance(self.value, Exception):
+            raise self.value
+        value = float(count) if self.value is None else self.value
+        vector = dict.fromkeys(names(self.model.states), value)
+        finite = math.isfinite(value)
+        return Estimate(
+            parameters=dict.fromkeys(names(self.model.parameters), value),
+            initial_state=vector,
+            state=vector,
+            stddev={'h1': 0.25},
+            outcome=Outcome.CONVERGED if finite else Outcome.DIVERGED,
+            message='as told',
+            t0=0.0,
+            t1=newest * 1e-9,
+            cost=2.0,
+            residual_rms=0.1,
+            evaluations=7,
+            solve_time=0.01,
+            stamp=newest,
+        )
+
+    def reset(self) -> None:
+        self.resets += 1
+        self.outputs.clear()
+
+    @property
+    def counts(self) -> Mapping[str, int]:
+        return {'late': 3, 'skipped': self.skipped}

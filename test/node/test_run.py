@@ -1,0 +1,84 @@
+"""The nodes as processes of their own: how they end, and how they fail to start."""
+
+import os
+import signal
+import subprocess
+import sys
+import time
+
+import pytest
+
+# What rcl says when the signal comes between a log line and its copy on /rosout.
+_UNSENT = (
+    "Failed to publish log message to rosout: publisher's context is invalid, "
+    'at /project/src/rcl/publisher.c:423'
+)
+MODULES = {'simulator': 'plant_sim.node', 'estimator': 'obs_ros.node.estimator'}
+
+
+def start(name, *arguments):
+    environment = {
+        **os.environ,
+        'ROS_AUTOMATIC_DISCOVERY_RANGE': 'LOCALHOST',
+        'ROS_DOMAIN_ID': str(1 + os.getpid() % 100),
+    }
+    ros_arguments = ['--ros-args', *arguments] if arguments else []
+    return subprocess.Popen(
+        [sys.executable, '-m', MODULES[name], *ros_arguments],
+        env=environment,
+        stderr=subprocess.PIPE,
+        text=True,
+    )
+
+
+@pytest.mark.parametrize(
+    ('name', 'sign'),
+    [('simulator', 'playing'), ('estimator', 'compiling'), ('estimator', 'ready')],
+)
+@pytest.mark.parametrize('number', [signal.SIGINT, signal.SIGTERM])
+def test_signals_end_a_node_in_peace_and_at_once(name, sign, number):
+    node = start(name)
+    assert any(sign in line for line in node.stderr)
+    before = time.monotonic()
+    node.send_signal(number)
+    _, stderr = node.communicate(timeout=10.0)
+    assert node.returncode == 0, stderr
+    assert time.monotonic() - before < 2.0  # 0.5 s on an idle machine
+    assert set(stderr.splitlines()) <= {_UNSENT}, stderr
+
+
+@pytest.mark.parametrize('name', MODULES)
+def test_a_signal_while_the_node_is_being_made_is_no_error(name):
+    node = start(name, '--log-level', 'debug')
+    assert any('domain ID' in line for line in node.stderr)
+    node.send_signal(signal.SIGINT)
+    _, stderr = node.communicate(timeout=10.0)
+    assert node.returncode == 0, stderr
+    assert 'Traceback' not in stderr
+
+
+@pytest.mark.parametrize(
+    ('name', 'arguments', 'words'),
+    [
+        ('estimator', ['-p', 'model:=three_tnak'], "did you mean 'three_tank'?"),
+        ('estimator', ['-p', 'window.duration:=-5'], 'window.duration must be > 0 s, not -5.0'),
+        ('estimator', ['-p', 'bounds.p1:=[0.5, 0.1]'], 'p1'),
+        ('simulator', ['-p', 'scenario:=three_tnak'], "did you mean 'three_tank'?"),
+        ('simulator', ['-p', 'speed:=fast'], "speed must be a number, not 'fast'"),
+    ],
+)
+def test_wrong_values_at_start_are_one_line_and_exit_code_1(name, arguments, words):
+    node = start(name, *arguments)
+    _, stderr = node.communicate(timeout=30.0)
+    assert node.returncode == 1
+    assert len(stderr.splitlines()) == 1, stderr
+    assert stderr.startswith(f'{name}: ') and words in stderr
+
+
+@pytest.mark.parametrize('argument', ['--params-file=/no/such/file.yaml', '-p'])
+def test_wrong_ros_arguments_are_no_traceback_either(argument):
+    node = start('simulator', *argument.split('='))
+    _, stderr = node.communicate(timeout=30.0)
+    assert node.returncode == 1
+    # rcl itself says one line before.
+    assert stderr.splitlines()[-1].startswith('simulator: ') and 'Traceback' not in stderr

@@ -1,0 +1,162 @@
+import math
+import time
+from itertools import pairwise
+
+import pytest
+import yaml
+from ros import figures, set_parameter, vector
+from rosgraph_msgs.msg import Clock
+from std_msgs.msg import String
+from std_srvs.srv import SetBool, Trigger
+
+from obs_ros.node.messages import LATCHED
+from plant_sim.node import Simulator
+from plant_sim.scenarios import load_scenario
+from plant_sim.simulation import Simulation
+
+TOPICS = ('output', 'input', 'state', 'parameters')
+
+
+def seconds(message):
+    return message.header.stamp.sec + 1e-9 * message.header.stamp.nanosec
+
+
+@pytest.fixture
+def paused(ros):
+    """A simulator at 100 times real time, not yet running, and what it publishes."""
+    node = ros.start(Simulator, speed=100, enabled=False, seed=4)
+    heard = {topic: ros.listen(f'/plant/{topic}') for topic in TOPICS}
+    return node, heard
+
+
+def test_it_publishes_the_scenario_sample_by_sample(ros, paused):
+    _, heard = paused
+    clocks = ros.listen('/clock', Clock)
+    assert ros.call('/simulator/enable', SetBool, data=True).success
+    ros.spin_until(lambda: min(len(messages) for messages in heard.values()) >= 20)
+    reference = Simulation(load_scenario('three_tank'), seed=4)
+    for k in range(20):
+        instant = reference.sample()
+        assert {seconds(heard[topic][k]) for topic in TOPICS} == {instant.t}
+        assert tuple(heard['output'][k].position) == instant.y
+        assert tuple(heard['state'][k].position) == instant.x
+        assert vector(heard['input'][k]) == {'Q1': 30.0, 'Q2': 30.0}
+        assert vector(heard['parameters'][k]) == {'p1': 1.0, 'p2': 1.0, 'p3': 1.0}
+    ticks = [c.clock.sec + 1e-9 * c.clock.nanosec for c in clocks]
+    assert ticks == sorted(ticks) and set(range(1, 19)) <= {round(t, 9) for t in ticks}
+
+
+def test_it_keeps_its_speed(ros, paused):
+    _, heard = paused
+    ros.call('/simulator/enable', SetBool, data=True)
+    ros.spin_until(lambda: heard['output'])
+    start, first = time.monotonic(), seconds(heard['output'][-1])
+    ros.spin_until(lambda: time.monotonic() - start > 2.0)
+    played = (seconds(heard['output'][-1]) - first) / (time.monotonic() - start)
+    assert played == pytest.approx(100.0, rel=0.2)
+
+
+def test_stamps_are_wall_time_at_speed_one(ros):
+    before = time.time()
+    ros.start(Simulator, rate=50)
+    outputs = ros.listen('/plant/output')
+    ros.spin_until(lambda: len(outputs) > 10)
+    assert before <= seconds(outputs[0]) <= time.time()
+    steps = [seconds(b) - seconds(a) for a, b in pairwise(outputs)]
+    assert steps == pytest.approx([0.02] * len(steps), abs=1e-6)
+    assert ros.node.count_publishers('/clock') == 0
+
+
+def test_a_fault_is_injected_and_taken_away_while_it_runs(ros, paused):
+    node, heard = paused
+    ros.call('/simulator/enable', SetBool, data=True)
+    assert set_parameter(node, 'plant.p1', 0.25).successful
+    ros.spin_until(lambda: heard['parameters'] and heard['parameters'][-1].position[0] == 0.25)
+    assert set_parameter(node, 'plant.p1', math.nan).successful
+    ros.spin_until(lambda: heard['parameters'][-1].position[0] == 1.0)
+
+
+def test_reset_starts_the_same_run_again(ros, paused):
+    _, heard = paused
+    ros.call('/simulator/enable', SetBool, data=True)
+    ros.spin_until(lambda: len(heard['output']) > 10)
+    assert ros.call('/simulator/reset', Trigger).success
+    stamps = [seconds(m) for m in heard['output']]
+    ros.spin_until(lambda: [seconds(m) for m in heard['output']].count(0.0) == 2)
+    again = [seconds(m) for m in heard['output']].index(0.0, len(stamps) - 1)
+    assert heard['output'][again].position == heard['output'][0].position
+
+
+def test_pausing_stops_samples_and_loses_none(ros, paused):
+    _, heard = paused
+    for _ in range(2):
+        ros.call('/simulator/enable', SetBool, data=True)
+        count = len(heard['output'])
+        ros.spin_until(lambda n=count: len(heard['output']) > n + 5)
+        ros.call('/simulator/enable', SetBool, data=False)
+    ros.health()
+    count = len(heard['output'])
+    status = ros.health()
+    assert status.level == status.WARN and 'paused' in status.message
+    assert len(heard['output']) == count
+    assert [seconds(m) for m in heard['output']] == [float(k) for k in range(count)]
+
+
+def test_the_speed_changes_while_it_runs_where_time_is_simulated(ros, paused):
+    node, heard = paused
+    ros.call('/simulator/enable', SetBool, data=True)
+    ros.spin_until(lambda: len(heard['output']) > 5)
+    assert set_parameter(node, 'speed', 400).successful
+    ros.spin_until(lambda: len(heard['output']) > 200)
+    stamps = [seconds(m) for m in heard['output']]
+    assert stamps == [float(k) for k in range(len(stamps))]
+
+
+def test_it_says_when_it_cannot_keep_up(ros):
+    ros.start(Simulator, speed=1e6)
+
+    def slow():
+        status = ros.health()
+        return status if 'cannot keep up' in status.message else None
+
+    status = ros.spin_until(slow)
+    assert status.level == status.WARN
+    assert 0.0 < float(figures(status)['rate_hz']) < float(figures(status)['wanted_rate_hz'])
+
+
+@pytest.mark.parametrize(
+    ('name', 'value', 'reason'),
+    [
+        ('plant.p1', 1.5, 'plant.p1 must be 0 to 1, not 1.5'),
+        ('speed', 0, 'speed must be > 0'),
+        ('speed', 2.0, 'publish_clock'),
+        ('noise_reference', 'meassured', "did you mean 'measured'?"),
+        ('scenario', 'os:path', 'read-only'),
+    ],
+)
+def test_a_wrong_value_is_refused_and_nothing_changes(ros, name, value, reason):
+    node = ros.start(Simulator)
+    answer = set_parameter(node, name, value)
+    assert not answer.successful and reason in answer.reason
+    assert set_parameter(node, 'plant.p2', 1).successful
+
+
+@pytest.mark.parametrize(
+    ('parameters', 'reason'),
+    [
+        ({'scenario': 'three_tnak'}, "unknown scenario 'three_tnak': did you mean 'three_tank'?"),
+        ({'speed': -1.0}, 'speed must be > 0, not -1.0'),
+        ({'plant__p1': 'open'}, "plant.p1 must be a number, not 'open'"),
+    ],
+)
+def test_wrong_values_at_start(ros, parameters, reason):
+    with pytest.raises(ValueError) as caught:
+        ros.start(Simulator, **parameters)
+    assert reason in str(caught.value)
+
+
+def test_info_is_there_for_those_who_come_late(ros, paused):
+    texts = ros.listen('/simulator/info', String, LATCHED)
+    info = yaml.safe_load(ros.spin_until(lambda: texts)[0].data)
+    assert info['scenario'] == 'three_tank' and info['sample_period'] == 1.0
+    assert info['settings']['seed'] == 4 and info['stamps'] == 'plant time'

@@ -1,0 +1,58 @@
+import math
+
+import numpy as np
+import pytest
+
+from obs_ros.model import Model, Variable
+from obs_ros.models import load_model
+from plant_sim.plant import Plant
+
+
+def test_a_linear_plant_follows_its_closed_form():
+    decay = Model(
+        name='decay',
+        states=(Variable('x'),),
+        outputs=(Variable('y'),),
+        inputs=(Variable('u'),),
+        parameters=(Variable('a'),),
+        dynamics=lambda t, x, u, p: (u[0] - p[0] * x[0],),
+        output=lambda t, x, u, p: (2.0 * x[0],),
+    )
+    plant = Plant(decay, [3.0])
+    plant.advance(5.0, [1.0], [0.5])
+    assert plant.x[0] == pytest.approx(2.0 + math.exp(-2.5), abs=1e-6)
+    assert plant.output([1.0], [0.5])[0] == 2.0 * plant.x[0]
+
+
+def test_a_coarse_sampling_of_the_tanks_loses_nothing():
+    """Window 1 begins with a crossing of levels, where fixed steps of 1 s err by 3e-3 cm."""
+    tanks, u, p = load_model('three_tank'), (30.0, 30.0), (1.0, 1.0, 1.0)
+    coarse, fine = (Plant(tanks, (0.0, 0.0, 60.0)) for _ in range(2))
+    coarse.advance(100.0, u, p)
+    for t in np.arange(0.01, 100.005, 0.01):
+        fine.advance(float(t), u, p)
+    assert coarse.x == pytest.approx(fine.x, abs=1e-5)
+
+
+def test_diverging_plants_do_not_hang():
+    wild = Model(
+        name='wild',
+        states=(Variable('x', nominal=1.0),),
+        outputs=(Variable('y'),),
+        dynamics=lambda t, x, u, p: (np.exp(x[0]),),
+        output=lambda t, x, u, p: (x[0],),
+    )
+    plant = Plant(wild, [1.0])
+    with np.errstate(all='ignore'):
+        plant.advance(1.0, (), ())
+    assert not math.isfinite(plant.x[0]) or plant.x[0] > 1e3
+
+
+def test_wrong_use_is_refused():
+    tanks = load_model('three_tank')
+    with pytest.raises(ValueError, match='3 states, not 2'):
+        Plant(tanks, [1.0, 2.0])
+    plant = Plant(tanks, [1.0, 2.0, 3.0])
+    plant.advance(1.0, (30.0, 30.0), (1.0, 1.0, 1.0))
+    with pytest.raises(ValueError, match='cannot go back'):
+        plant.advance(0.5, (30.0, 30.0), (1.0, 1.0, 1.0))
