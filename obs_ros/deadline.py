@@ -9,7 +9,7 @@ class Deadline:
 
     def __init__(self, seconds: float | None = None) -> None:
         if seconds is not None and not seconds >= 0.0:
-            raise ValueError(f'deadline {seconds} s is negative')
+            raise ValueError(f'deadline {seconds} s is not a number >= 0')
         self._end = math.inf if seconds is None else time.monotonic() + seconds
 
     @property

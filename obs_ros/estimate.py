@@ -23,14 +23,15 @@ class Outcome(StrEnum):
     DIVERGED = 'diverged'
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class Estimate:
     """States and parameters of one window, with how far they can be trusted.
 
     `t0` and `t1` (s) are the window's first and last sample; `initial_state` belongs to t0 and
     `state` to t1. `times` (K,) and `states` (K, n) are the estimated states at every sample.
     `stddev` is NaN where a standard deviation is not known. `cost` is what the search minimised;
-    `residual_rms` is over all measured values, `output_rms` per output, both in the outputs' units.
+    `output_rms` is the residual's root mean square by output, in its unit; `residual_rms` that over
+    all measured values, which means something where the outputs share a unit.
     `stamp` is the newest output's stamp in ns where samples had one. Without a usable solution
     (`usable` is False) the values are NaN.
     """

@@ -3,7 +3,10 @@
 import math
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
+from types import FunctionType
 from typing import Any, Literal, get_args
+
+import numpy as np
 
 from obs_ros.registry import suggest
 
@@ -89,20 +92,36 @@ class Model:
                 f'model {self.name!r}: integrator {self.integrator!r} is none of '
                 f'{", ".join(get_args(Integrator))}'
             )
+        for function, count in (('dynamics', len(self.states)), ('output', len(self.outputs))):
+            # A function that its author compiled already is taken as written.
+            plain = getattr(getattr(self, function), 'py_func', getattr(self, function))
+            object.__setattr__(self, function, plain)
+            self._try(plain, function, count)
+
+    def _try(self, function: PlantFunction, kind: str, count: int) -> None:
+        """Call a function once with arrays over two candidates, as searches do."""
+        if not isinstance(function, FunctionType):
+            raise ValueError(
+                f'model {self.name!r}: {kind} must be a plain function, not {function}'
+            )
         x, u, p = (
-            tuple(inside(variable) for variable in group)
+            tuple(np.full(2, inside(variable)) for variable in group)
             for group in (self.states, self.inputs, self.parameters)
         )
-        for function, count in (
-            (self.dynamics, len(self.states)),
-            (self.output, len(self.outputs)),
-        ):
-            returned = function(0.0, x, u, p)
-            if not isinstance(returned, tuple) or len(returned) != count:
-                raise ValueError(
-                    f'model {self.name!r}: {function.__name__} must return a tuple of '
-                    f'{count} entries, not {returned!r}'
-                )
+        try:
+            with np.errstate(all='ignore'):
+                returned = function(0.0, x, u, p)
+        except Exception as error:
+            hint = ' (no `if` on values: use np.where)' if 'ambiguous' in str(error) else ''
+            raise ValueError(
+                f'model {self.name!r}: {kind} fails on arrays over candidates: {error}{hint}'
+            ) from error
+        shapes = {np.shape(entry) for entry in returned} if isinstance(returned, tuple) else {None}
+        if not shapes <= {(), (2,)} or len(returned) != count:
+            raise ValueError(
+                f'model {self.name!r}: {kind} must return a tuple of {count} entries, one number '
+                f'for each candidate, not {returned!r}'
+            )
 
     @property
     def unknowns(self) -> tuple[Variable, ...]:

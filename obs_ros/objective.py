@@ -20,7 +20,8 @@ class Objective:
 
     `least_squares`: sum of squared residuals in units of the outputs' scales; `euclidean` (Yang
     2020, f_t1): sum over the outputs of the norm of their residuals; `correlation` (f_t2, eq. 14):
-    number of outputs less the sum of their Pearson correlations with the measured ones. A candidate
+    number of outputs less the sum of their Pearson correlations with the measured ones, where those
+    vary. A candidate
     that diverges costs +inf. `evaluations` counts the candidates rolled out so far, over whatever
     part of the window.
     """
@@ -116,15 +117,20 @@ class Objective:
 
     def _correlation_costs(self, z: Array, nodes: int) -> Array:
         outputs = self._trajectories(z)[1][:nodes]
-        cost = np.full(len(z), float(self.grid.y.shape[1]))
+        cost = np.zeros(len(z))
+        compared = 0
         with np.errstate(all='ignore'):
             for i in range(self.grid.y.shape[1]):
                 known = self.grid.weight[:nodes, i] > 0
-                measured = _centred(self.grid.y[:nodes][known, i])
+                measured = self.grid.y[:nodes][known, i]
+                if measured.size < 2 or np.ptp(measured) == 0.0:
+                    continue  # correlates with nothing
+                measured = _centred(measured)
                 candidate = _centred(outputs[known, i])
                 norm = np.sqrt((candidate**2).sum(axis=0) * (measured**2).sum())
-                cost -= measured @ candidate / norm
-        return _finite(cost)
+                cost += 1.0 - measured @ candidate / norm
+                compared += 1
+        return _finite(cost) if compared else np.full(len(z), np.inf)
 
 
 def _centred(values: Array) -> Array:

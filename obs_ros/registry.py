@@ -13,11 +13,13 @@ def lookup(kind: str, name: str, table: Mapping[str, str]) -> object:
 
     Raises ValueError when the name is unknown (close matches are named) or the path leads nowhere.
     """
+    if not isinstance(name, str):
+        raise ValueError(f'{kind} must be a name, not {name!r}')
     if ':' not in name and name not in table:
-        raise ValueError(f'unknown {kind} {name!r}: {suggest(name, table)}, or module:ATTRIBUTE')
+        raise ValueError(f'unknown {kind} {name!r}: {suggest(name, table)}')
     path = table.get(name, name)
     module_name, _, attribute = path.partition(':')
-    if not module_name or not attribute:
+    if not attribute or not all(part.isidentifier() for part in module_name.split('.')):
         raise ValueError(f'{kind} {name!r} is not of the form package.module:ATTRIBUTE')
     try:
         module = importlib.import_module(module_name)

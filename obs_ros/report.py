@@ -17,15 +17,21 @@ AT_BOUND = 1e-9  # of the box
 
 
 def report(
-    record: Record, objective: Objective, found: Found, noise_known: bool, solve_time: float
+    record: Record,
+    objective: Objective,
+    found: Found,
+    *,
+    noise_known: bool,
+    in_time: bool,
+    solve_time: float,
 ) -> Estimate:
-    """Return the estimate of a window whose search found something."""
+    """Return the estimate of a window whose search found something, before its deadline or not."""
     model, grid = objective.unknowns.model, objective.grid
     x0, p = objective.unknowns.values(found.z[None])
     states, residuals = objective.trajectory(found.z)
     residuals = residuals * grid.scale
     last = int(np.flatnonzero(grid.measured)[-1])
-    outcome, message = _judge(objective, found, noise_known)
+    outcome, message = _judge(objective, found, noise_known, in_time)
     return Estimate(
         parameters=_named(model.parameters, p[:, 0]),
         initial_state=_named(model.states, x0[:, 0]),
@@ -49,6 +55,7 @@ def report(
 def empty(model: Model, record: Record, outcome: Outcome, message: str) -> Estimate:
     """Return the estimate of a window that gave none: every value is NaN."""
     nothing = np.full(len(model.unknowns), np.nan)
+    measured = record.t[np.isfinite(record.y).any(axis=1)]
     return Estimate(
         parameters=_named(model.parameters, nothing),
         initial_state=_named(model.states, nothing),
@@ -57,7 +64,7 @@ def empty(model: Model, record: Record, outcome: Outcome, message: str) -> Estim
         outcome=outcome,
         message=message,
         t0=float(record.t[0]),
-        t1=float(record.t[-1]),
+        t1=float(measured[-1]),
         output_rms=_named(model.outputs, np.full(len(model.outputs), np.nan)),
         stamp=record.stamp,
     )
@@ -69,11 +76,14 @@ def output_rms(residuals: Array) -> Array:
     return np.asarray(np.sqrt(np.nansum(residuals**2, axis=0) / count))
 
 
-def _judge(objective: Objective, found: Found, noise_known: bool) -> tuple[Outcome, str]:
+def _judge(
+    objective: Objective, found: Found, noise_known: bool, in_time: bool
+) -> tuple[Outcome, str]:
     if not found.accepted:
+        effort = found.effort.split()[1] if in_time else 'time'
         return Outcome.DEADLINE, (
-            f'best of {objective.evaluations} candidates in {found.rounds} rounds, not confirmed: '
-            'allow more time, or shorten the window'
+            f'best of {objective.evaluations} candidates in {found.effort}, not confirmed: '
+            f'allow more {effort}, or shorten the window'
         )
     freedom = objective.count(objective.nodes) - objective.dimension
     if noise_known and found.cost > chdtri(max(1, freedom), CHI_SQUARE_TAIL):
@@ -84,8 +94,8 @@ def _judge(objective: Objective, found: Found, noise_known: bool) -> tuple[Outco
         )
     if found.white is False:
         return Outcome.MODEL_MISMATCH, (
-            f'the residual is not white ({found.accepted}): the model leaves something out, or a '
-            'parameter moved inside the window'
+            f'the residual is not white ({found.accepted}): the model leaves something out, a '
+            'parameter moved inside the window, or the measurement is coarsely rounded'
         )
     at_bound = _at_bound(objective, found.z)
     if at_bound:
@@ -97,17 +107,14 @@ def _at_bound(objective: Objective, z: Array) -> str:
     """Say which unknowns lie at a bound of their box, and at which."""
     unknowns = objective.unknowns
     variables = [unknowns.model.unknowns[i] for i in unknowns.index]
-    lower = [
-        f'{variable.name} = {bound:g} {variable.unit} is at its lower bound'
-        for variable, bound, zi in zip(variables, unknowns.lower, z, strict=True)
-        if zi <= AT_BOUND
-    ]
-    upper = [
-        f'{variable.name} = {bound:g} {variable.unit} is at its upper bound'
-        for variable, bound, zi in zip(variables, unknowns.upper, z, strict=True)
-        if zi >= 1.0 - AT_BOUND
-    ]
-    return ', '.join(lower + upper)
+    found = []
+    for variable, low, high, zi in zip(variables, unknowns.lower, unknowns.upper, z, strict=True):
+        unit = '' if variable.unit == '1' else f' {variable.unit}'
+        if zi <= AT_BOUND:
+            found.append(f'{variable.name} is at its lower bound {low:g}{unit}')
+        elif zi >= 1.0 - AT_BOUND:
+            found.append(f'{variable.name} is at its upper bound {high:g}{unit}')
+    return ', '.join(found)
 
 
 def _named(variables: Sequence[Variable], values: Array) -> Mapping[str, float]:

@@ -56,7 +56,8 @@ def solve_window(
     record : times (K,), inputs (K, m) and outputs (K, r); NaN = not measured.
     search : `memetic` (default) or `chaotic_de`; `search_options` replaces some of its settings.
     seed : of everything random; without a deadline, the same seed gives the same bits.
-    deadline : s from now until the best so far is returned; None takes the time it needs.
+    deadline : s until the best so far is returned, from when the model is compiled; None takes
+        the time it needs.
     parameters, states : names to estimate; default all parameters and all initial states.
     fixed : values of names that are not estimated; their default is the nominal value.
     bounds : (lower, upper) by name, instead of the model's.
@@ -79,7 +80,9 @@ def solve_window(
         fitness=fitness,
         backend=backend,
     )
-    return solver.solve(record, np.random.default_rng(seed), Deadline(deadline), previous)
+    rng = random_generator(seed)
+    _ = solver.kernels  # compiled before the clock starts
+    return solver.solve(record, rng, Deadline(deadline), previous)
 
 
 @dataclass(frozen=True)
@@ -162,6 +165,11 @@ class Solver:
         method, settings = method_for(self.search, self.options)
         noise_known = method.needs_squares and len(self.noise) == len(self.model.outputs)
         warm = None
+        if previous is not None and tuple(previous.state) != names(self.model.states):
+            raise ValueError(
+                f'the previous estimate is not of model {self.model.name!r}: '
+                f'its states are {", ".join(previous.state)}'
+            )
         if previous is not None and previous.usable:
             start = carried(self.kernels, previous, record)
             warm = self.unknowns.point({**previous.parameters, **start})
@@ -176,7 +184,14 @@ class Solver:
             )
         if method.needs_squares:
             found = self._reweighted(objective, found, deadline)
-        return report(record, objective, found, noise_known, time.perf_counter() - begin)
+        return report(
+            record,
+            objective,
+            found,
+            noise_known=noise_known,
+            in_time=not deadline.passed,
+            solve_time=time.perf_counter() - begin,
+        )
 
     def _scale(self, record: Record) -> Array:
         """Return scales (r,) of the outputs: noise, given or guessed; 1 for other fitnesses."""
@@ -201,11 +216,19 @@ class Solver:
         return found
 
 
+def random_generator(*seeds: int) -> np.random.Generator:
+    """Return the generator of these seeds; raises ValueError for a negative one."""
+    if any(seed < 0 for seed in seeds):
+        raise ValueError(f'seed {min(seeds)} is negative')
+    return np.random.default_rng(seeds)
+
+
 def noise_guess(y: Array) -> float:
     """Guess the noise of one output (K,) from its second differences, which a slow signal lacks."""
     y = y[np.isfinite(y)]
-    bends = np.abs(np.diff(y, 2))
-    for guess in (np.median(bends) if bends.size else 0.0, np.std(y) if y.size else 0.0):
+    if y.size < 3:
+        return 1.0
+    for guess in (np.median(np.abs(np.diff(y, 2))), np.std(y)):
         if guess > ROUNDING * np.abs(y).max():
             return float(guess) / MEDIAN_BEND
     return 1.0

@@ -9,6 +9,8 @@ from obs_ros.model import Model, check_bounds, names
 from obs_ros.registry import suggest
 from obs_ros.typing import Array, IntArray
 
+SMALLEST_STEP = 16  # units in the last place
+
 
 @dataclass(frozen=True)
 class Unknowns:
@@ -40,8 +42,16 @@ class Unknowns:
         both estimated and fixed, nothing to estimate, and a value that nobody gives.
         """
         fixed, bounds = dict(fixed or {}), dict(bounds or {})
-        for name in (*fixed, *bounds):
+        for name, level in fixed.items():
+            variable = model.variable(name)
+            if not variable.lower <= level <= variable.upper:
+                raise ValueError(
+                    f'{name} is fixed at {level}, outside [{variable.lower}, {variable.upper}]'
+                )
+        for name, pair in bounds.items():
             model.variable(name)
+            if np.shape(pair) != (2,):
+                raise ValueError(f'bounds of {name} must be (lower, upper), not {pair!r}')
         chosen = (
             *_chosen('state', names(model.states), states, fixed),
             *_chosen('parameter', names(model.parameters), parameters, fixed),
@@ -101,7 +111,9 @@ class Unknowns:
         lanes = np.empty((d, starts, d + 1))
         lanes[:] = points[:, :, None]
         own = np.arange(d)
-        lanes[own, :, own + 1] += h.T * width
+        # In a very narrow box a step must still change the value.
+        least = SMALLEST_STEP * np.spacing(np.abs(points))
+        lanes[own, :, own + 1] += np.copysign(np.maximum(np.abs(h.T) * width, least), h.T)
         steps = (lanes[own, :, own + 1] - points) / width
         everything = np.empty((self.given.size, starts * (d + 1)))
         everything[:] = self.given[:, None]

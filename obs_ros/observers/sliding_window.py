@@ -4,8 +4,6 @@ import threading
 from collections.abc import Iterable, Mapping
 from typing import Any
 
-import numpy as np
-
 from obs_ros.deadline import Deadline
 from obs_ros.estimate import Estimate
 from obs_ros.model import Model
@@ -13,7 +11,7 @@ from obs_ros.models import load_model
 from obs_ros.objective import Fitness
 from obs_ros.record import Record, Sample
 from obs_ros.rollout import Backend
-from obs_ros.solve import Solver
+from obs_ros.solve import Solver, random_generator
 from obs_ros.window import SlidingWindow
 
 
@@ -67,6 +65,7 @@ class SlidingWindowObserver:
             capacity=capacity,
             interpolation=[variable.interpolation for variable in self.model.inputs],
         )
+        random_generator(seed)  # refuses a bad one now
         self._seed = seed
         self._skipped = 0
         # Shared by the thread that absorbs and the one that estimates.
@@ -102,7 +101,7 @@ class SlidingWindowObserver:
         with self._lock:
             record, self._due = self._due, None
             previous, epoch = self._previous, self._epoch
-            rng = np.random.default_rng((self._seed, self._solved))
+            rng = random_generator(self._seed, self._solved)
         if record is None:
             return None
         estimate = self._solver.solve(record, rng, Deadline(deadline), previous)

@@ -15,6 +15,8 @@ from obs_ros.rollout.grid import Grid
 from obs_ros.rollout.vectorised import NumpyKernels
 from obs_ros.typing import Array, IntArray
 
+LONGEST_REASON = 400  # characters of a compiler's message
+
 Backend = Literal['numba', 'numpy']
 
 log = logging.getLogger(__name__)
@@ -49,29 +51,39 @@ class Kernels(Protocol):
         """Return states (K, n, B) and outputs (K, r, B) at every node."""
 
 
-@functools.lru_cache(maxsize=64)
 def kernels_for(model: Model, backend: Backend | None = None) -> Kernels:
     """Return the model's rollouts, compiled and ready.
 
-    `backend` None means $OBS_ROS_BACKEND if set, else Numba if it is installed, else NumPy. A model
-    that Numba cannot compile is rolled out on NumPy, with a warning that says why.
+    `backend` None means $OBS_ROS_BACKEND if set, else Numba if it is there, else NumPy. Where Numba
+    does not work or cannot compile the model, NumPy is used with a warning that says why.
 
-    Raises ValueError for another backend, ImportError for `numba` without Numba.
+    Raises ValueError for another backend; with backend `numba`, ImportError where Numba does not
+    work and ValueError where it cannot compile the model.
     """
-    chosen = check_backend(backend)
-    if chosen == 'numpy' or (chosen is None and importlib.util.find_spec('numba') is None):
+    return _kernels(model, check_backend(backend))
+
+
+@functools.lru_cache(maxsize=64)
+def _kernels(model: Model, backend: str | None) -> Kernels:
+    if backend == 'numpy' or (backend is None and importlib.util.find_spec('numba') is None):
         return NumpyKernels(model)
     try:
         from obs_ros.rollout.compiled import CompiledKernels, CompileError
     except ImportError as error:
-        raise ImportError("backend 'numba' needs Numba: pip install 'obs_ros[fast]'") from error
-    kernels = CompiledKernels(model)
+        reason = f'Numba does not work here: {error}'
+        if backend == 'numba':
+            raise ImportError(f"{reason}; pip install 'obs_ros[fast]'") from error
+        log.warning('%s; NumPy is used, which is slower', reason)
+        return NumpyKernels(model)
     try:
+        kernels = CompiledKernels(model)
         kernels.compile_time = run_once(kernels)
-    except CompileError as error:
-        if chosen == 'numba':
-            raise ValueError(f'model {model.name!r} cannot be compiled: {error}') from error
-        log.warning('model %r cannot be compiled, NumPy is used (slower): %s', model.name, error)
+    except (CompileError, ValueError) as error:
+        words = ' '.join(str(error).split())
+        reason = f'model {model.name!r} cannot be compiled: {words[:LONGEST_REASON]}'
+        if backend == 'numba':
+            raise ValueError(reason) from error
+        log.warning('%s; NumPy is used, which is slower', reason)
         return NumpyKernels(model)
     return kernels
 

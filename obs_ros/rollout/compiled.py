@@ -105,6 +105,8 @@ def load_module(model: Model) -> ModuleType:
             return sys.modules[name]
         path = stored(name, text)
         cached = path is not None
+        if path is None or not any(path.parent.glob('__pycache__/*.nbi')):
+            log.info('compiling the kernels of model %r: several seconds, once', model.name)
         if path is None:
             path = Path(tempfile.mkdtemp(prefix='obs_ros_')) / f'{name}.py'
             path.write_text(text)

@@ -17,16 +17,25 @@ def fingerprint(text: str, *functions: Callable[..., Any]) -> str:
     return digest.hexdigest()[:24]
 
 
-def rebuilt(function: Callable[..., Any], convert: Callable[..., Any]) -> FunctionType:
+def rebuilt(
+    function: Callable[..., Any],
+    convert: Callable[..., Any],
+    _above: tuple[FunctionType, ...] = (),
+) -> FunctionType:
     """Copy a plain function with every plain function it calls by name replaced by `convert` of it.
 
-    Raises ValueError when it is no plain Python function.
+    Raises ValueError when it is no plain Python function, or calls itself.
     """
     if not isinstance(function, FunctionType):
         raise ValueError(f'{function!r} is not a plain Python function')
 
+    if function in _above:
+        raise ValueError(f'{function.__qualname__} calls itself')
+
     def converted(value: object) -> object:
-        return convert(rebuilt(value, convert)) if isinstance(value, FunctionType) else value
+        if not isinstance(value, FunctionType) or _of_library(value):
+            return value
+        return convert(rebuilt(value, convert, (*_above, function)))
 
     scope = dict(function.__globals__)
     scope.update({name: converted(value) for name, value in _used_globals(function)})
@@ -52,19 +61,24 @@ def _names(code: CodeType) -> set[str]:
     return found
 
 
-def _hash_value(digest: Any, value: object, seen: set[int]) -> None:
+def _hash_value(digest: Any, value: Any, seen: set[int]) -> None:
     value = getattr(value, 'py_func', value)  # a function that its author compiled already
-    if isinstance(value, FunctionType):
+    if _of_library(value):
+        digest.update(f'{value.__module__}.{value.__qualname__}'.encode())
+    elif isinstance(value, FunctionType):
         if id(value) in seen:
             return
         seen.add(id(value))
         _hash_value(digest, value.__code__, seen)
         _hash_value(digest, value.__defaults__, seen)
-        for name, used in _used_globals(value):
+        cells = (('', cell.cell_contents) for cell in value.__closure__ or ())
+        for name, used in (*_used_globals(value), *cells):
             digest.update(name.encode())
             _hash_value(digest, used, seen)
-        for cell in value.__closure__ or ():
-            _hash_value(digest, cell.cell_contents, seen)
+            if isinstance(used, ModuleType) and not _is_library(used.__name__):
+                # Constants by module.NAME: the names of all attributes stand in one list.
+                for attribute in sorted(_names(value.__code__)):
+                    _hash_value(digest, getattr(used, attribute, None), seen)
     elif isinstance(value, CodeType):
         digest.update(value.co_code)
         digest.update(repr((value.co_names, value.co_varnames, value.co_freevars)).encode())
@@ -78,5 +92,14 @@ def _hash_value(digest: Any, value: object, seen: set[int]) -> None:
             _hash_value(digest, entry, seen)
     elif isinstance(value, ModuleType):
         digest.update(value.__name__.encode())
-    else:  # numbers and strings by value, NumPy's functions by name
+    else:  # numbers and strings by value
         digest.update(repr(value).encode())
+
+
+def _of_library(value: Any) -> bool:
+    """Whether this is a function of NumPy's, say, known well enough by its name."""
+    return hasattr(value, '__qualname__') and _is_library(getattr(value, '__module__', None) or '')
+
+
+def _is_library(module: str) -> bool:
+    return module.split('.')[0] in ('numpy', 'math', 'scipy', 'builtins')

@@ -9,8 +9,8 @@ from dataclasses import fields
 from typing import Any, NamedTuple
 
 from obs_ros.registry import suggest
-from obs_ros.search.chaotic_de import ChaoticDESettings, chaotic_de
-from obs_ros.search.memetic import MemeticSettings, memetic
+from obs_ros.search.chaotic_de import ChaoticDESettings, chaotic_de_search
+from obs_ros.search.memetic import MemeticSettings, memetic_search
 from obs_ros.search.result import Found
 
 
@@ -23,8 +23,8 @@ class Method(NamedTuple):
 
 
 METHODS: Mapping[str, Method] = {
-    'memetic': Method(memetic, MemeticSettings, needs_squares=True),
-    'chaotic_de': Method(chaotic_de, ChaoticDESettings, needs_squares=False),
+    'memetic': Method(memetic_search, MemeticSettings, needs_squares=True),
+    'chaotic_de': Method(chaotic_de_search, ChaoticDESettings, needs_squares=False),
 }
 
 

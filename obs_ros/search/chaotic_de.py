@@ -5,10 +5,15 @@ from dataclasses import dataclass
 import numpy as np
 
 from obs_ros.deadline import Deadline
-from obs_ros.search.differential_evolution import DifferentialEvolution, Strategy, check_settings
+from obs_ros.search.differential_evolution import (
+    DifferentialEvolution,
+    Strategy,
+    check_count,
+    check_settings,
+)
 from obs_ros.search.population import check_population, first_population
 from obs_ros.search.problem import Problem
-from obs_ros.search.result import Found
+from obs_ros.search.result import Found, counted
 from obs_ros.typing import Array
 
 GATHERED = 1e-3  # extent of the population, in the unit box, that counts as converged
@@ -28,11 +33,10 @@ class ChaoticDESettings:
     def __post_init__(self) -> None:
         check_population(self.chaos)
         check_settings(self.population, self.strategy, self.differential_weight, self.crossover)
-        if self.generations < 0:
-            raise ValueError(f'{self.generations} generations: must be 0 or more')
+        check_count('generations', self.generations, 0)
 
 
-def chaotic_de(
+def chaotic_de_search(
     objective: Problem,
     rng: np.random.Generator,
     deadline: Deadline,
@@ -63,5 +67,5 @@ def chaotic_de(
         converged=gathered,
         accepted='the population has gathered in one point' if gathered else '',
         white=None,
-        rounds=1,
+        effort=counted(evolution.generation - 1, 'generation'),
     )

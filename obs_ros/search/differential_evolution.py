@@ -54,7 +54,6 @@ class DifferentialEvolution:
     def tell(self, costs: Array) -> None:
         """Take the costs (size,) of the candidates that `ask` returned."""
         better = costs < self.costs
-        # A diverged first population would otherwise never be replaced by its equals.
         self.population = np.where(better[:, None], self._trials, self.population)
         self.costs = np.where(better, costs, self.costs)
         self.generation += 1
@@ -84,10 +83,15 @@ class DifferentialEvolution:
         return trials
 
 
+def check_count(name: str, value: int, least: int) -> None:
+    """Raise ValueError unless the value is an integer and not below the least."""
+    if isinstance(value, bool) or not isinstance(value, int) or value < least:
+        raise ValueError(f'{name} must be an integer >= {least}, not {value!r}')
+
+
 def check_settings(size: int, strategy: str, weight: float, crossover: float) -> None:
     """Raise ValueError for settings that differential evolution cannot work with."""
-    if size < 4:
-        raise ValueError(f'a population of {size} is too small for differential evolution: >= 4')
+    check_count('population', size, 4)
     if strategy not in get_args(Strategy):
         raise ValueError(f'strategy {strategy!r} is none of {", ".join(get_args(Strategy))}')
     if not 0.0 < weight <= 2.0:

@@ -23,7 +23,7 @@ STEP_SHARE, MIN_STEP, MAX_STEP = 0.02, 1e-11, 1e-6
 GAIN_SHARE, STALLED_SHARE = 0.01, 1e-9
 # Damping that only keeps a singular matrix solvable.
 TINY_DAMPING = 1e-11
-SMALLEST = 1e-300  # keeps the scale of an unknown without influence positive
+SMALLEST = 1e-200  # keeps the scale of an unknown without influence positive
 
 
 @dataclass(frozen=True)
@@ -161,7 +161,11 @@ def _steps(batch: _Batch) -> tuple[Array, Array, Array]:
     solution = np.linalg.solve(matrix, np.broadcast_to(right[..., None], (2, count, d, 1)))[..., 0]
     step = np.minimum(np.maximum(z + solution[0], 0.0), 1.0) - z
     gain = ((2.0 * right - (hessian @ step[..., None])[..., 0]) * step).sum(axis=1)
-    return step, gain, (right * solution[1]).sum(axis=1)
+    full_gain = (right * solution[1]).sum(axis=1)
+    # A full step may turn the gradient of a frozen unknown inward: then there is more to gain.
+    after = gradient + (hessian @ solution[1][..., None])[..., 0]
+    released = (~free & (after * gradient < 0.0)).any(axis=1)
+    return step, gain, np.where(released, np.inf, full_gain)
 
 
 def _sorted(batches: list[_Batch]) -> Starts:

@@ -14,11 +14,16 @@ import numpy as np
 from scipy.special import chdtri
 
 from obs_ros.deadline import Deadline
-from obs_ros.search.differential_evolution import DifferentialEvolution, Strategy, check_settings
+from obs_ros.search.differential_evolution import (
+    DifferentialEvolution,
+    Strategy,
+    check_count,
+    check_settings,
+)
 from obs_ros.search.levenberg_marquardt import Starts, levenberg_marquardt
 from obs_ros.search.population import check_population, first_population
 from obs_ros.search.problem import LeastSquares
-from obs_ros.search.result import Found
+from obs_ros.search.result import Found, counted
 from obs_ros.typing import Array, IntArray
 
 ELITE = 4  # evolved candidates handed on
@@ -34,6 +39,7 @@ ROUND_ROLLOUTS = 30  # rollouts of a population over the window that a round cos
 # variance: 0.41 for four unknowns.
 SAME_OPTIMUM = 0.1025
 CHI_SQUARE_TAIL = 0.001
+NEGLIGIBLE = 1e-6  # of the signal, root mean square
 WHITE_LIMIT = 2.81  # standard deviations of the lag-1 correlation
 
 
@@ -57,15 +63,13 @@ class MemeticSettings:
     def __post_init__(self) -> None:
         check_population(self.chaos)
         check_settings(self.population, self.strategy, self.differential_weight, self.crossover)
-        if self.generations < 0:
-            raise ValueError(f'{self.generations} generations: must be 0 or more')
+        check_count('generations', self.generations, 0)
         if self.acceptance not in ('fast', 'safe'):
             raise ValueError(f"acceptance {self.acceptance!r} is neither 'fast' nor 'safe'")
-        if self.max_rounds < 1:
-            raise ValueError(f'max_rounds {self.max_rounds}: must be 1 or more')
+        check_count('max_rounds', self.max_rounds, 1)
 
 
-def memetic(
+def memetic_search(
     objective: LeastSquares,
     rng: np.random.Generator,
     deadline: Deadline,
@@ -131,7 +135,7 @@ class _Rounds:
             converged=self.converged,
             accepted=self.accepted,
             white=self.white,
-            rounds=self.rounds,
+            effort=counted(self.rounds, 'round'),
         )
 
     def _first_candidates(self, number: int) -> Array:
@@ -142,18 +146,16 @@ class _Rounds:
         )
         unevolved = z[self.rng.permutation(len(z))[:UNEVOLVED]]
         if self.warm is not None:
-            z, unevolved = np.vstack([z, self.warm]), np.vstack([unevolved, self.warm])
-        direct = nodes <= SHORT_WINDOW
-        if not direct and not self.deadline.never:
+            z[-1] = self.warm
+            unevolved = np.vstack([unevolved, self.warm])
+        if nodes <= SHORT_WINDOW or not self.deadline.never:
             # Whatever happens later, there is an answer; and it tells what a round will take.
             before = self.deadline.remaining
-            self._remember(z, self.objective.costs(z))
-            spent = before - self.deadline.remaining
-            direct = self.deadline.remaining < ROUND_ROLLOUTS * spent
-        if direct:
             costs = self.objective.costs(z)
             self._remember(z, costs)
-            return np.vstack([z[np.argsort(costs)[:ELITE]], unevolved])
+            left = self.deadline.remaining
+            if nodes <= SHORT_WINDOW or left < ROUND_ROLLOUTS * (before - left):
+                return np.vstack([z[np.argsort(costs)[:ELITE]], unevolved])
         prefix = self._prefix(number)
         evolved = self._evolve(z, prefix)
         return self._grow(np.vstack([evolved, unevolved]), prefix)
@@ -229,6 +231,9 @@ class _Rounds:
 
     def _judge(self, last: Starts) -> None:
         """Decide whether the best point can be believed to be the optimum, and by which rule."""
+        if not np.isfinite(self.squares):
+            return
+        nodes = self.objective.nodes
         same = SAME_OPTIMUM * self.objective.dimension * self._variance(self.squares)
         agreeing = np.count_nonzero(np.array(self.bests) - self.squares <= same)
         if self.noise_known:
@@ -241,7 +246,9 @@ class _Rounds:
         fast = self.settings.acceptance == 'fast' and survivors >= 2
         if not fast and agreeing < 2:
             return
-        self.white = is_white(self.objective.residuals(self.best))
+        # A residual too small to matter is not asked for its colour: rounding is not white.
+        negligible = NEGLIGIBLE**2 * self.objective.signal * self.objective.count(nodes)
+        self.white = self.squares <= negligible or is_white(self.objective.residuals(self.best))
         if self.white:
             self.accepted = 'two survivors agree' if fast else 'two rounds agree'
             self.accepted += ' and the residual is white'
@@ -257,4 +264,4 @@ def is_white(residuals: Array) -> bool:
         product += float(r[1:] @ r[:-1])
         square += float(r @ r)
         count += r.size
-    return square == 0.0 or abs(product) / square * np.sqrt(count) < WHITE_LIMIT
+    return square == 0.0 or bool(abs(product) / square * np.sqrt(count) < WHITE_LIMIT)

@@ -11,7 +11,7 @@ class Found:
 
     `converged`: the last local search saw nothing left to gain; `accepted` names the rule by which
     the point is believed to be the optimum, empty if none holds; `white`: whether its residual
-    looks like noise, None where nobody looked; `rounds`: of the search.
+    looks like noise, None where nobody looked; `effort` says what was spent, such as '2 rounds'.
     """
 
     z: Array
@@ -19,4 +19,9 @@ class Found:
     converged: bool
     accepted: str
     white: bool | None
-    rounds: int
+    effort: str
+
+
+def counted(number: int, thing: str) -> str:
+    """Return '1 thing', '2 things'."""
+    return f'{number} {thing}' if number == 1 else f'{number} {thing}s'

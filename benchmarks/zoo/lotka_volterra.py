@@ -1,0 +1,39 @@
+"""Prey and predators: Lotka 1925, Volterra 1926; only the prey is counted.
+
+Predators are counted in units of what they eat, which prey alone cannot tell.
+"""
+
+from typing import Any
+
+from obs_ros import Model, Variable
+
+
+def dynamics(t: Any, x: Any, u: Any, p: Any) -> tuple[Any, Any]:
+    """Growth of prey and predators per year."""
+    prey, predators = x
+    birth, growth, death = p
+    return birth * prey - prey * predators, growth * prey * predators - death * predators
+
+
+def output(t: Any, x: Any, u: Any, p: Any) -> tuple[Any]:
+    """Return the number of prey."""
+    return (x[0],)
+
+
+LOTKA_VOLTERRA = Model(
+    name='lotka_volterra',
+    states=(
+        Variable('prey', lower=0.1, upper=5.0),
+        Variable('predators', lower=0.1, upper=5.0),
+    ),
+    outputs=(Variable('prey'),),
+    parameters=(
+        Variable('birth', unit='1/s', lower=0.3, upper=2.0, nominal=1.0),
+        Variable('growth', unit='1/s', lower=0.3, upper=2.0, nominal=1.0),
+        Variable('death', unit='1/s', lower=0.3, upper=2.0, nominal=1.0),
+    ),
+    dynamics=dynamics,
+    output=output,
+    max_step=0.05,
+    reference='Volterra 1926',
+)

@@ -1,0 +1,141 @@
+"""Plants and windows that several tests share."""
+
+from collections.abc import Sequence
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+from scipy.integrate import solve_ivp
+
+from obs_ros import Model, Record, Variable
+from obs_ros.models.three_tank import THREE_TANK
+from obs_ros.typing import Array
+
+NAN = np.nan
+STIFFNESS = 4.0
+
+
+def damping(gain: float) -> Any:
+    """A helper whose constant is in its closure."""
+
+    def force(v: Any) -> Any:
+        return -gain * v * np.sqrt(1.0 + v * v)
+
+    return force
+
+
+_force = damping(0.3)
+
+
+def _spring(x: Any) -> Any:
+    return -STIFFNESS * x
+
+
+def oscillator_dynamics(t: Any, x: Any, u: Any, p: Any) -> tuple[Any, Any]:
+    """Time dependence, a global constant, a helper and a helper with a closure."""
+    position, velocity = x
+    return velocity, p[0] * _spring(position) + _force(velocity) + u[0] + p[1] * np.cos(3.0 * t)
+
+
+def oscillator_output(t: Any, x: Any, u: Any, p: Any) -> tuple[Any, Any]:
+    return x[0] + 0.1 * u[0], x[1] * p[0] + 0.01 * t
+
+
+OSCILLATOR = Model(
+    name='oscillator',
+    states=(Variable('position', lower=-3.0, upper=3.0), Variable('velocity', 'm/s', -3.0, 3.0)),
+    inputs=(Variable('force'),),
+    outputs=(Variable('y1'), Variable('y2')),
+    parameters=(
+        Variable('stiffness', lower=0.2, upper=2.0),
+        Variable('push', lower=0.0, upper=2.0),
+    ),
+    dynamics=oscillator_dynamics,
+    output=oscillator_output,
+    max_step=0.05,
+)
+
+
+# x' = x^2: neither inputs nor parameters, and infinite at t = 1 / x(0).
+BLOW_UP = Model(
+    name='blow_up',
+    states=(Variable('x', lower=-1.0, upper=4.0),),
+    outputs=(Variable('y'),),
+    dynamics=lambda t, x, u, p: (x[0] * x[0],),
+    output=lambda t, x, u, p: (x[0],),
+    max_step=0.01,
+)
+
+
+def with_interpolation(model: Model, interpolation: Any) -> Model:
+    """The same plant with other inputs."""
+    return replace(model, inputs=[replace(v, interpolation=interpolation) for v in model.inputs])
+
+
+def exact(
+    model: Model, t: Array, u: Any, x0: Sequence[float], p: Sequence[float]
+) -> tuple[Array, Array]:
+    """States (K, n) and outputs (K, r) by scipy, stopping at every node; u(k, s) are the inputs s
+    seconds after node k."""
+    states = [np.asarray(x0, dtype=np.float64)]
+    for k in range(t.size - 1):
+        solution = solve_ivp(
+            lambda s, x, k=k: model.dynamics(s, tuple(x), u(k, s - t[k]), tuple(p)),
+            (t[k], t[k + 1]),
+            states[-1],
+            rtol=1e-10,
+            atol=1e-12,
+        )
+        states.append(solution.y[:, -1])
+    outputs = [model.output(t[k], tuple(x), u(k, 0.0), tuple(p)) for k, x in enumerate(states)]
+    return np.array(states), np.array(outputs)
+
+
+def tank_outputs(t: Array, x0: Sequence[float], p: Sequence[float], step: float = 1.0) -> Array:
+    """Levels h1, h2 (K, 2) of three tanks fed with 30 cm3/s, by this file's own RK4.
+
+    x0 (3,) and p (3,) may have candidates behind: (3, B) gives (K, 2, B).
+    """
+
+    def rates(h: Array) -> Array:
+        def flow(opening: Array, head: Array) -> Array:
+            area = 0.6 * 0.6 * opening
+            return np.asarray(area * np.sign(head) * np.sqrt(2 * 981.0 * np.abs(head)))
+
+        q13, q32 = flow(p[0], h[0] - h[2]), flow(p[2], h[2] - h[1])
+        q20 = flow(p[1], h[1])
+        return np.stack([30.0 - q13, 30.0 + q32 - q20, q13 - q32]) / 100.0
+
+    h = np.asarray(x0, dtype=np.float64)
+    p = np.asarray(p, dtype=np.float64)
+    levels = [h]
+    for interval in np.diff(t):
+        count = max(1, int(np.ceil(interval / step - 1e-9)))
+        for _ in range(count):
+            dt = interval / count
+            k1 = rates(h)
+            k2 = rates(h + dt / 2 * k1)
+            k3 = rates(h + dt / 2 * k2)
+            k4 = rates(h + dt * k3)
+            h = h + dt / 6 * (k1 + 2 * k2 + 2 * k3 + k4)
+        levels.append(h)
+    return np.stack(levels)[:, :2]
+
+
+def tank_record(
+    x0: Sequence[float] = (50.0, 40.0, 45.0),
+    p: Sequence[float] = (0.6, 0.5, 0.7),
+    *,
+    nodes: int = 301,
+    interval: float = 1.0,
+    start: float = 0.0,
+    sigma: float = 0.01,
+    seed: int = 0,
+) -> Record:
+    """A window of three tanks with white noise of standard deviation sigma (cm)."""
+    t = start + interval * np.arange(nodes)
+    noise = np.random.default_rng(seed).standard_normal((nodes, 2))
+    return Record(t, np.full((nodes, 2), 30.0), tank_outputs(t - start, x0, p) + sigma * noise)
+
+
+COARSE_TANKS = replace(THREE_TANK, max_step=5.0)

@@ -1,0 +1,113 @@
+"""Tests of obs_ros.search.memetic."""
+
+import time
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from problems import Curve, decay_problem, ripples_problem
+
+from obs_ros.deadline import Deadline
+from obs_ros.search.memetic import MemeticSettings, is_white, memetic_search
+from obs_ros.typing import Array
+
+NEVER = Deadline()
+FAST = MemeticSettings()
+SAFE = replace(FAST, acceptance='safe')
+
+
+def with_unit_noise(problem: Curve, sigma: float) -> Curve:
+    """The same problem in units of its noise."""
+    curve = problem.curve
+    return Curve(lambda z, s: curve(z, s) / sigma, problem.s, problem.y / sigma, problem.dimension)
+
+
+@pytest.mark.parametrize('nodes', [60, 400])
+def test_with_known_noise_chi_square_and_convergence_decide(nodes: int) -> None:
+    problem = with_unit_noise(decay_problem(sigma=0.02, nodes=nodes), 0.02)
+    found = memetic_search(problem, np.random.default_rng(1), NEVER, FAST, noise_known=True)
+    assert found.accepted == 'the residual is as small as the noise'
+    assert found.converged
+    assert found.effort == '1 round'
+    assert found.cost < 1.4 * nodes
+
+
+def test_with_a_residual_above_the_given_noise_another_round_must_agree() -> None:
+    problem = with_unit_noise(decay_problem(sigma=0.02), 0.005)
+    found = memetic_search(problem, np.random.default_rng(1), NEVER, FAST, noise_known=True)
+    assert found.accepted == 'two rounds agree'
+    assert found.effort == '2 rounds'
+
+
+def test_with_unknown_noise_two_survivors_must_agree_on_a_white_residual() -> None:
+    found = memetic_search(decay_problem(), np.random.default_rng(1), NEVER, FAST)
+    assert found.accepted == 'two survivors agree and the residual is white'
+    assert found.white
+    assert found.effort == '1 round'
+
+
+def test_the_safe_rule_takes_two_rounds() -> None:
+    rounds = []
+    for seed in range(10):
+        found = memetic_search(decay_problem(seed=seed), np.random.default_rng(seed), NEVER, SAFE)
+        assert found.accepted.startswith('two rounds agree')
+        rounds.append(int(found.effort.split()[0]))
+    assert rounds == [2] * 10
+
+
+def test_a_residual_that_is_not_white_takes_three_rounds() -> None:
+    problem = decay_problem()
+    problem.y = problem.y + 0.05 * np.sin(20.0 * problem.s)
+    found = memetic_search(problem, np.random.default_rng(1), NEVER, FAST)
+    assert found.accepted == 'three rounds agree'
+    assert not found.white
+
+
+def test_it_gives_up_after_its_rounds() -> None:
+    problem = decay_problem()
+    problem.y = problem.y + 0.05 * np.sin(20.0 * problem.s)
+    found = memetic_search(problem, np.random.default_rng(1), NEVER, replace(FAST, max_rounds=2))
+    assert found.effort == '2 rounds'
+    assert not found.accepted
+
+
+def test_it_needs_fewer_rollouts_than_the_papers_search() -> None:
+    problem = ripples_problem()
+    memetic_search(problem, np.random.default_rng(3), NEVER, FAST)
+    assert problem.evaluations < 2150
+
+
+def test_a_deadline_is_kept() -> None:
+    problem = ripples_problem()
+    quick = problem.curve
+
+    def curve(z: Array, s: Array) -> Array:
+        time.sleep(0.002)
+        return quick(z, s)
+
+    problem.curve = curve
+    deadline = Deadline(0.1)
+    found = memetic_search(
+        problem, np.random.default_rng(3), deadline, replace(SAFE, max_rounds=1000)
+    )
+    # One rollout of a population, or one step of least squares, may be under way.
+    assert deadline.remaining > -0.05
+    assert np.isfinite(found.cost)
+
+
+def test_white_noise_is_white_and_a_trend_is_not() -> None:
+    rng = np.random.default_rng(4)
+    verdicts = [is_white(rng.standard_normal((200, 2))) for _ in range(1000)]
+    assert 0.98 < np.mean(verdicts) <= 1.0  # 0.995 is meant
+    trend = rng.standard_normal((200, 2)) + np.linspace(-1.0, 1.0, 200)[:, None]
+    assert not is_white(trend)
+    assert not is_white(np.tile([1.0, -1.0], 50)[:, None])
+
+
+def test_missing_residuals_do_not_matter() -> None:
+    rng = np.random.default_rng(5)
+    residuals = rng.standard_normal((200, 2))
+    residuals[rng.random((200, 2)) < 0.5] = np.nan
+    assert is_white(residuals)
+    assert is_white(np.full((5, 2), np.nan))
+    assert is_white(np.zeros((5, 1)))

@@ -1,0 +1,125 @@
+import math
+
+import numpy as np
+import pytest
+
+from benchmarks import kernel, windows
+from benchmarks.common import gcc_version
+from benchmarks.convergence import follow
+from benchmarks.judge import Judge
+from benchmarks.paper_tables import FITNESSES, SNRS, SYMBOLS, Cell, references
+from benchmarks.tank_windows import PAPER_WINDOWS, paper_end, paper_levels, paper_window
+from benchmarks.three_tank_tables import FIRST_SAMPLE, MEMETIC, PAPER, Run, bounds, errors_of
+from obs_ros import solve_window
+from obs_ros.models.three_tank import THREE_TANK
+
+
+@pytest.mark.parametrize(
+    ('window', 'levels'),
+    [
+        ('T1', [21.25897, 14.17197, 17.71669]),
+        ('T2', [59.53719, 49.96477, 52.93330]),
+        ('T3', [86.27335, 52.72873, 65.42825]),
+    ],
+)
+def test_the_papers_windows_end_at_the_levels_that_radau_gives(window, levels):
+    np.testing.assert_allclose(paper_end(window), levels, atol=1e-4)
+
+
+def test_the_papers_h3_cannot_come_from_its_constants():
+    assert paper_levels('T1')[:, 2].min() > 17.69
+
+
+@pytest.mark.parametrize(
+    ('window', 'expected'),
+    [
+        ('T1', [0.01303, 0.00120, 0.01204, 0.2491]),
+        ('T2', [0.01679, 0.000385, 0.06294, 0.2822]),
+        ('T3', [0.00896, 0.000465, 0.02005, 0.6690]),
+    ],
+)
+def test_the_cramer_rao_bound_is_the_specifications(window, expected):
+    np.testing.assert_allclose(bounds(window, 4), expected, rtol=0.02)
+
+
+def test_the_reference_covers_every_cell_of_both_tables():
+    assert set(references()) == {
+        Cell(fitness, window, snr)
+        for fitness in FITNESSES
+        for window in PAPER_WINDOWS
+        for snr in SNRS
+    }
+    reference = references()[Cell('ft1', 'T3', 40.0)]
+    assert reference.p95.tolist() == [0.074, 0.0025, 0.13, 4.3]
+    assert reference.run.tolist() == [3.8e-4, 0.0, 2.2e-3, 0.018]
+    assert np.isnan(references()[Cell('ft2', 'T1', math.inf)].run).all()
+
+
+@pytest.mark.parametrize('fitness', FITNESSES)
+def test_paper_mode_is_as_good_as_the_reference(fitness):
+    cell = Cell(fitness, 'T1', 40.0)
+    errors = [errors_of(Run(cell, PAPER, seed)) for seed in range(5)]
+    assert (np.median(errors, axis=0) <= references()[cell].p95).all()
+
+
+def test_a_first_sample_taken_as_exact_spoils_h3():
+    cell = Cell('ft1', 'T2', 0.0)
+    h3 = {
+        way: np.median([errors_of(Run(cell, way, seed))[3] for seed in range(8)])
+        for way in (PAPER, FIRST_SAMPLE)
+    }
+    assert h3[FIRST_SAMPLE] > 2.0 * h3[PAPER]
+
+
+def test_the_judge_recovers_a_truth_without_noise_from_elsewhere():
+    window = paper_window('T2', math.inf, 0)
+    judge = Judge(THREE_TANK, window.record, SYMBOLS, window.truth)
+    assert judge.squares(window.truth) < 1e-6
+    elsewhere = {**window.truth, 'p1': 0.4, 'p3': 0.6, 'h3': 30.0}
+    assert judge.squares(elsewhere) > 1e3
+    assert judge.optimum(elsewhere, 0, seed=1) < 1e-6
+
+
+def test_the_judges_derivatives_are_those_of_its_residuals():
+    window = paper_window('T3', 20.0, 0)
+    judge = Judge(THREE_TANK, window.record, SYMBOLS, window.truth)
+    z, direction = judge.point(window.truth), np.array([0.3, -0.2, 0.5, 0.1])
+    change = (judge.residuals(z + 1e-5 * direction) - judge.residuals(z - 1e-5 * direction)) / 2e-5
+    np.testing.assert_allclose(judge.jacobian(z) @ direction, change, rtol=1e-3, atol=1e-3)
+
+
+def test_the_judge_sees_a_search_that_stopped_short():
+    window = windows.random_window(7, 200, 20.0)
+    estimate = solve_window('three_tank', window.record, seed=7)
+    found = {**estimate.initial_state, **estimate.parameters}
+    short = {**found, 'p2': found['p2'] - 0.01}
+    task = windows.Task(7, 200, 20.0, 2, {'unknown': found, 'known': short})
+    verdict = windows.judged(task)
+    assert abs(verdict.excess['unknown']) <= windows.SAME_OPTIMUM
+    assert verdict.excess['known'] > 10.0
+
+
+def test_a_followed_search_reaches_the_optimum():
+    window = paper_window('T3', 40.0, 1)
+    run = follow(window, SYMBOLS, 'memetic', 'least_squares', 1)
+    seen = run.excess[np.isfinite(run.excess)]
+    assert seen.size < run.excess.size  # it began on a part of the window
+    assert (seen[1:] <= seen[:-1]).all()
+    assert seen[-1] < 0.41
+
+
+def test_the_default_search_beats_paper_mode_where_noise_is_small():
+    cell = Cell('ft1', 'T3', 40.0)
+    paper, memetic = (
+        np.median([errors_of(Run(cell, way, seed)) for seed in range(4)], axis=0)
+        for way in (PAPER, MEMETIC)
+    )
+    assert (10.0 * memetic < paper).all()
+
+
+def test_the_kernel_benchmark_compares_equal_work(tmp_path):
+    rows = kernel.main(['--samples', '100', '--rounds', '2', '--results', str(tmp_path)])
+    assert [row.lanes for row in rows] == [1, 16, 32, 64]
+    assert all(row.ours < row.numpy for row in rows)
+    assert all(np.isfinite(row.ratio) == (gcc_version() is not None) for row in rows)
+    assert 'ours / C' in (tmp_path / 'kernel.md').read_text()

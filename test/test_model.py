@@ -1,0 +1,104 @@
+"""Tests of obs_ros.model."""
+
+import math
+import re
+from dataclasses import FrozenInstanceError, replace
+from typing import Any
+
+import pytest
+
+from obs_ros import Model, Variable
+from obs_ros.model import inside, names
+
+INF = math.inf
+
+
+def plant(**changes: Any) -> Model:
+    settings: dict[str, Any] = {
+        'name': 'plant',
+        'states': [Variable('x', lower=0.0, upper=4.0)],
+        'outputs': [Variable('y')],
+        'inputs': [Variable('u')],
+        'parameters': [Variable('a'), Variable('b')],
+        'dynamics': lambda t, x, u, p: (-p[0] * x[0] + u[0],),
+        'output': lambda t, x, u, p: (p[1] * x[0],),
+    }
+    return Model(**(settings | changes))
+
+
+def test_a_model_is_immutable_hashable_and_keeps_order() -> None:
+    model = plant()
+    assert model.states == (Variable('x', lower=0.0, upper=4.0),)
+    assert names(model.unknowns) == ('x', 'a', 'b')
+    assert hash(model) == hash(replace(model))
+    assert model == replace(model)
+    assert model != replace(model, max_step=2.0)
+    with pytest.raises(FrozenInstanceError):
+        model.max_step = 1.0  # type: ignore[misc]
+
+
+def test_variables_are_found_by_name_with_a_hint() -> None:
+    assert plant().variable('b').name == 'b'
+    with pytest.raises(
+        ValueError, match=r"'plant' has no state or parameter 'u': known are a, b, x"
+    ):
+        plant().variable('u')
+
+
+@pytest.mark.parametrize(
+    ('changes', 'message'),
+    [
+        ({'name': 'h 1'}, "'h 1' is not an identifier"),
+        ({'lower': 2.0, 'upper': 1.0}, 'v: lower bound 2.0 is not below upper bound 1.0'),
+        ({'lower': 1.0, 'upper': 1.0}, 'v: lower bound 1.0 is not below upper bound 1.0'),
+        ({'lower': math.nan}, 'v: lower bound nan is not below'),
+        ({'upper': math.nan}, 'is not below upper bound nan'),
+        ({'lower': 0.0, 'upper': 1.0, 'nominal': 1.5}, 'v: nominal 1.5 is outside [0.0, 1.0]'),
+        ({'nominal': math.nan}, 'v: nominal nan is outside [-inf, inf]'),
+        ({'interpolation': 'spline'}, "v: interpolation 'spline' is none of hold, linear, mean"),
+    ],
+)
+def test_a_wrong_variable_is_refused_by_name(changes: dict[str, Any], message: str) -> None:
+    with pytest.raises(ValueError, match=re.escape(message)):
+        Variable(**({'name': 'v'} | changes))
+
+
+@pytest.mark.parametrize(
+    ('changes', 'message'),
+    [
+        ({'states': []}, "'plant' needs at least one state and one output"),
+        ({'outputs': []}, "'plant' needs at least one state and one output"),
+        ({'parameters': [Variable('x'), Variable('b')]}, "more than one variable 'x'"),
+        ({'outputs': [Variable('y'), Variable('y')]}, "more than one variable 'y'"),
+        ({'inputs': [Variable('u'), Variable('u')]}, "more than one variable 'u'"),
+        ({'max_step': 0.0}, 'max_step 0.0 s is not positive'),
+        ({'max_step': math.nan}, 'max_step nan s is not positive'),
+        ({'integrator': 'heun'}, "integrator 'heun' is none of rk4, euler"),
+        ({'dynamics': lambda t, x, u, p: (1.0, 2.0)}, 'must return a tuple of 1 entries'),
+        (
+            {'output': lambda t, x, u, p: x[0]},
+            'must return a tuple of 1 entries, one number',
+        ),
+    ],
+)
+def test_a_wrong_model_is_refused_with_the_reason(changes: dict[str, Any], message: str) -> None:
+    with pytest.raises(ValueError, match=re.escape(message)):
+        plant(**changes)
+
+
+def test_an_output_may_have_the_name_of_the_state_it_measures() -> None:
+    assert plant(outputs=[Variable('x')]).outputs[0].name == 'x'
+
+
+@pytest.mark.parametrize(
+    ('variable', 'value'),
+    [
+        (Variable('v', lower=0.0, upper=1.0, nominal=0.9), 0.9),
+        (Variable('v', lower=2.0, upper=3.0), 2.5),
+        (Variable('v', lower=2.0), 3.0),
+        (Variable('v', upper=2.0), 1.0),
+        (Variable('v'), 1.0),
+    ],
+)
+def test_a_value_inside_the_bounds(variable: Variable, value: float) -> None:
+    assert inside(variable) == value

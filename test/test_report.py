@@ -1,0 +1,171 @@
+"""Tests of obs_ros.report."""
+
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+import pytest
+from plants import NAN, OSCILLATOR
+from scipy.stats import chi2
+
+from obs_ros import Estimate, Outcome, Record
+from obs_ros.objective import Objective
+from obs_ros.report import empty, output_rms, report
+from obs_ros.rollout import kernels_for
+from obs_ros.rollout.grid import Grid
+from obs_ros.search.result import Found
+from obs_ros.unknowns import Unknowns
+
+T = np.linspace(0.0, 2.0, 31)
+SCALE = np.array([0.1, 10.0])
+FOUND = Found(
+    z=np.array([0.7, 0.4, 0.5, 0.3]),
+    cost=50.0,
+    converged=True,
+    accepted='rule',
+    white=None,
+    effort='3 rounds',
+)
+NOISE = 0.1 * np.array([1.0, -1.0]) * np.ones((31, 2)) * np.array([1.0, 100.0])
+
+
+def problem(noise: Any = NOISE, **settings: Any) -> tuple[Record, Objective]:
+    """An objective whose residuals at FOUND are `-noise`."""
+    kernels, unknowns = kernels_for(OSCILLATOR, 'numpy'), Unknowns.of(OSCILLATOR, **settings)
+    blank = Record(T, np.sin(T), np.zeros((31, 2)))
+    z = FOUND.z[: unknowns.dimension]
+    values = unknowns.values(z[None])
+    y = kernels.trajectories(Grid.of(OSCILLATOR, blank, SCALE), *values)[1][..., 0]
+    record = Record(T, np.sin(T), y + noise, stamp=77)
+    return record, Objective(kernels, Grid.of(OSCILLATOR, record, SCALE), unknowns)
+
+
+def estimate(
+    noise_known: bool = False, noise: Any = NOISE, in_time: bool = True, **changes: Any
+) -> Estimate:
+    record, objective = problem(noise)
+    return report(
+        record,
+        objective,
+        replace(FOUND, **changes),
+        noise_known=noise_known,
+        in_time=in_time,
+        solve_time=0.25,
+    )
+
+
+def test_values_by_name() -> None:
+    found = estimate()
+    assert found.initial_state == pytest.approx({'position': 1.2, 'velocity': -0.6})
+    assert found.parameters == pytest.approx({'stiffness': 1.1, 'push': 0.6})
+    assert list(found.state) == ['position', 'velocity']
+    np.testing.assert_array_equal(list(found.state.values()), found.states[-1])
+    assert (found.t0, found.t1, found.stamp, found.solve_time) == (0.0, 2.0, 77, 0.25)
+    np.testing.assert_array_equal(found.times, T)
+
+
+def test_standard_deviations_are_nan_for_every_name_until_they_are_known() -> None:
+    found = estimate()
+    assert list(found.stddev) == ['position', 'velocity', 'stiffness', 'push']
+    assert np.isnan(list(found.stddev.values())).all()
+    assert found.weak == ()
+
+
+def test_rms_in_the_units_of_the_outputs() -> None:
+    found = estimate()
+    assert found.output_rms == pytest.approx({'y1': 0.1, 'y2': 10.0})
+
+
+def test_the_cost_of_least_squares_is_half_the_sum_of_squares() -> None:
+    assert estimate().cost == 25.0
+
+
+def test_the_state_belongs_to_the_last_node_with_an_output() -> None:
+    noise = NOISE.copy()
+    noise[28:] = NAN
+    found = estimate(noise=noise)
+    assert found.t1 == T[27]
+    np.testing.assert_array_equal(list(found.state.values()), found.states[27])
+    assert found.states.shape == (31, 2)
+
+
+def test_converged_names_its_rule() -> None:
+    found = estimate()
+    assert (found.outcome, found.message) == (Outcome.CONVERGED, 'rule')
+
+
+def test_not_confirmed() -> None:
+    found = estimate(accepted='')
+    assert found.outcome is Outcome.DEADLINE
+    assert 'in 3 rounds, not confirmed' in found.message
+
+
+def test_a_residual_above_the_given_noise() -> None:
+    limit = chi2.isf(0.001, 62 - 4)
+    assert estimate(True, cost=0.999 * limit).outcome is Outcome.CONVERGED
+    assert estimate(True, cost=1.001 * limit).outcome is Outcome.MODEL_MISMATCH
+    found = estimate(True, cost=4.0 * 58.0)
+    assert found.outcome is Outcome.MODEL_MISMATCH
+    assert 'the residual is 2 times the given noise (rule): check the noise' in found.message
+    assert estimate(False, cost=4.0 * 58.0).outcome is Outcome.CONVERGED
+
+
+def test_a_residual_that_is_not_white() -> None:
+    found = estimate(white=False)
+    assert found.outcome is Outcome.MODEL_MISMATCH
+    assert 'not white (rule)' in found.message
+    assert estimate(white=True).outcome is Outcome.CONVERGED
+
+
+@pytest.mark.parametrize(
+    ('z', 'text'),
+    [
+        ([0.7, 0.0, 0.5, 0.3], '; velocity is at its lower bound -3 m/s: check'),
+        ([0.7, 1.0, 0.5, 0.3], '; velocity is at its upper bound 3 m/s: check'),
+        (
+            [0.0, 0.4, 1.0, 0.3],
+            '; position is at its lower bound -3, stiffness is at its upper bound 2: check',
+        ),
+    ],
+)
+def test_at_bound_names_the_unknowns_and_the_bounds(z: list[float], text: str) -> None:
+    found = estimate(z=np.array(z))
+    assert found.outcome is Outcome.AT_BOUND
+    assert text in found.message
+    assert found.message.startswith('rule; ')
+
+
+def test_what_is_fixed_is_never_at_a_bound() -> None:
+    record, objective = problem(fixed={'push': 2.0})
+    found = report(
+        record,
+        objective,
+        replace(FOUND, z=FOUND.z[:3]),
+        noise_known=False,
+        in_time=True,
+        solve_time=0.0,
+    )
+    assert found.parameters['push'] == 2.0
+    assert found.outcome is Outcome.CONVERGED
+
+
+def test_an_empty_estimate_has_every_name_and_no_value() -> None:
+    record, _ = problem()
+    found = empty(OSCILLATOR, record, Outcome.DIVERGED, 'why')
+    assert not found.usable
+    assert (found.outcome, found.message, found.stamp) == (Outcome.DIVERGED, 'why', 77)
+    assert (found.t0, found.t1) == (0.0, 2.0)
+    for mapping, names in (
+        (found.parameters, ['stiffness', 'push']),
+        (found.initial_state, ['position', 'velocity']),
+        (found.state, ['position', 'velocity']),
+        (found.stddev, ['position', 'velocity', 'stiffness', 'push']),
+        (found.output_rms, ['y1', 'y2']),
+    ):
+        assert list(mapping) == names
+        assert np.isnan(list(mapping.values())).all()
+
+
+def test_rms_of_an_output_never_measured_is_zero() -> None:
+    residuals = np.array([[3.0, NAN], [NAN, NAN], [4.0, NAN]])
+    np.testing.assert_allclose(output_rms(residuals), [np.sqrt(12.5), 0.0])

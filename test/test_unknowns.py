@@ -1,0 +1,100 @@
+"""Tests of obs_ros.unknowns."""
+
+import math
+import re
+from typing import Any
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from plants import OSCILLATOR
+
+from obs_ros.models.three_tank import THREE_TANK
+from obs_ros.unknowns import Unknowns
+
+
+def test_by_default_all_initial_states_and_parameters_in_the_models_order() -> None:
+    unknowns = Unknowns.of(THREE_TANK)
+    assert unknowns.names == ('h1', 'h2', 'h3', 'p1', 'p2', 'p3')
+    assert unknowns.dimension == 6
+    np.testing.assert_array_equal(unknowns.upper, [100, 100, 100, 1, 1, 1])
+
+
+def test_a_choice_of_names_keeps_the_models_order_and_the_rest_is_given() -> None:
+    unknowns = Unknowns.of(
+        THREE_TANK, parameters=['p3', 'p1'], states=['h3'], fixed={'h1': 3.0, 'h2': 4.0}
+    )
+    assert unknowns.names == ('h3', 'p1', 'p3')
+    x0, p = unknowns.values(np.array([[0.5, 0.25, 1.0], [0.0, 0.0, 0.0]]))
+    np.testing.assert_array_equal(x0, [[3.0, 3.0], [4.0, 4.0], [50.0, 0.0]])
+    np.testing.assert_array_equal(p, [[0.25, 0.0], [1.0, 1.0], [1.0, 0.0]])  # p2 is nominal
+
+
+def test_what_is_fixed_is_not_estimated() -> None:
+    assert Unknowns.of(THREE_TANK, fixed={'h1': 3.0, 'p2': 0.5}).names == ('h2', 'h3', 'p1', 'p3')
+
+
+def test_one_name_and_a_generator_will_do() -> None:
+    unknowns = Unknowns.of(
+        THREE_TANK, parameters='p2', states=(name for name in ('h1', 'h2', 'h3'))
+    )
+    assert unknowns.names == ('h1', 'h2', 'h3', 'p2')
+
+
+def test_bounds_replace_the_models() -> None:
+    unknowns = Unknowns.of(THREE_TANK, bounds={'p1': (0.2, 0.6)})
+    _, p = unknowns.values(np.full((1, 6), 0.5))
+    assert p[:, 0].tolist() == [pytest.approx(0.4), 0.5, 0.5]
+
+
+@pytest.mark.parametrize(
+    ('settings_', 'message'),
+    [
+        ({'parameters': ['p4']}, "no parameter 'p4' to estimate: did you mean"),
+        ({'states': ['h9']}, "no state 'h9' to estimate: did you mean"),
+        ({'fixed': {'q1': 1.0}}, "'three_tank' has no state or parameter 'q1'"),
+        ({'bounds': {'Q1': (0.0, 1.0)}}, "'three_tank' has no state or parameter 'Q1'"),
+        ({'bounds': {'p1': (0.9, 0.1)}}, 'p1: lower bound 0.9 is not below upper bound 0.1'),
+        ({'bounds': {'p1': (0.0, math.nan)}}, 'p1: lower bound 0.0 is not below upper bound nan'),
+        (
+            {'bounds': {'h1': (0.0, math.inf)}},
+            'h1 is estimated within [0.0, inf]: give finite bounds for it, in cm',
+        ),
+        (
+            {'parameters': ['p1'], 'fixed': {'p1': 0.5}},
+            "parameter 'p1' cannot be both estimated and fixed",
+        ),
+        (
+            {'states': ['h1', 'h3']},
+            "h2 is not estimated and has no nominal value: give one with fixed={'h2': ...}, in cm",
+        ),
+        (
+            {'parameters': (), 'states': ()},
+            "nothing to estimate: every unknown of 'three_tank' is fixed",
+        ),
+    ],
+)
+def test_what_is_wrong_is_named(settings_: dict[str, Any], message: str) -> None:
+    with pytest.raises(ValueError, match=re.escape(message)):
+        Unknowns.of(THREE_TANK, **settings_)
+
+
+unit = st.floats(0.0, 1.0)
+
+
+@settings(derandomize=True, deadline=None)
+@given(st.lists(unit, min_size=4, max_size=4), st.floats(-1e6, 1e6), st.floats(1e-3, 1e6))
+def test_points_and_values_are_inverse(z: list[float], lower: float, width: float) -> None:
+    unknowns = Unknowns.of(OSCILLATOR, bounds={'position': (lower, lower + width)})
+    x0, p = unknowns.values(np.array([z]))
+    names = [v.name for v in OSCILLATOR.unknowns]
+    named = dict(zip(names, np.concatenate([x0, p])[:, 0], strict=True))
+    rounding = 1e-15 * (1.0 + abs(lower) / width)
+    np.testing.assert_allclose(unknowns.point(named), z, rtol=0.0, atol=8 * rounding)
+
+
+def test_points_outside_are_clipped_and_nan_is_in_the_middle() -> None:
+    unknowns = Unknowns.of(THREE_TANK, states=[], fixed={'h1': 1.0, 'h2': 1.0, 'h3': 1.0})
+    point = unknowns.point({'p1': -3.0, 'p2': 7.0, 'p3': math.nan})
+    assert point.tolist() == [0.0, 1.0, 0.5]
