@@ -228,7 +228,8 @@ def noise_guess(y: Array) -> float:
     y = y[np.isfinite(y)]
     if y.size < 3:
         return 1.0
-    for guess in (np.median(np.abs(np.diff(y, 2))), np.std(y)):
+    bends = np.sort(np.abs(np.diff(y, 2)))
+    for guess in (bends[bends.size // 2], np.std(y)):
         if guess > ROUNDING * np.abs(y).max():
             return float(guess) / MEDIAN_BEND
     return 1.0

@@ -14,8 +14,6 @@ from obs_ros.stream import STAMP_LIMIT, InputStream, Stream
 from obs_ros.timeline import Suspects, describe_break
 from obs_ros.typing import Array
 
-__all__ = ['COUNTS', 'Record', 'Sample', 'SlidingWindow']
-
 COUNTS = {
     'late': 'samples dropped: they came after their window had been taken',
     'reordered': 'samples that came late, but in time to be sorted in',

@@ -9,7 +9,8 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from obs_ros.window import COUNTS, Record, Sample, SlidingWindow
+from obs_ros.record import Record, Sample
+from obs_ros.window import COUNTS, SlidingWindow
 
 NAN = np.nan
 S = 10**9

@@ -25,7 +25,7 @@ from obs_ros.node.run import run
 from obs_ros.node.settings import CHOICE, COMMON, LIVE, build_observer, differs, model_knobs
 from obs_ros.node.worker import Finished, Worker
 from obs_ros.observers import Observer
-from obs_ros.window import Sample
+from obs_ros.record import Sample
 
 _PATIENCE = 0.3  # s that the end of the node waits for a solve
 

@@ -10,6 +10,7 @@ from dataclasses import dataclass, fields
 import numpy as np
 
 from obs_ros.deadline import Deadline
+from obs_ros.search.damping import NOTHING, damped_steps, judged
 from obs_ros.search.problem import LeastSquares
 from obs_ros.typing import AnyArray, Array, BoolArray
 
@@ -21,9 +22,6 @@ FIRST_STEP = 1e-8
 STEP_SHARE, MIN_STEP, MAX_STEP = 0.02, 1e-11, 1e-6
 # Converged when a full Gauss-Newton step would gain less than this share of d * noise variance.
 GAIN_SHARE, STALLED_SHARE = 0.01, 1e-9
-# Damping that only keeps a singular matrix solvable.
-TINY_DAMPING = 1e-11
-SMALLEST = 1e-200  # keeps the scale of an unknown without influence positive
 
 
 @dataclass(frozen=True)
@@ -53,14 +51,15 @@ def levenberg_marquardt(
     freedom = max(1, objective.count(nodes) - d)
     least = objective.floor(nodes)
     batch = _Batch.of(z, *objective.linearise(z, np.full_like(z, FIRST_STEP), nodes))
-    stopped = [batch.take(~batch.usable)]
-    batch = batch.take(batch.usable)
+    begun = usable(batch.squares, batch.hessian)
+    stopped = [batch.take(~begun)]
+    batch = batch.take(begun)
     best = np.inf  # squares of the best converged start
     for _ in range(iterations):
         if not batch.squares.size or deadline.passed:
             break
         variance = max(least, min(best, batch.squares.min())) / freedom
-        step, gain, full_gain = _steps(batch)
+        step, gain, full_gain = damped_steps(batch.z, batch.gradient, batch.hessian, batch.damping)
         batch.converged = full_gain < GAIN_SHARE * d * variance
         trial = batch.z + step
         inside = ((trial > 0.0) & (trial < 1.0)).all(axis=1)
@@ -78,7 +77,7 @@ def levenberg_marquardt(
             batch, trial, gain = batch.take(~over), trial[~over], gain[~over]
             if not batch.squares.size:
                 break
-        h = STEP_SHARE * np.sqrt(variance / np.maximum(batch.curvature, SMALLEST))
+        h = STEP_SHARE * np.sqrt(variance / np.maximum(batch.curvature, NOTHING))
         h = np.minimum(np.maximum(h, MIN_STEP), MAX_STEP)
         batch.move(trial, gain, *objective.linearise(trial, h, nodes))
     return _sorted([*stopped, batch])
@@ -111,11 +110,6 @@ class _Batch:
         )
 
     @property
-    def usable(self) -> BoolArray:
-        """Whether residuals and derivatives are finite (P,)."""
-        return np.asarray(np.isfinite(self.squares + self.hessian.sum(axis=(1, 2))))
-
-    @property
     def curvature(self) -> Array:
         """Diagonals (P, d) of J'J."""
         return np.diagonal(self.hessian, axis1=1, axis2=2)
@@ -128,44 +122,23 @@ class _Batch:
         self, trial: Array, gain: Array, squares: Array, gradient: Array, hessian: Array
     ) -> None:
         """Go to the trial points that cost less, and adapt the damping to the predicted gains."""
-        tried = _Batch.of(trial, squares, gradient, hessian)
-        # A step clipped at the box may even predict a loss: damp more and try again.
-        sensible = tried.usable & (gain > 0.0)
-        ratio = np.where(sensible, (self.squares - squares) / np.where(sensible, gain, 1.0), -1.0)
-        won = ratio > 0.0
-        self.z = np.where(won[:, None], trial, self.z)
-        self.squares = np.where(won, squares, self.squares)
-        self.gradient = np.where(won[:, None], gradient, self.gradient)
-        self.hessian = np.where(won[:, None, None], hessian, self.hessian)
-        shrink = np.maximum(1.0 / 3.0, 1.0 - (2.0 * np.minimum(ratio, 1.0) - 1.0) ** 3)
-        self.damping = self.damping * np.where(won, shrink, self.growth)
-        self.growth = np.where(won, 2.0, 2.0 * self.growth)
-        self.rejections = np.where(won, 0, self.rejections + 1)
+        squares = np.where(usable(squares, hessian), squares, np.inf)
+        won = judged(self.squares, squares, gain, self.damping, self.growth, self.rejections)
+        if won.all():
+            self.z, self.squares, self.gradient, self.hessian = trial, squares, gradient, hessian
+        else:
+            for mine, theirs in (
+                (self.z, trial),
+                (self.squares, squares),
+                (self.gradient, gradient),
+                (self.hessian, hessian),
+            ):
+                mine[won] = theirs[won]
 
 
-def _steps(batch: _Batch) -> tuple[Array, Array, Array]:
-    """Return damped steps (P, d), their predicted gains (P,) and those of undamped steps (P,)."""
-    z, gradient, hessian = batch.z, batch.gradient, batch.hessian
-    count, d = z.shape
-    curvature = batch.curvature
-    scale = np.maximum(curvature, 1e-6 * curvature.max(axis=1)[:, None]) + SMALLEST
-    free = ~(((z <= 0.0) & (gradient > 0.0)) | ((z >= 1.0) & (gradient < 0.0)))
-    right = np.where(free, -gradient, 0.0)
-    # The damped and the undamped systems of all starts in one call; an undamped one tells how much
-    # there is to gain, and is damped just enough to stay solvable. A frozen unknown does not move.
-    matrix = np.empty((2, count, d, d))
-    matrix[:] = hessian * (free[:, :, None] & free[:, None, :])
-    diagonal = np.einsum('...ii->...i', matrix)
-    damping = np.stack([batch.damping, np.full(count, TINY_DAMPING)])[..., None]
-    diagonal += np.where(free, damping, 1.0) * scale
-    solution = np.linalg.solve(matrix, np.broadcast_to(right[..., None], (2, count, d, 1)))[..., 0]
-    step = np.minimum(np.maximum(z + solution[0], 0.0), 1.0) - z
-    gain = ((2.0 * right - (hessian @ step[..., None])[..., 0]) * step).sum(axis=1)
-    full_gain = (right * solution[1]).sum(axis=1)
-    # A full step may turn the gradient of a frozen unknown inward: then there is more to gain.
-    after = gradient + (hessian @ solution[1][..., None])[..., 0]
-    released = (~free & (after * gradient < 0.0)).any(axis=1)
-    return step, gain, np.where(released, np.inf, full_gain)
+def usable(squares: Array, hessian: Array) -> BoolArray:
+    """Return whether residuals and derivatives are finite (P,)."""
+    return np.asarray(np.isfinite(squares + hessian.sum(axis=(1, 2))))
 
 
 def _sorted(batches: list[_Batch]) -> Starts:

@@ -9,6 +9,7 @@ work: on a short prefix even a chaotic plant has few false minima, and what fits
 """
 
 from dataclasses import dataclass, field
+from functools import partial
 
 import numpy as np
 from scipy.special import chdtri
@@ -118,8 +119,10 @@ class _Rounds:
         self.rounds += 1
         if self.deadline.passed:
             return
+        # Half of them: where the data tell little, two may well agree on a false minimum.
+        enough = partial(self._enough, max(2, len(candidates) // 2))
         last = levenberg_marquardt(
-            self.objective, candidates, nodes, FULL_ITERATIONS, self.deadline, self._enough
+            self.objective, candidates, nodes, FULL_ITERATIONS, self.deadline, enough
         )
         self._remember(last.z, last.squares)
         self.bests.append(float(last.squares[0]))
@@ -203,26 +206,28 @@ class _Rounds:
         bad[-1] = True
         return np.asarray(bad.argmax(axis=0))
 
-    def _enough(self, stopped: Starts) -> bool:
-        """Whether the converged ones among these already settle the round."""
+    def _enough(self, quorum: int, stopped: Starts) -> bool:
+        """Whether so many have converged to one optimum that the others may stop."""
         best = stopped.squares[0]
         if not stopped.converged[0] or best > self.squares:
             return False
-        if self.noise_known:
-            return self._like_noise(best)
-        same = SAME_OPTIMUM * self.objective.dimension * self._variance(best)
-        return bool(np.count_nonzero(stopped.converged & (stopped.squares - best <= same)) >= 2)
+        return self._agreeing(stopped, best) >= quorum
+
+    def _agreeing(self, starts: Starts, best: float) -> int:
+        """Count the converged starts whose squares are the best ones."""
+        return int(np.count_nonzero(starts.converged & (starts.squares - best <= self._same(best))))
+
+    def _same(self, squares: float) -> float:
+        """Return how far apart squares of one and the same optimum may be."""
+        variance = max(squares, self.objective.floor(self.objective.nodes)) / self._freedom
+        return SAME_OPTIMUM * self.objective.dimension * variance
 
     def _like_noise(self, squares: float) -> bool:
-        return squares <= float(chdtri(max(1, self._freedom), CHI_SQUARE_TAIL))
-
-    def _variance(self, squares: float) -> float:
-        """Variance of the residual."""
-        return max(squares, self.objective.floor(self.objective.nodes)) / max(1, self._freedom)
+        return squares <= float(chdtri(self._freedom, CHI_SQUARE_TAIL))
 
     @property
     def _freedom(self) -> int:
-        return self.objective.count(self.objective.nodes) - self.objective.dimension
+        return max(1, self.objective.count(self.objective.nodes) - self.objective.dimension)
 
     def _remember(self, z: Array, squares: Array) -> None:
         i = int(np.argmin(squares))
@@ -234,7 +239,7 @@ class _Rounds:
         if not np.isfinite(self.squares):
             return
         nodes = self.objective.nodes
-        same = SAME_OPTIMUM * self.objective.dimension * self._variance(self.squares)
+        same = self._same(self.squares)
         agreeing = np.count_nonzero(np.array(self.bests) - self.squares <= same)
         if self.noise_known:
             if self.converged and self._like_noise(self.squares):
@@ -242,8 +247,7 @@ class _Rounds:
             elif agreeing >= 2:
                 self.accepted = 'two rounds agree'
             return
-        survivors = np.count_nonzero(last.converged & (last.squares - self.squares <= same))
-        fast = self.settings.acceptance == 'fast' and survivors >= 2
+        fast = self.settings.acceptance == 'fast' and self._agreeing(last, self.squares) >= 2
         if not fast and agreeing < 2:
             return
         # A residual too small to matter is not asked for its colour: rounding is not white.

@@ -8,7 +8,7 @@ from typing import Any
 from obs_ros.estimate import Estimate, Outcome
 from obs_ros.model import names
 from obs_ros.models import load_model
-from obs_ros.window import Sample
+from obs_ros.record import Sample
 
 
 class FakeObserver:
