@@ -9,11 +9,15 @@ Function = TypeVar('Function', bound=Callable[..., Any])
 def accelerated(function: Function) -> Function:
     """Return the function compiled at its first call and cached for later processes, if possible.
 
-    Without Numba, or where it does not work, the function itself.
+    Without Numba, or where it does not work, the function itself; without a folder to write to,
+    every process compiles anew.
     """
     try:
         import numba
     except ImportError:
         return function
-    compile_it: Any = numba.njit(cache=True, nogil=True, error_model='numpy')
-    return cast(Function, compile_it(function))
+    options: dict[str, Any] = {'nogil': True, 'error_model': 'numpy'}
+    try:
+        return cast(Function, numba.njit(cache=True, **options)(function))
+    except RuntimeError:  # no folder for the cache
+        return cast(Function, numba.njit(**options)(function))

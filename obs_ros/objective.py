@@ -47,6 +47,11 @@ class Objective:
         return self.unknowns.dimension
 
     @property
+    def walls(self) -> Array:
+        """Least and largest values of z (2, d): 0 and 1, or infinite where there is no bound."""
+        return self.unknowns.walls
+
+    @property
     def nodes(self) -> int:
         """Number of nodes of the window, K."""
         return self.grid.t.size

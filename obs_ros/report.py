@@ -108,11 +108,12 @@ def _at_bound(objective: Objective, z: Array) -> str:
     unknowns = objective.unknowns
     variables = [unknowns.model.unknowns[i] for i in unknowns.index]
     found = []
-    for variable, low, high, zi in zip(variables, unknowns.lower, unknowns.upper, z, strict=True):
+    where = zip(unknowns.lower, unknowns.upper, z, unknowns.walls.T, strict=True)
+    for variable, (low, high, zi, wall) in zip(variables, where, strict=True):
         unit = '' if variable.unit == '1' else f' {variable.unit}'
-        if zi <= AT_BOUND:
+        if zi <= wall[0] + AT_BOUND:
             found.append(f'{variable.name} is at its lower bound {low:g}{unit}')
-        elif zi >= 1.0 - AT_BOUND:
+        elif zi >= wall[1] - AT_BOUND:
             found.append(f'{variable.name} is at its upper bound {high:g}{unit}')
     return ', '.join(found)
 

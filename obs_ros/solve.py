@@ -17,7 +17,7 @@ from obs_ros.registry import suggest
 from obs_ros.report import empty, output_rms, report
 from obs_ros.rollout import Backend, Kernels, check_backend, kernels_for
 from obs_ros.rollout.grid import Grid
-from obs_ros.search import method_for
+from obs_ros.search import damping, method_for
 from obs_ros.search.levenberg_marquardt import levenberg_marquardt
 from obs_ros.search.memetic import FULL_ITERATIONS
 from obs_ros.search.result import Found
@@ -81,7 +81,7 @@ def solve_window(
         backend=backend,
     )
     rng = random_generator(seed)
-    _ = solver.kernels  # compiled before the clock starts
+    solver.prepare()  # before the clock starts
     return solver.solve(record, rng, Deadline(deadline), previous)
 
 
@@ -141,6 +141,13 @@ class Solver:
     def kernels(self) -> Kernels:
         """The model's rollouts; compiled at the first call, which may take some seconds."""
         return kernels_for(self.model, self.backend)
+
+    def prepare(self) -> float:
+        """Compile whatever is not compiled yet; return the seconds that it took."""
+        begin = time.perf_counter()
+        _ = self.kernels
+        damping.prepare()
+        return time.perf_counter() - begin
 
     def solve(
         self,

@@ -5,10 +5,11 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from obs_ros.model import Model, check_bounds, names
+from obs_ros.model import Model, Variable, check_bounds, names
 from obs_ros.registry import suggest
 from obs_ros.typing import Array, IntArray
 
+REACH = 10.0  # of the nominal value, or units, where there is no bound
 SMALLEST_STEP = 16  # units in the last place
 
 
@@ -16,8 +17,9 @@ SMALLEST_STEP = 16  # units in the last place
 class Unknowns:
     """The estimated ones among a model's n initial states and q parameters.
 
-    index (d,) says which of the n + q values they are, lower and upper (d,) are their box, in their
-    units; given (n + q,) holds the values of the others. Searches see the box as [0, 1]^d.
+    index (d,) says which of the n + q values they are, lower and upper (d,) are the box in which
+    searches begin, in the unknowns' units; given (n + q,) holds the values of the others. Searches
+    see the box as [0, 1]^d, and may leave it where walls (2, d) are infinite.
     """
 
     model: Model
@@ -25,6 +27,7 @@ class Unknowns:
     lower: Array
     upper: Array
     given: Array
+    walls: Array
 
     @classmethod
     def of(
@@ -38,16 +41,17 @@ class Unknowns:
         """Estimate the named parameters and initial states; None means all that are not `fixed`.
 
         `fixed` gives values to others, whose default is their nominal value; `bounds` replaces the
-        model's. Raises ValueError for an unknown name, crossed, infinite or missing bounds, a name
-        both estimated and fixed, nothing to estimate, and a value that nobody gives.
+        model's. Where a bound is infinite the search begins within ten times the nominal value, or
+        ten units, of the nominal value or the other bound, and goes where the data lead.
+
+        Raises ValueError for an unknown name, crossed bounds, a name both estimated and fixed,
+        nothing to estimate, and a value that nobody gives.
         """
         fixed, bounds = dict(fixed or {}), dict(bounds or {})
         for name, level in fixed.items():
-            variable = model.variable(name)
-            if not variable.lower <= level <= variable.upper:
-                raise ValueError(
-                    f'{name} is fixed at {level}, outside [{variable.lower}, {variable.upper}]'
-                )
+            model.variable(name)
+            if not np.isfinite(level):  # a measured one may well lie outside the bounds
+                raise ValueError(f'{name} is fixed at {level}, which is not a finite number')
         for name, pair in bounds.items():
             model.variable(name)
             if np.shape(pair) != (2,):
@@ -59,18 +63,13 @@ class Unknowns:
         if not chosen:
             raise ValueError(f'nothing to estimate: every unknown of {model.name!r} is fixed')
         given = np.full(len(model.unknowns), np.nan)
-        lower, upper = [], []
+        boxes, walls = [], []
         for i, variable in enumerate(model.unknowns):
             if variable.name in chosen:
                 low, high = bounds.get(variable.name, (variable.lower, variable.upper))
                 check_bounds(variable.name, low, high)
-                if not np.isfinite([low, high]).all():
-                    raise ValueError(
-                        f'{variable.name} is estimated within [{low}, {high}]: '
-                        f'give finite bounds for it, in {variable.unit}'
-                    )
-                lower.append(low)
-                upper.append(high)
+                boxes.append(_beginning(variable, low, high))
+                walls.append((0.0 if np.isfinite(low) else low, 1.0 if np.isfinite(high) else high))
                 continue
             value = fixed.get(variable.name, variable.nominal)
             if value is None or not np.isfinite(value):
@@ -80,7 +79,8 @@ class Unknowns:
                 )
             given[i] = value
         index = [i for i, v in enumerate(model.unknowns) if v.name in chosen]
-        return cls(model, np.array(index), np.array(lower), np.array(upper), given)
+        lower, upper = np.array(boxes).T
+        return cls(model, np.array(index), lower, upper, given, np.array(walls).T)
 
     @property
     def dimension(self) -> int:
@@ -122,10 +122,21 @@ class Unknowns:
         return everything[:n], everything[n:], steps.T
 
     def point(self, values: Mapping[str, float]) -> Array:
-        """Return the point (d,) of the unit box nearest to named values; NaN becomes the middle."""
+        """Return the point z (d,) nearest to named values; NaN becomes the middle of the box."""
         z = np.array([values[name] for name in self.names])
         z = (z - self.lower) / (self.upper - self.lower)
-        return np.clip(np.where(np.isfinite(z), z, 0.5), 0.0, 1.0)
+        return np.clip(np.where(np.isfinite(z), z, 0.5), *self.walls)
+
+
+def _beginning(variable: Variable, low: float, high: float) -> tuple[float, float]:
+    """Return finite bounds to begin a search in."""
+    nominal = variable.nominal
+    origin = nominal if nominal is not None else next((b for b in (low, high) if np.isfinite(b)), 0)
+    reach = REACH * max(abs(nominal or 0.0), 1.0)
+    return (
+        low if np.isfinite(low) else min(origin, high) - reach,
+        high if np.isfinite(high) else max(origin, low) + reach,
+    )
 
 
 def _chosen(

@@ -3,6 +3,7 @@
 import importlib
 import itertools
 import os
+import socket
 import time
 import warnings
 from collections.abc import Callable, Sequence
@@ -29,12 +30,26 @@ os.environ['ROS_AUTOMATIC_DISCOVERY_RANGE'] = 'LOCALHOST'
 _domains = (1 + (os.getpid() + k) % 100 for k in itertools.count())
 
 
+def own_domain() -> tuple[int, socket.socket]:
+    """Return a domain, and what keeps other runs of the tests out of it until it is closed."""
+    for domain in itertools.islice(_domains, 100):
+        claim = socket.socket(socket.AF_UNIX)
+        try:
+            claim.bind(f'\0obs_ros_test_domain_{domain}')
+        except OSError:
+            claim.close()
+            continue
+        return domain, claim
+    raise RuntimeError('every ROS domain is in use by other tests')
+
+
 class Ros:
     """A context with an executor; `node` is there to talk to the nodes under test."""
 
     def __init__(self, *args: str) -> None:
         self.context = rclpy.Context()
-        rclpy.init(args=list(args), context=self.context, domain_id=next(_domains))
+        domain, self._claim = own_domain()
+        rclpy.init(args=list(args), context=self.context, domain_id=domain)
         self.executor = SingleThreadedExecutor(context=self.context)
         self._nodes: list[Node] = []
         self.node = self._add(Node('test', context=self.context))
@@ -95,6 +110,7 @@ class Ros:
             node.destroy_node()
         self.executor.shutdown()
         self.context.try_shutdown()
+        self._claim.close()
 
     def _add(self, node: Node) -> Node:
         self.executor.add_node(node)

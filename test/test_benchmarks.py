@@ -3,13 +3,19 @@ import math
 import numpy as np
 import pytest
 
-from benchmarks import kernel, windows
+from benchmarks import kernel, search, windows
 from benchmarks.common import gcc_version
+from benchmarks.contest import KNOWN, Score, Task, Verdict, contested, limited_name
 from benchmarks.convergence import follow
 from benchmarks.judge import Judge
+from benchmarks.metered import spent
 from benchmarks.paper_tables import FITNESSES, SNRS, SYMBOLS, Cell, references
+from benchmarks.scaling import Curve
+from benchmarks.search_report import acceptance, believed
+from benchmarks.tank_row import tank_row
 from benchmarks.tank_windows import PAPER_WINDOWS, paper_end, paper_levels, paper_window
 from benchmarks.three_tank_tables import FIRST_SAMPLE, MEMETIC, PAPER, Run, bounds, errors_of
+from benchmarks.zoo.tank_chain import TANK_CHAIN_4, TANK_CHAIN_8
 from obs_ros import solve_window
 from obs_ros.models.three_tank import THREE_TANK
 
@@ -123,3 +129,62 @@ def test_the_kernel_benchmark_compares_equal_work(tmp_path):
     assert all(row.ours < row.numpy for row in rows)
     assert all(np.isfinite(row.ratio) == (gcc_version() is not None) for row in rows)
     assert 'ours / C' in (tmp_path / 'kernel.md').read_text()
+
+
+def test_a_contest_tells_the_optimum_from_what_the_papers_search_finds():
+    verdict = contested(Task('three tanks 50, 20 dB', 70_000, 1, 2))
+    assert verdict.judge_excess <= 0.1
+    for way in ('memetic', KNOWN, 'DE + LM', 'scipy, 1 start', limited_name('memetic', 0.1)):
+        assert verdict.scores[way].solved, way
+        assert verdict.scores[way].accepted, way
+    assert not verdict.scores['paper mode'].solved
+    assert 0.0 < verdict.scores['memetic'].seconds < 0.1
+
+
+def test_a_window_off_the_optimum_that_was_believed_is_a_false_accept():
+    right = Score(0.5, 0.01, True, True)
+    wrong, doubted = Score(1.5, 0.01, True, False), Score(2.0, 0.01, False, False)
+    verdicts = [Verdict({'memetic': score}, 0.0) for score in (right, wrong, doubted)]
+    assert believed(verdicts, 'memetic') == (2, 1)
+
+
+def test_the_search_benchmark_reports_what_it_accepts(tmp_path):
+    arguments = ['--windows', '1', '--cases', 'three tanks 50, 20 dB', '--results', str(tmp_path)]
+    text = search.main(arguments)
+    assert text == (tmp_path / 'search.md').read_text()
+    assert '| those cells together >= 99.5 % | 100.0 % | yes |' in text
+    assert (tmp_path / 'search_success.png').stat().st_size > 10_000
+
+
+def test_acceptance_fails_where_windows_are_missed():
+    score = Score(0.0, 0.01, True, True)
+    missed = score._replace(excess=3.0)
+    ways = ('memetic', KNOWN, 'memetic, safe', limited_name('memetic', 0.02))
+    own = [Verdict(dict.fromkeys(ways, one), 0.0) for one in (score, score, missed)]
+    told = acceptance({'Lorenz 5': own, 'Lorenz 10': own}, [])
+    assert 'Lorenz 5 67 % | **no** |' in told
+    assert '| Lorenz 10 >= 88 % | 67 % | **no** |' in told
+    assert '2 of 6: 33.33 % | **no** |' in told
+
+
+@pytest.mark.parametrize(('tanks', 'model'), [(4, TANK_CHAIN_4), (8, TANK_CHAIN_8)])
+def test_a_generated_row_of_tanks_is_the_zoos(tanks, model):
+    row = tank_row(tanks).model
+    rng = np.random.default_rng(tanks)
+    x, p = rng.uniform(5.0, 95.0, tanks), rng.uniform(0.2, 1.0, tanks)
+    assert row.dynamics(0.0, x, [30.0], p) == model.dynamics(0.0, x, [30.0], p)
+    assert row.output(0.0, x, [30.0], p) == model.output(0.0, x, [30.0], p)
+    assert row.unknowns == model.unknowns
+
+
+def test_a_metered_solve_counts_the_candidates_that_the_estimate_reports():
+    run = spent(THREE_TANK, windows.random_window(3, 60, 20.0).record, 3)
+    assert run.estimate.outcome == 'converged'
+    # A short window is rolled out as a whole, by every candidate: 59 steps each.
+    assert run.steps == 59 * run.estimate.evaluations
+    assert 0.0 < run.rest < 1.0
+
+
+def test_growth_is_fitted_over_all_and_over_the_upper_half():
+    x = [1.0, 10.0, 100.0, 1000.0]
+    assert Curve('', '', x, [1.0, 1.0, 1.0, 100.0], (), (), '').exponents == pytest.approx((0.6, 2))

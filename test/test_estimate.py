@@ -38,3 +38,9 @@ def test_usable_without_standard_deviations() -> None:
 @pytest.mark.parametrize('value', [np.nan, np.inf])
 def test_not_usable_with_a_value_that_is_not_finite(field: str, value: float) -> None:
     assert not estimate(**{field: {'name': value}}).usable
+
+
+def test_estimates_compare_by_identity_since_they_hold_arrays() -> None:
+    one, other = (estimate(times=np.arange(3.0), states=np.zeros((3, 1))) for _ in range(2))
+    assert one == one and one != other
+    assert len({one, other, one}) == 2

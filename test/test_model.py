@@ -1,10 +1,12 @@
 """Tests of obs_ros.model."""
 
+import functools
 import math
 import re
 from dataclasses import FrozenInstanceError, replace
 from typing import Any
 
+import numpy as np
 import pytest
 
 from obs_ros import Model, Variable
@@ -79,11 +81,56 @@ def test_a_wrong_variable_is_refused_by_name(changes: dict[str, Any], message: s
             {'output': lambda t, x, u, p: x[0]},
             'must return a tuple of 1 entries, one number',
         ),
+        (
+            {'dynamics': lambda t, x, u, p: (x[0] if x[0] > 0.0 else u[0],)},
+            'dynamics fails on arrays over candidates: The truth value',
+        ),
+        (
+            {'dynamics': lambda t, x, u, p: (x[0] if x[0] > 0.0 else u[0],)},
+            ' (no `if` on values: use np.where)',
+        ),
     ],
 )
 def test_a_wrong_model_is_refused_with_the_reason(changes: dict[str, Any], message: str) -> None:
     with pytest.raises(ValueError, match=re.escape(message)):
         plant(**changes)
+
+
+def decay(t: Any, x: Any, u: Any, p: Any, k: float = 1.0) -> Any:
+    return (-k * p[0] * x[0],)
+
+
+class Decay:
+    def __call__(self, t: Any, x: Any, u: Any, p: Any) -> Any:
+        return decay(t, x, u, p)
+
+    def method(self, t: Any, x: Any, u: Any, p: Any) -> Any:
+        return decay(t, x, u, p)
+
+
+@pytest.mark.parametrize(
+    'function',
+    [functools.partial(decay, k=2.0), Decay(), Decay().method],
+    ids=['partial', 'object', 'method'],
+)
+@pytest.mark.parametrize('kind', ['dynamics', 'output'])
+def test_what_is_no_plain_function_is_refused(kind: str, function: Any) -> None:
+    with pytest.raises(ValueError, match=f"'plant': {kind} must be a plain function, not "):
+        plant(**{kind: function})
+
+
+def test_a_function_that_its_author_compiled_is_taken_as_written() -> None:
+    numba = pytest.importorskip('numba')
+    assert plant(dynamics=numba.njit(decay)).dynamics is decay
+
+
+def test_the_middle_of_the_bounds_may_be_singular() -> None:
+    model = plant(
+        states=[Variable('x', lower=-1.0, upper=1.0)],
+        dynamics=lambda t, x, u, p: (1.0 / x[0],),
+        output=lambda t, x, u, p: (np.log(x[0]),),
+    )
+    assert inside(model.states[0]) == 0.0
 
 
 def test_an_output_may_have_the_name_of_the_state_it_measures() -> None:

@@ -170,3 +170,26 @@ def test_it_counts_candidates_values_and_signal() -> None:
 def test_an_unknown_fitness_is_refused() -> None:
     with pytest.raises(ValueError, match="fitness 'l1' is none of least_squares, euclidean"):
         objective('numpy', 'l1')
+
+
+@pytest.mark.parametrize('blank', [NAN, 5.0])
+def test_correlation_leaves_out_an_output_that_tells_nothing(backend: str, blank: float) -> None:
+    y = window().y.copy()
+    y[:, 1] = blank
+    problem, z = objective(backend, 'correlation', Record(T, np.sin(T), y)), candidates()
+    known = np.flatnonzero(np.isfinite(y[:, 0]))
+    expected = [1.0 - np.corrcoef(c, y[known, 0])[0, 1] for c in outputs(problem, z)[known, 0].T]
+    np.testing.assert_allclose(problem.costs(z), expected, rtol=1e-10)
+
+
+def test_where_no_output_varies_nothing_correlates() -> None:
+    y = np.full((31, 2), 5.0)
+    problem = objective('numpy', 'correlation', Record(T, np.sin(T), y))
+    assert problem.costs(candidates()).tolist() == [np.inf] * 6
+
+
+def test_an_output_never_measured_adds_no_signal() -> None:
+    y = window().y.copy()
+    y[:, 1] = NAN
+    problem = objective('numpy', record=Record(T, np.sin(T), y))
+    assert problem.signal == pytest.approx(np.nanvar(y[:, 0]) / SCALE[0] ** 2, rel=1e-12)

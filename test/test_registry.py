@@ -2,6 +2,7 @@
 
 import math
 import re
+from typing import Any
 
 import pytest
 
@@ -29,11 +30,14 @@ def test_a_path_to_the_users_own_module(tmp_path, monkeypatch) -> None:
         ('', "unknown number ''"),
         ('math:', "number 'math:' is not of the form package.module:ATTRIBUTE"),
         (':pi', "number ':pi' is not of the form package.module:ATTRIBUTE"),
+        ('.math:pi', "number '.math:pi' is not of the form package.module:ATTRIBUTE"),
+        (None, 'number must be a name, not None'),
+        (42, 'number must be a name, not 42'),
         ('math:taau', "module math has no 'taau': did you mean 'tau'"),
         ('no_such_package.plant:A', "No module named 'no_such_package'; is its package installed?"),
     ],
 )
-def test_what_is_wrong_is_named(name: str, message: str) -> None:
+def test_what_is_wrong_is_named(name: Any, message: str) -> None:
     with pytest.raises(ValueError, match=re.escape(message)):
         lookup('number', name, TABLE)
 

@@ -97,7 +97,9 @@ def test_converged_names_its_rule() -> None:
 def test_not_confirmed() -> None:
     found = estimate(accepted='')
     assert found.outcome is Outcome.DEADLINE
-    assert 'in 3 rounds, not confirmed' in found.message
+    assert 'in 3 rounds, not confirmed: allow more rounds, or shorten' in found.message
+    found = estimate(accepted='', in_time=False)
+    assert 'in 3 rounds, not confirmed: allow more time, or shorten' in found.message
 
 
 def test_a_residual_above_the_given_noise() -> None:

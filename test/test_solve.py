@@ -132,6 +132,21 @@ class TestNoise:
         found = solve_window('three_tank', broken, noise={'h1': 0.01, 'h2': 0.01})
         assert found.outcome is Outcome.MODEL_MISMATCH
 
+    def test_not_white_it_is_a_mismatch_although_unknown(self) -> None:
+        record = tank_record()
+        y = record.y + 0.05 * np.sin(record.t / 10.0)[:, None]
+        found = solve_window('three_tank', Record(record.t, record.u, y))
+        assert found.outcome is Outcome.MODEL_MISMATCH
+        assert 'the residual is not white' in found.message
+
+    @pytest.mark.parametrize('nodes', [61, 301])
+    def test_a_perfect_fit_is_no_mismatch_and_takes_no_longer(self, nodes: int) -> None:
+        found = solve_window('three_tank', tank_record(nodes=nodes, sigma=0.0))
+        assert found.outcome is Outcome.CONVERGED
+        assert found.message == 'two survivors agree and the residual is white'
+        assert values(found) == pytest.approx(TANKS, rel=1e-3)
+        assert found.evaluations < 2000
+
     @pytest.mark.parametrize('sigma', [1e-3, 1.0, 1e3])
     def test_a_guess_of_white_noise_is_right(self, sigma: float) -> None:
         t = np.linspace(0.0, 1.0, 2001)
@@ -183,6 +198,16 @@ def test_missing_outputs_cost_only_what_they_told() -> None:
     assert found.residual_rms == pytest.approx(0.01, rel=0.1)
 
 
+@pytest.mark.parametrize('noise', [{}, {'h1': 0.01, 'h2': 0.01}])
+def test_an_output_never_measured_leaves_the_other(noise: Any) -> None:
+    record = tank_record()
+    y = record.y.copy()
+    y[:, 1] = NAN
+    found = solve_window('three_tank', Record(record.t, record.u, y), noise=noise)
+    assert found.usable
+    assert found.output_rms == pytest.approx({'h1': 0.01, 'h2': 0.0}, rel=0.15)
+
+
 @pytest.mark.parametrize('interpolation', ['hold', 'linear'])
 def test_inputs_and_irregular_stamps(interpolation: Any) -> None:
     rng = np.random.default_rng(3)
@@ -224,6 +249,19 @@ class TestWhatIsEstimated:
         found = solve_window('three_tank', tank_record(), bounds={'p1': (0.1, 0.5)})
         assert found.parameters['p1'] == 0.5
         assert found.outcome in (Outcome.AT_BOUND, Outcome.MODEL_MISMATCH)
+
+    def test_narrow_bounds_are_like_a_fixed_value(self) -> None:
+        for half in (1e-7, 1e-9):
+            bounds = {'h1': (50.0 - half, 50.0 + half)}
+            narrow = solve_window('three_tank', tank_record(), bounds=bounds)
+            assert narrow.parameters['p1'] == pytest.approx(0.6, abs=0.01)
+
+    def test_without_bounds_the_truth_is_found_outside_the_box_where_it_began(self) -> None:
+        bounds = {'p1': (-np.inf, np.inf), 'h3': (-np.inf, 30.0)}
+        found = solve_window('three_tank', tank_record(x0=(50.0, 40.0, 12.0)), bounds=bounds)
+        assert found.initial_state['h3'] == pytest.approx(12.0, abs=0.1)  # it began above 20
+        assert found.parameters['p1'] == pytest.approx(0.6, abs=0.001)
+        assert found.outcome is Outcome.CONVERGED
 
     def test_at_bound(self) -> None:
         record = tank_record(p=(1.0, 0.5, 0.7), sigma=0.1, seed=4)
@@ -275,6 +313,13 @@ class TestPrevious:
         found = solve_window('three_tank', tank_record(), previous=nothing, noise=self.NOISE)
         assert found.outcome is Outcome.CONVERGED
 
+    def test_one_of_another_model_is_refused(self) -> None:
+        first = solve_window('three_tank', tank_record())
+        t = np.linspace(0.0, 1.0, 21)
+        message = "previous estimate is not of model 'blow_up': its states are h1, h2, h3"
+        with pytest.raises(ValueError, match=message):
+            solve_window(BLOW_UP, Record(t, None, t), previous=first, backend='numpy')
+
 
 class TestOutcomes:
     def test_too_few_samples(self) -> None:
@@ -288,10 +333,11 @@ class TestOutcomes:
         )
         assert not found.usable
 
-    def test_diverged(self, backend: str) -> None:
+    @pytest.mark.parametrize('search', ['memetic', 'chaotic_de'])
+    def test_diverged(self, backend: str, search: str) -> None:
         t = np.linspace(0.0, 1.0, 21)
         found = solve_window(
-            BLOW_UP, Record(t, None, t), 'chaotic_de', bounds={'x': (50.0, 100.0)}, backend=backend
+            BLOW_UP, Record(t, None, t), search, bounds={'x': (50.0, 100.0)}, backend=backend
         )
         assert found.outcome is Outcome.DIVERGED
         assert 'candidates diverged: narrow the bounds' in found.message
@@ -313,6 +359,19 @@ class TestOutcomes:
         assert found.usable
         for name, value in values(found).items():
             assert 0.0 <= value <= (1.0 if name.startswith('p') else 100.0), name
+
+    @pytest.mark.parametrize(('search', 'effort'), [('memetic', 'rounds'), ('chaotic_de', 'gen')])
+    def test_a_search_that_had_all_time_is_not_told_to_take_more(
+        self, search: str, effort: str
+    ) -> None:
+        record = tank_record()
+        y = record.y + 0.05 * np.sin(record.t / 10.0)[:, None]
+        few = {'memetic': {'max_rounds': 2}, 'chaotic_de': {'generations': 20}}[search]
+        found = solve_window(
+            'three_tank', Record(record.t, record.u, y), search, search_options=few
+        )
+        assert found.outcome is Outcome.DEADLINE
+        assert f'not confirmed: allow more {effort}' in found.message
 
     def test_a_deadline_that_suffices(self) -> None:
         found = solve_window('three_tank', tank_record(), deadline=5.0)
@@ -369,9 +428,11 @@ def test_a_users_own_model() -> None:
         ('my_own_plant:NOT_A_PLANT', 'is a int, not an obs_ros.Model'),
         ('my_other_plant:PLANT', "No module named 'my_other_plant'; is its package installed?"),
         ('my_own_plant:', 'is not of the form package.module:ATTRIBUTE'),
+        ('.my_own_plant:PLANT', 'is not of the form package.module:ATTRIBUTE'),
+        (None, 'model must be a name, not None'),
     ],
 )
-def test_a_wrong_model_is_named(model: str, message: str) -> None:
+def test_a_wrong_model_is_named(model: Any, message: str) -> None:
     with pytest.raises(ValueError, match=re.escape(message)):
         solve_window(model, tank_record(nodes=11))
 
@@ -396,6 +457,9 @@ def test_a_wrong_model_is_named(model: str, message: str) -> None:
         ({'fitness': 'euclidean'}, "'memetic' minimises least squares, not 'euclidean'"),
         ({'backend': 'cuda'}, "backend 'cuda' is neither 'numba' nor 'numpy'"),
         ({'deadline': -1.0}, 'deadline -1.0 s is not a number >= 0'),
+        ({'deadline': NAN}, 'deadline nan s is not a number >= 0'),
+        ({'seed': -1}, 'seed -1 is negative'),
+        ({'bounds': {'p1': 0.5}}, 'bounds of p1 must be (lower, upper), not 0.5'),
     ],
 )
 def test_wrong_settings_are_named(settings: dict[str, Any], message: str) -> None:
@@ -411,6 +475,18 @@ def test_a_record_of_another_plant_is_refused() -> None:
 def test_a_window_shorter_than_two_samples_is_refused() -> None:
     with pytest.raises(ValueError, match='at least two times'):
         solve_window('three_tank', Record([0.0], np.zeros((1, 2)), np.zeros((1, 2))))
+
+
+@pytest.mark.parametrize('blank', [NAN, 5.0])
+def test_correlation_works_with_an_output_that_tells_nothing(blank: float) -> None:
+    record = tank_record()
+    y = record.y.copy()
+    y[:, 1] = blank
+    found = solve_window(
+        'three_tank', Record(record.t, record.u, y), 'chaotic_de', fitness='correlation'
+    )
+    assert found.usable
+    assert found.cost < 1e-3
 
 
 @pytest.mark.parametrize('fitness', ['euclidean', 'correlation'])

@@ -57,10 +57,9 @@ def test_bounds_replace_the_models() -> None:
         ({'bounds': {'Q1': (0.0, 1.0)}}, "'three_tank' has no state or parameter 'Q1'"),
         ({'bounds': {'p1': (0.9, 0.1)}}, 'p1: lower bound 0.9 is not below upper bound 0.1'),
         ({'bounds': {'p1': (0.0, math.nan)}}, 'p1: lower bound 0.0 is not below upper bound nan'),
-        (
-            {'bounds': {'h1': (0.0, math.inf)}},
-            'h1 is estimated within [0.0, inf]: give finite bounds for it, in cm',
-        ),
+        ({'bounds': {'p1': 0.5}}, 'bounds of p1 must be (lower, upper), not 0.5'),
+        ({'bounds': {'p1': (0, 1, 2)}}, 'bounds of p1 must be (lower, upper), not (0, 1, 2)'),
+        ({'fixed': {'p1': math.nan}}, 'p1 is fixed at nan, which is not a finite number'),
         (
             {'parameters': ['p1'], 'fixed': {'p1': 0.5}},
             "parameter 'p1' cannot be both estimated and fixed",
@@ -98,3 +97,30 @@ def test_points_outside_are_clipped_and_nan_is_in_the_middle() -> None:
     unknowns = Unknowns.of(THREE_TANK, states=[], fixed={'h1': 1.0, 'h2': 1.0, 'h3': 1.0})
     point = unknowns.point({'p1': -3.0, 'p2': 7.0, 'p3': math.nan})
     assert point.tolist() == [0.0, 1.0, 0.5]
+
+
+@pytest.mark.parametrize('half', [1e-10, 1e-7, 50.0])
+@pytest.mark.parametrize('h', [1e-11, -1e-6])
+def test_a_step_changes_the_value_in_a_box_however_narrow(half: float, h: float) -> None:
+    unknowns = Unknowns.of(THREE_TANK, bounds={'h1': (50.0 - half, 50.0 + half)})
+    x0, p, steps = unknowns.perturbed(np.full((1, 6), 0.5), np.full((1, 6), h))
+    taken = np.concatenate([x0, p])
+    moved = np.diag(taken[:, 1:] - taken[:, :1])
+    assert (np.sign(moved) == np.sign(h)).all()
+    np.testing.assert_allclose(steps[0] * (unknowns.upper - unknowns.lower), moved, rtol=1e-12)
+
+
+def test_without_a_bound_the_search_begins_near_the_nominal_value_and_may_leave() -> None:
+    unknowns = Unknowns.of(
+        THREE_TANK,
+        parameters=['p1', 'p2', 'p3'],
+        bounds={'p1': (-math.inf, math.inf), 'p2': (0.2, math.inf), 'h1': (-math.inf, 50.0)},
+    )
+    box = dict(zip(unknowns.names, zip(unknowns.lower, unknowns.upper, strict=True), strict=True))
+    walls = dict(zip(unknowns.names, unknowns.walls.T.tolist(), strict=True))
+    assert box['p1'] == (-9.0, 11.0) and walls['p1'] == [-math.inf, math.inf]
+    assert box['p2'] == (0.2, 11.0) and walls['p2'] == [0.0, math.inf]
+    assert box['h1'] == (40.0, 50.0) and walls['h1'] == [-math.inf, 1.0]
+    assert box['h3'] == (0.0, 100.0) and walls['h3'] == [0.0, 1.0]
+    far = unknowns.point({'h1': 0.0, 'h2': 0.0, 'h3': 0.0, 'p1': 31.0, 'p2': 0.0, 'p3': 0.0})
+    assert far.tolist() == [-4.0, 0.0, 0.0, 2.0, 0.0, 0.0]

@@ -93,7 +93,9 @@ CASES = {
         Case('chain of 4', TANK_CHAIN_4, 1000, 1.0, 20.0, inputs=steady(30.0), unit_power=True),
         Case('chain of 8', TANK_CHAIN_8, 1000, 1.0, 20.0, inputs=steady(30.0), unit_power=True),
         Case('Lotka-Volterra', LOTKA_VOLTERRA, 1000, 0.03, 40.0),
-        Case('pendulum', PENDULUM, 500, 0.04, 40.0, inputs=wander(3.0, 0.5)),
+        Case('pendulum', PENDULUM, 300, 0.04, 40.0, inputs=wander(1.0, 0.5)),
+        # Pushed over the top now and then, where a hair decides to which side it falls.
+        Case('tumbling pendulum', PENDULUM, 500, 0.04, 40.0, inputs=wander(3.0, 0.5)),
         Case('quarter car', QUARTER_CAR, 1000, 0.005, 40.0, inputs=wander(0.3, 0.02)),
     )
 }

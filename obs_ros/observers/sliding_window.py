@@ -77,7 +77,7 @@ class SlidingWindowObserver:
 
     def prepare(self) -> float:
         """Compile the model's kernels, unless they are; return the seconds that it took."""
-        return self._solver.kernels.compile_time
+        return self._solver.prepare()
 
     def absorb(self, sample: Sample) -> bool:
         """Store a sample; return whether it closed a window. Never blocks for long."""

@@ -15,6 +15,13 @@ NOTHING = 1e-200  # keeps the scale of an unknown without influence positive
 FASTEST_SHRINK = 1.0 / 3.0
 
 
+def prepare() -> None:
+    """Compile what is below, or load it compiled: at the first solve it would cost its deadline."""
+    one = np.ones((1, 1))
+    damped_steps(one, one, np.ones((1, 1, 1)), np.ones(1), np.ones((2, 1)))
+    judged(np.ones(1), np.ones(1), np.ones(1), np.ones(1), np.ones(1), np.ones(1, dtype=np.int64))
+
+
 @accelerated
 def solved(hessian: Array, scale: Array, damping: float, right: Array, free: BoolArray) -> Array:
     """Return x (d,) of (hessian + damping * diag scale) x = right over the free unknowns, else 0.
@@ -54,12 +61,12 @@ def solved(hessian: Array, scale: Array, damping: float, right: Array, free: Boo
 
 @accelerated
 def damped_steps(
-    z: Array, gradient: Array, hessian: Array, damping: Array
+    z: Array, gradient: Array, hessian: Array, damping: Array, walls: Array
 ) -> tuple[Array, Array, Array]:
     """Return damped steps (P, d), their predicted gains (P,) and those of undamped steps (P,).
 
-    From points z (P, d) of the unit box with J'r (P, d), J'J (P, d, d) and damping (P,). An unknown
-    at its bound that leans outward is frozen; a step is clipped to the box.
+    From points z (P, d) with J'r (P, d), J'J (P, d, d) and damping (P,), between walls (2, d). An
+    unknown at its wall that leans outward is frozen; a step is clipped to the walls.
     """
     count, d = z.shape
     step = np.zeros((count, d))
@@ -71,14 +78,14 @@ def damped_steps(
             most = max(most, hessian[s, i, i])
         for i in range(d):
             scale[i] = max(hessian[s, i, i], SMALLEST_SCALE * most) + NOTHING
-            outward = (z[s, i] <= 0.0 and gradient[s, i] > 0.0) or (
-                z[s, i] >= 1.0 and gradient[s, i] < 0.0
+            outward = (z[s, i] <= walls[0, i] and gradient[s, i] > 0.0) or (
+                z[s, i] >= walls[1, i] and gradient[s, i] < 0.0
             )
             free[i] = not outward
         full = solved(hessian[s], scale, TINY_DAMPING, -gradient[s], free)
         damped = solved(hessian[s], scale, damping[s], -gradient[s], free)
         for i in range(d):
-            step[s, i] = min(max(z[s, i] + damped[i], 0.0), 1.0) - z[s, i]
+            step[s, i] = min(max(z[s, i] + damped[i], walls[0, i]), walls[1, i]) - z[s, i]
             full_gain[s] -= gradient[s, i] * full[i]
         for i in range(d):
             pull, after = 2.0 * gradient[s, i], gradient[s, i]

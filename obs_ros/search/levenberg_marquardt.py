@@ -50,6 +50,7 @@ def levenberg_marquardt(
     d = z.shape[1]
     freedom = max(1, objective.count(nodes) - d)
     least = objective.floor(nodes)
+    walls = objective.walls
     batch = _Batch.of(z, *objective.linearise(z, np.full_like(z, FIRST_STEP), nodes))
     begun = usable(batch.squares, batch.hessian)
     stopped = [batch.take(~begun)]
@@ -59,10 +60,12 @@ def levenberg_marquardt(
         if not batch.squares.size or deadline.passed:
             break
         variance = max(least, min(best, batch.squares.min())) / freedom
-        step, gain, full_gain = damped_steps(batch.z, batch.gradient, batch.hessian, batch.damping)
+        step, gain, full_gain = damped_steps(
+            batch.z, batch.gradient, batch.hessian, batch.damping, walls
+        )
         batch.converged = full_gain < GAIN_SHARE * d * variance
         trial = batch.z + step
-        inside = ((trial > 0.0) & (trial < 1.0)).all(axis=1)
+        inside = ((trial > walls[0]) & (trial < walls[1])).all(axis=1)
         over = (
             batch.converged
             | (inside & (gain <= STALLED_SHARE * d * variance))

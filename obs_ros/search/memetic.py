@@ -8,6 +8,7 @@ Differential evolution gives the diversity of the start; measured, the growing h
 work: on a short prefix even a chaotic plant has few false minima, and what fits it well leads on.
 """
 
+import time
 from dataclasses import dataclass, field
 from functools import partial
 
@@ -35,6 +36,7 @@ SMALLEST_PREFIX = 16  # nodes
 GATES = 48
 BAD_SHARE, BAD_NOISE = 0.01, 4.0  # of the signal's and of the noise's mean square
 PREFIX_ITERATIONS, FULL_ITERATIONS = 12, 60
+DIRECT_ITERATIONS = 2  # at least, that every start should get before a short deadline
 ROUND_ROLLOUTS = 30  # rollouts of a population over the window that a round costs, roughly
 # Two costs are the same optimum when they differ by less than this times d times the noise
 # variance: 0.41 for four unknowns.
@@ -153,12 +155,16 @@ class _Rounds:
             unevolved = np.vstack([unevolved, self.warm])
         if nodes <= SHORT_WINDOW or not self.deadline.never:
             # Whatever happens later, there is an answer; and it tells what a round will take.
-            before = self.deadline.remaining
+            begin = time.monotonic()
             costs = self.objective.costs(z)
             self._remember(z, costs)
-            left = self.deadline.remaining
-            if nodes <= SHORT_WINDOW or left < ROUND_ROLLOUTS * (before - left):
-                return np.vstack([z[np.argsort(costs)[:ELITE]], unevolved])
+            spent, left = time.monotonic() - begin, self.deadline.remaining
+            if nodes <= SHORT_WINDOW or left < ROUND_ROLLOUTS * spent:
+                starts = np.vstack([z[np.argsort(costs)[:ELITE]], unevolved])
+                # Few starts that get somewhere are better than many that do not.
+                iteration = spent / len(z) * (1 + self.objective.dimension)  # of one start
+                affordable = left / (DIRECT_ITERATIONS * max(iteration, 1e-9))
+                return starts[: max(1, int(min(affordable, len(starts))))]
         prefix = self._prefix(number)
         evolved = self._evolve(z, prefix)
         return self._grow(np.vstack([evolved, unevolved]), prefix)

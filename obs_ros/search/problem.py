@@ -20,6 +20,10 @@ class LeastSquares(Problem, Protocol):
     """A problem whose cost is a sum of squared residuals along the nodes of a window."""
 
     @property
+    def walls(self) -> Array:
+        """Least and largest values of z (2, d): 0 and 1, or infinite where there is no bound."""
+
+    @property
     def nodes(self) -> int:
         """Number of nodes, K."""
 

@@ -43,7 +43,7 @@ def test_signals_end_a_node_in_peace_and_at_once(name, sign, number):
     node.send_signal(number)
     _, stderr = node.communicate(timeout=10.0)
     assert node.returncode == 0, stderr
-    assert time.monotonic() - before < 2.0  # 0.5 s on an idle machine
+    assert time.monotonic() - before < 5.0  # 0.5 s on an idle machine, 2.4 s at load 10 on 2 cores
     assert set(stderr.splitlines()) <= {_UNSENT}, stderr
 
 

@@ -51,11 +51,15 @@ print(states[-1, 0, 0], sum(kernels.module.trajectories.stats.cache_hits.values(
 """
 
 
-def roll_out(cache: Path, gain: float) -> tuple[float, int]:
+def roll_out(cache: Path, gain: float, script: str = ROLL_OUT) -> tuple[float, int]:
     """State after 0.1 s in a new process, and how often its kernel came from the cache."""
     ran = subprocess.run(
-        [sys.executable, '-c', ROLL_OUT, str(gain)],
-        env={**os.environ, 'OBS_ROS_CACHE': str(cache), 'PYTHONPATH': os.pathsep.join(sys.path)},
+        [sys.executable, '-B', '-c', script, str(gain)],
+        env={
+            **os.environ,
+            'OBS_ROS_CACHE': str(cache),
+            'PYTHONPATH': os.pathsep.join([str(cache), *sys.path]),
+        },
         capture_output=True,
         text=True,
         check=True,
@@ -71,6 +75,16 @@ def test_a_second_process_loads_what_the_first_compiled(tmp_path: Path) -> None:
     assert len(list(tmp_path.glob('obs_ros_kernels_*/*.py'))) == 1
     again, hits = roll_out(tmp_path, 2.0)
     assert (again, hits) == (first, 1)
+
+
+def test_an_edited_module_of_constants_gives_no_stale_kernel(tmp_path: Path) -> None:
+    script = ROLL_OUT.replace('GAIN = float(sys.argv[1])', 'import my_constants')
+    script = script.replace('-GAIN', '-my_constants.GAIN')
+    for gain in (1.0, 5.0):
+        (tmp_path / 'my_constants.py').write_text(f'GAIN = {gain}\n')
+        state, hits = roll_out(tmp_path, gain, script)
+        assert state == pytest.approx(np.exp(-0.1 * gain), rel=1e-3)
+        assert hits == 0
 
 
 def test_equal_models_share_a_module_and_others_do_not() -> None:
@@ -108,6 +122,25 @@ def test_the_module_is_written_once(tmp_path: Path, monkeypatch: Any) -> None:
     load_module(own(-2.0))
     assert path.stat().st_mtime == 1.0
     assert list(path.parent.glob('tmp*')) == []
+
+
+def test_compiling_is_announced_only_when_nothing_is_cached(
+    tmp_path: Path, monkeypatch: Any, caplog: Any
+) -> None:
+    monkeypatch.setenv('OBS_ROS_CACHE', str(tmp_path))
+    with caplog.at_level(logging.INFO, 'obs_ros'):
+        load_module(own(-3.0))
+    announcement = "compiling the kernels of model 'blow_up': several seconds, once"
+    logger = 'obs_ros.rollout.compiled'
+    assert caplog.record_tuples == [(logger, logging.INFO, announcement)]
+    caplog.clear()
+    (path,) = tmp_path.glob('*/*.py')
+    (path.parent / '__pycache__').mkdir(exist_ok=True)
+    (path.parent / '__pycache__' / 'kernels.nbi').touch()  # as Numba does when it has compiled
+    sys.modules.pop(path.stem)
+    with caplog.at_level(logging.INFO, 'obs_ros'):
+        load_module(own(-3.0))
+    assert caplog.record_tuples == []
 
 
 def test_where_the_cache_is(monkeypatch: Any) -> None:

@@ -1,7 +1,10 @@
 """Tests of obs_ros.rollout.functions."""
 
+import os
+import subprocess
+import sys
 from collections.abc import Callable
-from types import FunctionType
+from types import FunctionType, ModuleType
 from typing import Any
 
 import numpy as np
@@ -72,6 +75,48 @@ def test_what_is_not_used_does_not_change_it() -> None:
     assert hashed(SOURCE) == hashed(SOURCE.replace('UNUSED = 0', 'UNUSED = 1'))
 
 
+def test_constants_and_helpers_of_another_module_count() -> None:
+    other = ModuleType('other')
+    other.__dict__.update(GAIN=1.0, UNUSED=1.0, helper=lambda x: 2.0 * x)
+
+    def f(x: float) -> float:
+        return float(other.GAIN * other.helper(x))
+
+    prints = [fingerprint('', f)]
+    for name, new in (('GAIN', 2.0), ('helper', lambda x: 3.0 * x)):
+        setattr(other, name, new)
+        prints.append(fingerprint('', f))
+    assert len(set(prints)) == 3
+    other.__dict__['UNUSED'] = 2.0
+    assert fingerprint('', f) == prints[-1]
+
+
+IMPORTED = """
+from numpy import where
+from obs_ros.rollout.functions import fingerprint
+
+def f(t, x, u, p):
+    return (where(x[0] > 0, 1.0, 0.0),)
+
+print(fingerprint('', f))
+"""
+
+
+def test_numpy_functions_imported_by_name_hash_alike_in_every_process() -> None:
+    environment = {**os.environ, 'PYTHONPATH': os.pathsep.join(sys.path)}
+    prints = {
+        subprocess.run(
+            [sys.executable, '-c', IMPORTED],
+            env=environment,
+            capture_output=True,
+            text=True,
+            check=True,
+        ).stdout
+        for _ in range(2)
+    }
+    assert len(prints) == 1
+
+
 def test_text_and_order_of_functions_count() -> None:
     def f(x: float) -> float:
         return x + 1.0
@@ -121,3 +166,25 @@ def test_rebuilt_replaces_helpers_in_closures_and_keeps_defaults() -> None:
 def test_something_else_than_a_function_is_refused(thing: Any) -> None:
     with pytest.raises(ValueError, match='is not a plain Python function'):
         rebuilt(thing, lambda function: function)
+
+
+def test_rebuilt_leaves_functions_of_libraries_alone() -> None:
+    isscalar = np.isscalar
+    assert isinstance(isscalar, FunctionType)  # plain Python, as ever fewer of NumPy's
+
+    def f(x: float) -> bool:
+        return bool(isscalar(x))
+
+    assert rebuilt(f, lambda function: pytest.fail(f'{function} is converted'))(3.0)
+
+
+def test_rebuilt_refuses_a_function_that_calls_itself_directly_or_not() -> None:
+    def down(x: float) -> float:
+        return x if x < 1.0 else down(x - 1.0)
+
+    def f(x: float) -> float:
+        return down(x)
+
+    for function in (down, f):
+        with pytest.raises(ValueError, match=r'down calls itself'):
+            rebuilt(function, lambda function: function)

@@ -3,6 +3,8 @@
 import logging
 import sys
 from dataclasses import replace
+from pathlib import Path
+from types import ModuleType
 from typing import Any
 
 import numpy as np
@@ -29,6 +31,13 @@ def test_the_environment_variable_chooses(monkeypatch: Any) -> None:
     assert (kernels.name, kernels.compile_time) == ('numpy', 0.0)
 
 
+def test_the_environment_variable_counts_after_the_first_use_too(monkeypatch: Any) -> None:
+    pytest.importorskip('numba')
+    assert kernels_for(BLOW_UP).name == 'numba'
+    monkeypatch.setenv('OBS_ROS_BACKEND', 'numpy')
+    assert kernels_for(BLOW_UP).name == 'numpy'
+
+
 def test_the_argument_overrules_the_environment_variable(monkeypatch: Any) -> None:
     monkeypatch.setenv('OBS_ROS_BACKEND', 'numba')
     assert kernels_for(replace(BLOW_UP, name='by_argument'), 'numpy').name == 'numpy'
@@ -50,17 +59,57 @@ def test_without_numba_numpy_is_taken_and_numba_refused(monkeypatch: Any) -> Non
         kernels_for(replace(BLOW_UP, name='without_numba'), 'numba')
 
 
-def test_a_model_that_cannot_be_compiled_runs_on_numpy_with_a_warning(caplog: Any) -> None:
+def test_a_broken_numba_leaves_numpy_and_says_so(
+    tmp_path: Path, monkeypatch: Any, caplog: Any
+) -> None:
+    (tmp_path / 'numba').mkdir()
+    (tmp_path / 'numba' / '__init__.py').write_text("raise ImportError('needs another NumPy')")
+    monkeypatch.syspath_prepend(tmp_path)
+    monkeypatch.delitem(sys.modules, 'numba', raising=False)
+    monkeypatch.delitem(sys.modules, 'obs_ros.rollout.compiled', raising=False)
+    with caplog.at_level(logging.WARNING, 'obs_ros'):
+        assert kernels_for(replace(BLOW_UP, name='broken_numba')).name == 'numpy'
+    assert 'Numba does not work here: needs another NumPy; NumPy is used' in caplog.text
+
+
+def _through_a_dict(t: Any, x: Any, u: Any, p: Any) -> Any:
+    return (dict.fromkeys('a', x[0])['a'],)
+
+
+_helpers = ModuleType('helpers')
+_helpers.__dict__.update(square=lambda x: x * x)
+
+
+def _through_a_module(t: Any, x: Any, u: Any, p: Any) -> Any:
+    return (_helpers.square(x[0]),)
+
+
+def _down(x: Any, count: int) -> Any:
+    return x if count == 0 else _down(x * x, count - 1)
+
+
+def _through_recursion(t: Any, x: Any, u: Any, p: Any) -> Any:
+    return (_down(x[0], 1),)
+
+
+@pytest.mark.parametrize('dynamics', [_through_a_dict, _through_a_module, _through_recursion])
+def test_a_model_that_cannot_be_compiled_runs_on_numpy_with_a_warning(
+    caplog: Any, dynamics: Any
+) -> None:
     pytest.importorskip('numba')
-    model = replace(
-        BLOW_UP, name='odd', dynamics=lambda t, x, u, p: (dict.fromkeys('a', x[0])['a'],)
-    )
+    model = replace(BLOW_UP, name='odd', dynamics=dynamics)
     with caplog.at_level(logging.WARNING, 'obs_ros'):
         kernels = kernels_for(model)
     assert isinstance(kernels, NumpyKernels)
     assert "model 'odd' cannot be compiled: " in caplog.text
     with pytest.raises(ValueError, match="model 'odd' cannot be compiled"):
         kernels_for(model, 'numba')
+
+
+def test_a_function_that_its_author_compiled_compiles_too() -> None:
+    numba = pytest.importorskip('numba')
+    dynamics = numba.njit(lambda t, x, u, p: (x[0] * x[0],))
+    assert kernels_for(replace(BLOW_UP, name='own_njit', dynamics=dynamics)).name == 'numba'
 
 
 def test_numpy_kernels_take_constant_derivatives_and_outputs() -> None:

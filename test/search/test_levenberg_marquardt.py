@@ -61,6 +61,35 @@ def test_linear_problems_with_many_active_bounds() -> None:
         assert best - 1e-9 <= found.squares[0] <= best + 0.05 * 5 * best / 7
 
 
+def test_converged_means_that_little_is_left_to_gain_even_at_bounds() -> None:
+    """Ill-conditioned, since a frozen bound may come free at the Gauss-Newton point."""
+    rng = np.random.default_rng(0)
+    converged = 0
+    for problem_number in range(1000):
+        d = rng.integers(2, 7)
+        m = d + rng.integers(1, 10)
+        rotation = np.linalg.qr(rng.standard_normal((d, d)))[0]
+        a = rng.standard_normal((m, d)) @ np.diag(10.0 ** rng.uniform(-2.0, 1.0, d)) @ rotation
+        y = a @ rng.uniform(-0.5, 1.5, d) + 0.1 * rng.standard_normal(m)
+        problem = Curve(linear(a), np.arange(float(m)), y, d)
+        found = levenberg_marquardt(problem, rng.random((1, d)), m, 60, NEVER)
+        best = 2.0 * lsq_linear(a, y, (0.0, 1.0), tol=1e-14).cost
+        if found.converged[0]:
+            converged += 1
+            # Less than what tells two optima apart, SAME_OPTIMUM.
+            assert found.squares[0] - best < 0.1025 * d * best / (m - d), problem_number
+    assert converged > 950
+
+
+def test_an_unknown_without_effect_stays_and_does_not_overflow() -> None:
+    s = np.linspace(0.0, 1.0, 50)
+    problem = Curve(lambda z, s: 1e6 * z[:, :1] * s, s, 1e6 * (0.3 * s + s * s), 2)
+    found = levenberg_marquardt(problem, np.array([[0.5, 0.4]]), 50, 60, NEVER)
+    _, best = scipy_optimum(problem, np.full(2, 0.5))
+    assert found.squares[0] == pytest.approx(best, rel=1e-3)
+    assert found.z[0].tolist() == [1.0, 0.4]
+
+
 def test_a_start_at_the_wrong_bounds_comes_free() -> None:
     problem = decay_problem()
     _, best = scipy_optimum(problem, np.full(3, 0.5))

@@ -63,6 +63,12 @@ def test_a_residual_that_is_not_white_takes_three_rounds() -> None:
     assert not found.white
 
 
+def test_a_residual_of_rounding_is_not_asked_for_its_colour() -> None:
+    found = memetic_search(decay_problem(sigma=0.0), np.random.default_rng(1), NEVER, FAST)
+    assert found.accepted == 'two survivors agree and the residual is white'
+    np.testing.assert_allclose(found.z, (0.7, 0.4, 0.2), atol=1e-6)
+
+
 def test_it_gives_up_after_its_rounds() -> None:
     problem = decay_problem()
     problem.y = problem.y + 0.05 * np.sin(20.0 * problem.s)
@@ -101,7 +107,11 @@ def test_white_noise_is_white_and_a_trend_is_not() -> None:
     assert 0.98 < np.mean(verdicts) <= 1.0  # 0.995 is meant
     trend = rng.standard_normal((200, 2)) + np.linspace(-1.0, 1.0, 200)[:, None]
     assert not is_white(trend)
-    assert not is_white(np.tile([1.0, -1.0], 50)[:, None])
+
+
+def test_the_verdict_is_a_bool_since_reports_ask_whether_it_is_false() -> None:
+    assert is_white(np.tile([1.0, -1.0], 50)[:, None]) is False
+    assert is_white(np.zeros((5, 1))) is True
 
 
 def test_missing_residuals_do_not_matter() -> None:
@@ -111,3 +121,28 @@ def test_missing_residuals_do_not_matter() -> None:
     assert is_white(residuals)
     assert is_white(np.full((5, 2), np.nan))
     assert is_white(np.zeros((5, 1)))
+
+
+def lanes(problem: Curve, deadline: Deadline, warm: Array | None = None) -> list[int]:
+    """How many candidates each rollout without derivatives had, in one search."""
+    seen, costs = [], problem.costs
+
+    def counted(z: Array, nodes: int | None = None) -> Array:
+        seen.append(len(z))
+        return costs(z, nodes)
+
+    problem.costs = counted  # type: ignore[method-assign]
+    memetic_search(problem, np.random.default_rng(1), deadline, FAST, warm)
+    return seen
+
+
+def test_without_time_no_candidate_is_rolled_out_twice() -> None:
+    problem = decay_problem(nodes=200)
+    assert lanes(problem, Deadline(0.0)) == [32]
+    assert problem.evaluations == 32
+
+
+def test_a_warm_start_takes_the_place_of_another_candidate() -> None:
+    warm = np.full(3, 0.5)  # 32 fill the lanes of two chunks
+    assert set(lanes(decay_problem(nodes=200), NEVER, warm)) == {32}
+    assert lanes(decay_problem(nodes=200), Deadline(0.0), warm) == [32]

@@ -88,6 +88,8 @@ def decay_arrays() -> tuple[Any, Any]:
         ('mimetic', {}, "unknown search method 'mimetic': did you mean 'memetic'?"),
         ('memetic', {'rounds': 3}, "search 'memetic' has no option 'rounds': did you mean"),
         ('memetic', {'population': 3}, 'population must be an integer >= 4, not 3'),
+        ('memetic', {'population': 10.5}, 'population must be an integer >= 4, not 10.5'),
+        ('memetic', {'generations': 2.5}, 'generations must be an integer >= 0, not 2.5'),
         ('memetic', {'generations': -1}, 'generations must be an integer >= 0, not -1'),
         ('memetic', {'acceptance': 'slow'}, "acceptance 'slow' is neither 'fast' nor 'safe'"),
         ('memetic', {'max_rounds': 0}, 'max_rounds must be an integer >= 1, not 0'),

@@ -1,0 +1,170 @@
+from dataclasses import dataclass, field
+
+import pytest
+
+from obs_ros.estimate import Estimate, Outcome
+from obs_ros.node.diagnostics import Level
+from obs_ros.node.health import Progress, examine
+from obs_ros.node.worker import Finished
+
+SETTINGS = {'observer': 'sliding_window', 'stale_after': 5.0, 'seed': 3}
+
+
+@dataclass
+class FakeFeed:
+    topic: str
+    silence: float | None = 0.1
+    received: int = 4
+    refused: dict = field(default_factory=dict)
+    last_refusal: str = ''
+
+    def rate(self):
+        return 2.5
+
+
+def feeds(**silences):
+    return {
+        name: FakeFeed(f'plant/{name}', silence=silences.get(name, 0.1))
+        for name in ('output', 'input')
+    }
+
+
+def estimate(outcome=Outcome.CONVERGED, value=1.0):
+    return Estimate(
+        parameters={'p': value}, initial_state={}, state={}, stddev={}, outcome=outcome,
+        message='as told', t0=0.0, t1=1.0, residual_rms=0.1, evaluations=7, solve_time=0.01,
+    )  # fmt: skip
+
+
+def judged(progress=None, streams=None, **changes):
+    """Level, outcome and message of a ready estimator with an estimate, and what differs."""
+    progress = progress or Progress(**({'ready': True, 'estimate': estimate()} | changes))
+    health = examine(progress, streams or feeds(), SETTINGS, {}, None)
+    return health.level, health.figures['outcome'], health.message
+
+
+def test_all_is_well():
+    assert judged() == (Level.OK, 'converged', 'converged: as told')
+
+
+@pytest.mark.parametrize(
+    ('changes', 'expected'),
+    [
+        ({'enabled': False}, (Level.WARN, 'paused', 'paused: call ~/enable with true to go on')),
+        ({'error': 'ValueError: no'}, (Level.ERROR, 'failed', 'ValueError: no')),
+        ({'ready': False}, (Level.WARN, 'compiling', 'compiling the model')),
+        ({'estimate': None}, (Level.OK, 'collecting', 'collecting the first window')),
+    ],
+)
+def test_what_the_estimator_is_doing(changes, expected):
+    assert judged(**changes) == expected
+
+
+@pytest.mark.parametrize('outcome', Outcome)
+def test_every_outcome_has_a_level_and_keeps_its_message(outcome):
+    level = {Outcome.CONVERGED: Level.OK, Outcome.DIVERGED: Level.ERROR}.get(outcome, Level.WARN)
+    assert judged(estimate=estimate(outcome)) == (level, outcome.value, f'{outcome.value}: as told')
+
+
+def test_an_estimate_that_is_not_finite_is_said_to_be_withheld():
+    assert judged(estimate=estimate(Outcome.TOO_FEW_SAMPLES, float('nan'))) == (
+        Level.WARN, 'too_few_samples', 'too_few_samples (withheld: not finite): as told'
+    )  # fmt: skip
+
+
+@pytest.mark.parametrize('name', ['output', 'input'])
+def test_a_stream_that_never_came_is_waited_for(name):
+    streams = feeds(**{name: None})
+    assert judged(streams=streams) == (Level.WARN, 'waiting', f'waiting for plant/{name}')
+    streams[name].last_refusal = f"plant/{name}: 'h1' is missing"
+    assert judged(streams=streams)[2] == (
+        f"waiting for plant/{name}; refused: plant/{name}: 'h1' is missing"
+    )
+
+
+@pytest.mark.parametrize('name', ['output', 'input'])
+def test_a_stream_that_fell_silent_is_stale(name):
+    outcome = f'stale_{name}'
+    assert judged(streams=feeds(**{name: 5.1})) == (
+        Level.STALE, outcome, f'{outcome}: no plant/{name} for 5 s: does its publisher run?'
+    )  # fmt: skip
+    assert judged(streams=feeds(**{name: 5.0}))[0] is Level.OK
+
+
+def test_what_keeps_estimates_from_coming_stands_first():
+    state = {'enabled': False, 'error': 'E: no', 'ready': False, 'estimate': None}
+    streams = feeds(output=None, input=99.0)
+    seen = [judged(streams=streams, **state)[1]]
+    for cured in ({'enabled': True}, {'error': ''}, {'ready': True}):
+        state |= cured
+        seen.append(judged(streams=streams, **state)[1])
+    for silence in ({'output': 99.0, 'input': 99.0}, {'input': 99.0}, {}):
+        seen.append(judged(streams=feeds(**silence), **state)[1])
+    seen.append(judged(**(state | {'estimate': estimate()}))[1])
+    assert seen == [
+        'paused', 'failed', 'compiling', 'waiting', 'stale_output', 'stale_input', 'collecting',
+        'converged',
+    ]  # fmt: skip
+
+
+def test_figures_are_there_from_the_start():
+    figures = examine(Progress(), feeds(output=None), SETTINGS, {}, None).figures
+    assert figures == {
+        'outcome': 'compiling',
+        'observer': 'sliding_window',
+        'ready': False,
+        'enabled': True,
+        'published': 0,
+        'withheld': 0,
+        'failed': 0,
+        'compile_time_s': 0.0,
+        'output.received': 4,
+        'output.rate_hz': 2.5,
+        'input.received': 4,
+        'input.rate_hz': 2.5,
+        'skipped': 0,
+    }
+
+
+def test_figures_of_the_solver_of_refusals_and_of_the_window():
+    progress, streams = Progress(ready=True, compile_time=1.5), feeds()
+    progress.conclude(estimate(), latency=0.2, published=True)
+    streams['output'].refused = {'wrong_length': 2}
+    streams['output'].last_refusal = 'plant/output: 2 names but 1 positions'
+    figures = examine(progress, streams, SETTINGS, {'late': 3, 'skipped': 6}, 'back to 1').figures
+    expected = {
+        'residual_rms': 0.1,
+        'evaluations': 7,
+        'solve_time_s': 0.01,
+        'latency_s': 0.2,
+        'compile_time_s': 1.5,
+        'output.wrong_length': 2,
+        'output.last_refusal': 'plant/output: 2 names but 1 positions',
+        'samples.late': 3,
+        'skipped': 6,
+        'last_break': 'back to 1',
+    }
+    assert {name: figures[name] for name in expected} == expected
+    assert not {'samples.skipped', 'input.last_refusal'} & set(figures)
+
+
+def test_progress_counts_what_was_published_withheld_and_failed():
+    progress = Progress(ready=True)
+    progress.conclude(estimate(), 0.1, published=True)
+    progress.conclude(estimate(), 0.1, published=True)
+    progress.fail(Finished('estimate', None, ZeroDivisionError('by zero'), 0.0, 1.0))
+    assert judged(progress) == (Level.ERROR, 'failed', 'ZeroDivisionError: by zero')
+    progress.conclude(estimate(Outcome.DIVERGED, float('nan')), 0.3, published=False)
+    assert (progress.published, progress.withheld, progress.failed) == (2, 1, 1)
+    assert judged(progress)[:2] == (Level.ERROR, 'diverged')
+
+
+def test_a_restart_forgets_the_last_estimate_and_error_but_not_the_counts():
+    progress = Progress(ready=True)
+    progress.conclude(estimate(), 0.1, published=True)
+    progress.fail(Finished('estimate', None, RuntimeError('no'), 0.0, 1.0))
+    progress.restart()
+    assert judged(progress)[1] == 'compiling'
+    progress.ready = True
+    assert judged(progress)[1] == 'collecting'
+    assert (progress.published, progress.failed) == (1, 1)
