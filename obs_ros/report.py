@@ -80,7 +80,7 @@ def _judge(
     objective: Objective, found: Found, noise_known: bool, in_time: bool
 ) -> tuple[Outcome, str]:
     if not found.accepted:
-        effort = found.effort.split()[1] if in_time else 'time'
+        effort = 'time' if not in_time else found.effort.split()[1].removesuffix('s') + 's'
         return Outcome.DEADLINE, (
             f'best of {objective.evaluations} candidates in {found.effort}, not confirmed: '
             f'allow more {effort}, or shorten the window'
