@@ -80,7 +80,7 @@ class Unknowns:
             given[i] = value
         index = [i for i, v in enumerate(model.unknowns) if v.name in chosen]
         lower, upper = np.array(boxes).T
-        return cls(model, np.array(index), lower, upper, given, np.array(walls).T)
+        return cls(model, np.array(index), lower, upper, given, np.array(walls).T.copy())
 
     @property
     def dimension(self) -> int:
@@ -119,7 +119,7 @@ class Unknowns:
         everything[:] = self.given[:, None]
         everything[self.index] = lanes.reshape(d, -1)
         n = len(self.model.states)
-        return everything[:n], everything[n:], steps.T
+        return everything[:n], everything[n:], steps.T.copy()
 
     def point(self, values: Mapping[str, float]) -> Array:
         """Return the point z (d,) nearest to named values; NaN becomes the middle of the box."""
