@@ -8,7 +8,7 @@ export ROS_AUTOMATIC_DISCOVERY_RANGE := LOCALHOST
 
 bin := .venv/bin
 
-.PHONY: help setup demo test clean
+.PHONY: help setup peers demo test clean
 
 help:  ## this list
 	@sed -n 's/^\([a-z]*\):.*## \(.*\)/make \1\t\2/p' Makefile
@@ -16,6 +16,9 @@ help:  ## this list
 
 setup:  ## build .venv with all that demo and test need
 	@tools/setup.sh test
+
+peers:  ## what benchmarks.peers compares with, into .venv
+	@tools/setup.sh peers
 
 demo:  ## simulator and estimator on the three-tank plant: estimates beside the truth, demo.png
 	@tools/setup.sh runtime

@@ -26,12 +26,17 @@ setup(
     data_files=data_files,
     python_requires='>=3.11',
     install_requires=['numpy>=1.26', 'scipy>=1.11'],
-    extras_require={'fast': ['numba'], 'plot': ['matplotlib'], 'test': ['pytest']},
+    extras_require={
+        'fast': ['numba'],
+        'plot': ['matplotlib'],
+        'peers': ['casadi', 'cma', 'do-mpc', 'filterpy', 'pygmo', 'pymoo'],
+        'test': ['pytest'],
+    },
     zip_safe=True,
     entry_points={
         'console_scripts': [
-            'estimator = obs_ros.node.estimator:main',
-            'simulator = plant_sim.node:main',
+            'estimator = obs_ros.start:estimator',
+            'simulator = obs_ros.start:simulator',
         ],
     },
 )

@@ -25,6 +25,7 @@ class Recorder(Node):
         super().__init__('demo')
         self.received: dict[str, dict[int, Vector]] = {key: {} for key in TOPICS}
         self.estimator_ready = False
+        self.verdict = 'none'  # of the estimator, on itself
         for key, topic in TOPICS.items():
             self.create_subscription(JointState, topic, self._keep(key), DEPTH)
         self.create_subscription(DiagnosticArray, '/diagnostics', self._note, 10)
@@ -65,5 +66,6 @@ class Recorder(Node):
     def _note(self, message: DiagnosticArray) -> None:
         for status in message.status:
             figures = {entry.key: entry.value for entry in status.values}
-            if figures.get('ready') == 'true':
-                self.estimator_ready = True
+            if 'ready' in figures:
+                self.estimator_ready |= figures['ready'] == 'true'
+                self.verdict = status.message

@@ -83,6 +83,8 @@ def watch(picture: str) -> bool:
             good &= report(recorder, window)
         draw(recorder, picture)
         print(f'picture: {picture}')
+        if not good:
+            print(f'demo: an estimate is off; last word: {recorder.verdict}', file=sys.stderr)
         return good
     finally:
         executor.shutdown()

@@ -1,12 +1,16 @@
 """Live estimation of hidden states and drifting parameters. Imports and runs without ROS."""
 
-from obs_ros.estimate import Estimate, Outcome
-from obs_ros.model import Model, Variable
-from obs_ros.models import load_model
-from obs_ros.observers import load_observer
-from obs_ros.record import Record, Sample
-from obs_ros.solve import solve_window
-from obs_ros.window import SlidingWindow
+import importlib
+from typing import TYPE_CHECKING, Any
+
+if TYPE_CHECKING:
+    from obs_ros.estimate import Estimate, Outcome
+    from obs_ros.model import Model, Variable
+    from obs_ros.models import load_model
+    from obs_ros.observers import load_observer
+    from obs_ros.record import Record, Sample
+    from obs_ros.solve import solve_window
+    from obs_ros.window import SlidingWindow
 
 __all__ = [
     'Estimate',
@@ -20,3 +24,21 @@ __all__ = [
     'load_observer',
     'solve_window',
 ]
+
+_HOMES = {
+    'estimate': ('Estimate', 'Outcome'),
+    'model': ('Model', 'Variable'),
+    'models': ('load_model',),
+    'observers': ('load_observer',),
+    'record': ('Record', 'Sample'),
+    'solve': ('solve_window',),
+    'window': ('SlidingWindow',),
+}
+
+
+def __getattr__(name: str) -> Any:
+    # Imported when asked for: SciPy and Numba take a second, in which Ctrl-C must work already.
+    for module, names in _HOMES.items():
+        if name in names:
+            return getattr(importlib.import_module(f'obs_ros.{module}'), name)
+    raise AttributeError(f'module {__name__!r} has no attribute {name!r}')

@@ -10,7 +10,8 @@ class Deadline:
     def __init__(self, seconds: float | None = None) -> None:
         if seconds is not None and not seconds >= 0.0:
             raise ValueError(f'deadline {seconds} s is not a number >= 0')
-        self._end = math.inf if seconds is None else time.monotonic() + seconds
+        self._begin = self._now()
+        self._end = math.inf if seconds is None else self._begin + seconds
 
     @property
     def never(self) -> bool:
@@ -20,7 +21,16 @@ class Deadline:
     @property
     def remaining(self) -> float:
         """Seconds left; negative when it has passed."""
-        return self._end - time.monotonic()
+        return self._end - self._now()
+
+    @property
+    def elapsed(self) -> float:
+        """Seconds since it was set."""
+        return self._now() - self._begin
+
+    @staticmethod
+    def _now() -> float:
+        return time.monotonic()
 
     @property
     def passed(self) -> bool:

@@ -17,7 +17,7 @@ from obs_ros.registry import suggest
 from obs_ros.report import empty, output_rms, report
 from obs_ros.rollout import Backend, Kernels, check_backend, kernels_for
 from obs_ros.rollout.grid import Grid
-from obs_ros.search import damping, method_for
+from obs_ros.search import Method, damping, method_for
 from obs_ros.search.levenberg_marquardt import levenberg_marquardt
 from obs_ros.search.memetic import FULL_ITERATIONS
 from obs_ros.search.result import Found
@@ -28,13 +28,14 @@ from obs_ros.warm_start import carried
 # Outputs whose residuals turn out more unequal than this, against their scales, are weighted anew.
 UNEQUAL = 1.2
 REWEIGHTINGS = 3
+FEWEST = 4  # measured values for each unknown, where the noise is not given
 MEDIAN_BEND = 0.6745 * 6**0.5  # median of the second differences of unit white noise
 
 
 def solve_window(
     model: Model | str,
     record: Record,
-    search: str = 'memetic',
+    search: str | Method = 'memetic',
     *,
     seed: int = 0,
     deadline: float | None = None,
@@ -54,7 +55,8 @@ def solve_window(
     ----------
     model : a Model, a built-in model's name, or `module:ATTRIBUTE`.
     record : times (K,), inputs (K, m) and outputs (K, r); NaN = not measured.
-    search : `memetic` (default) or `chaotic_de`; `search_options` replaces some of its settings.
+    search : `memetic` (default), `chaotic_de`, or a Method of your own; `search_options` replaces
+        some of its settings.
     seed : of everything random; without a deadline, the same seed gives the same bits.
     deadline : s until the best so far is returned, from when the model is compiled; None takes
         the time it needs.
@@ -90,7 +92,7 @@ class Solver:
     """Everything about `solve_window` that stays the same from window to window, checked."""
 
     unknowns: Unknowns
-    search: str
+    search: str | Method
     options: Mapping[str, Any]
     noise: Mapping[str, float]
     fitness: Fitness
@@ -101,7 +103,7 @@ class Solver:
         cls,
         model: Model,
         *,
-        search: str = 'memetic',
+        search: str | Method = 'memetic',
         search_options: Mapping[str, Any] | None = None,
         parameters: Iterable[str] | None = None,
         states: Iterable[str] | None = None,
@@ -122,6 +124,8 @@ class Solver:
                 "use search='chaotic_de' for that"
             )
         outputs = names(model.outputs)
+        if noise is not None and not isinstance(noise, Mapping):
+            raise ValueError(f'noise must give a standard deviation by output, not {noise!r}')
         for name, sd in (noise or {}).items():
             if name not in outputs:
                 raise ValueError(f'noise of unknown output {name!r}: {suggest(name, outputs)}')
@@ -161,16 +165,18 @@ class Solver:
         grid = Grid.of(self.model, record, self._scale(record))
         objective = Objective(self.kernels, grid, self.unknowns, self.fitness)
         values, dimension = objective.count(objective.nodes), objective.dimension
-        if values < dimension:
+        method, settings = method_for(self.search, self.options)
+        noise_known = method.needs_squares and len(self.noise) == len(self.model.outputs)
+        # A residual of so few values could not tell noise from a wrong fit.
+        needed = dimension if noise_known else FEWEST * dimension
+        if values < needed:
             return empty(
                 self.model,
                 record,
                 Outcome.TOO_FEW_SAMPLES,
-                f'{values} measured values for {dimension} unknowns: '
-                'take a longer window or estimate less',
+                f'{values} measured values for {dimension} unknowns, at least {needed} are needed: '
+                'take a longer window, estimate less, or give the noise',
             )
-        method, settings = method_for(self.search, self.options)
-        noise_known = method.needs_squares and len(self.noise) == len(self.model.outputs)
         warm = None
         if previous is not None and tuple(previous.state) != names(self.model.states):
             raise ValueError(
@@ -210,10 +216,12 @@ class Solver:
     def _reweighted(self, objective: Objective, found: Found, deadline: Deadline) -> Found:
         """Weight the outputs by their own residuals where the guess of their noise was off."""
         guessed = np.array([name not in self.noise for name in names(self.model.outputs)])
-        for _ in range(REWEIGHTINGS):
+        for _ in range(REWEIGHTINGS if guessed.any() and guessed.size > 1 else 0):
+            if deadline.passed:
+                break
             rms = output_rms(objective.residuals(found.z))
             off = np.where(guessed & (rms > 0.0), rms, 1.0)
-            if off.max() < UNEQUAL * off.min() or deadline.passed:
+            if off.max() < UNEQUAL * off.min():
                 break
             objective.grid = objective.grid.rescaled(off)
             polished = levenberg_marquardt(
@@ -225,8 +233,9 @@ class Solver:
 
 def random_generator(*seeds: int) -> np.random.Generator:
     """Return the generator of these seeds; raises ValueError for a negative one."""
-    if any(seed < 0 for seed in seeds):
-        raise ValueError(f'seed {min(seeds)} is negative')
+    for seed in seeds:
+        if not isinstance(seed, int) or seed < 0:
+            raise ValueError(f'seed must be an integer >= 0, not {seed!r}')
     return np.random.default_rng(seeds)
 
 

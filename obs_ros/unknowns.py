@@ -75,7 +75,7 @@ class Unknowns:
             if value is None or not np.isfinite(value):
                 raise ValueError(
                     f'{variable.name} is not estimated and has no nominal value: '
-                    f'give one with fixed={{{variable.name!r}: ...}}, in {variable.unit}'
+                    f'give it a fixed value, in {variable.unit}'
                 )
             given[i] = value
         index = [i for i, v in enumerate(model.unknowns) if v.name in chosen]

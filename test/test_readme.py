@@ -1,10 +1,13 @@
 """The README tells the truth about parameters."""
 
+import re
+import subprocess
 from pathlib import Path
 
 import pytest
 
-README = (Path(__file__).parent.parent / 'README.md').read_text()
+ROOT = Path(__file__).parent.parent
+README = (ROOT / 'README.md').read_text()
 
 
 def test_every_parameter_stands_in_the_readme_as_it_is_declared() -> None:
@@ -23,3 +26,13 @@ def test_the_pendulum_of_the_readme_is_a_model() -> None:
     exec('\n'.join(line[4:] for line in text.splitlines() if line.startswith('    ')), scope)
     model = scope['PENDULUM']
     assert model.dynamics(0.0, (0.0, 1.0), (0.5,), (9.0, 0.1)) == (1.0, 0.5 - 0.1)
+
+
+def test_every_file_that_the_readme_links_is_in_the_repository() -> None:
+    links = [link for link in re.findall(r']\(([^)]+)\)', README) if '://' not in link]
+    assert 'docs/demo.png' in links
+    git = ['git', 'ls-files', '--error-unmatch', '--', *links]
+    tracked = subprocess.run(git, cwd=ROOT, capture_output=True, text=True)
+    if 'not a git repository' in tracked.stderr:
+        pytest.skip('not a git checkout')
+    assert tracked.returncode == 0, tracked.stderr

@@ -329,7 +329,8 @@ class TestOutcomes:
         found = solve_window('three_tank', Record(record.t, record.u, y))
         assert found.outcome is Outcome.TOO_FEW_SAMPLES
         assert found.message == (
-            '4 measured values for 6 unknowns: take a longer window or estimate less'
+            '4 measured values for 6 unknowns, at least 24 are needed: '
+            'take a longer window, estimate less, or give the noise'
         )
         assert not found.usable
 
@@ -458,7 +459,7 @@ def test_a_wrong_model_is_named(model: Any, message: str) -> None:
         ({'backend': 'cuda'}, "backend 'cuda' is neither 'numba' nor 'numpy'"),
         ({'deadline': -1.0}, 'deadline -1.0 s is not a number >= 0'),
         ({'deadline': NAN}, 'deadline nan s is not a number >= 0'),
-        ({'seed': -1}, 'seed -1 is negative'),
+        ({'seed': -1}, 'seed must be an integer >= 0, not -1'),
         ({'bounds': {'p1': 0.5}}, 'bounds of p1 must be (lower, upper), not 0.5'),
     ],
 )

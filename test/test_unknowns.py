@@ -66,7 +66,7 @@ def test_bounds_replace_the_models() -> None:
         ),
         (
             {'states': ['h1', 'h3']},
-            "h2 is not estimated and has no nominal value: give one with fixed={'h2': ...}, in cm",
+            'h2 is not estimated and has no nominal value: give it a fixed value, in cm',
         ),
         (
             {'parameters': (), 'states': ()},

@@ -1,6 +1,7 @@
 #!/usr/bin/env bash
 # setup.sh runtime: .venv with ROS 2 Jazzy, the numerics and this package.
 # setup.sh test: that, and the test tools.
+# setup.sh peers: runtime, and what benchmarks.peers compares with.
 # Each finished step leaves a fingerprint of what it was made from in .venv/.steps, so the next run
 # does only what is missing or out of date, and needs no network when nothing is.
 set -euo pipefail
@@ -112,6 +113,11 @@ pip_step runtime "$(fingerprint requirements/{pins,runtime}.txt)" \
 if [[ $what == test ]]; then
   pip_step test "$(fingerprint requirements/{pins,runtime,test}.txt)" \
     'pytest, hypothesis, ruff and mypy (30 MB, 10-30 seconds)' -r requirements/test.txt
+fi
+if [[ $what == peers ]]; then
+  pip_step peers "$(fingerprint requirements/{pins,runtime,peers}.txt)" \
+    'pygmo, pymoo, pycma, CasADi, do-mpc and filterpy (120 MB, 1-2 minutes)' \
+    -r requirements/peers.txt
 fi
 # Installed, not linked: an editable install has no data files, so it is not in the ament index.
 # Built in .venv, since modules deleted here would live on in build/, which colcon uses as well.

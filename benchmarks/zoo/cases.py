@@ -7,6 +7,8 @@ import numpy as np
 
 from benchmarks.zoo.double_well import DOUBLE_WELL
 from benchmarks.zoo.duffing import DUFFING, PERIOD
+from benchmarks.zoo.glycolysis import GLYCOLYSIS
+from benchmarks.zoo.jet import JET
 from benchmarks.zoo.lorenz63 import LORENZ63
 from benchmarks.zoo.lotka_volterra import LOTKA_VOLTERRA
 from benchmarks.zoo.pendulum import PENDULUM
@@ -59,6 +61,11 @@ def wander(deviation: float, time_constant: float) -> Inputs:
     return inputs
 
 
+def cosines(t: Array) -> Array:
+    """Return the feed of Porter & Passino's glycolytic oscillator (K, 1)."""
+    return (0.999 + 0.42 * np.cos(1.75 * t) + 0.32 * np.cos(4.5 * t))[:, None]
+
+
 def tanks(name: str, samples: int, snr_db: float) -> Case:
     """Three tanks, sampled every second."""
     return Case(name, THREE_TANK, samples, 1.0, snr_db, inputs=steady(30.0, 30.0), unit_power=True)
@@ -92,6 +99,9 @@ CASES = {
         lorenz(10),
         Case('chain of 4', TANK_CHAIN_4, 1000, 1.0, 20.0, inputs=steady(30.0), unit_power=True),
         Case('chain of 8', TANK_CHAIN_8, 1000, 1.0, 20.0, inputs=steady(30.0), unit_power=True),
+        Case('glycolysis', GLYCOLYSIS, 1000, 0.02, 40.0, inputs=lambda rng, t: cosines(t)),
+        # The throttle wanders about 1.4, where the compressor is stable.
+        Case('jet', JET, 1000, 0.02, 20.0, inputs=lambda rng, t: 1.4 + wander(0.3, 2.0)(rng, t)),
         Case('Lotka-Volterra', LOTKA_VOLTERRA, 1000, 0.03, 40.0),
         Case('pendulum', PENDULUM, 300, 0.04, 40.0, inputs=wander(1.0, 0.5)),
         # Pushed over the top now and then, where a hair decides to which side it falls.

@@ -128,9 +128,10 @@ class Estimator(Node):
         if self._worker.running is not None:
             return
         if not self._prepared:
-            self.get_logger().info(
-                f'compiling model {self.model.name!r}; the first time this takes several seconds'
-            )
+            if not self.progress.compile_time:
+                self.get_logger().info(
+                    f'compiling model {self.model.name!r}; the first time it takes several seconds'
+                )
             self._worker.start('prepare', self._observer.prepare)
         elif self._due is not None:
             deadline = self._settings['deadline']
@@ -152,7 +153,7 @@ class Estimator(Node):
             self._publish(finished.result)
         if finished.kind == 'prepare':
             self._prepared = self.progress.ready = True
-            if finished.error is None:
+            if finished.error is None and not self.progress.compile_time:
                 self.progress.compile_time = float(finished.result)
                 self.get_logger().info(f'ready after {finished.result:.1f} s of compilation')
 

@@ -28,6 +28,7 @@ class Feed:
         self.received = 0
         self.refused: Counter[str] = Counter()
         self.last_refusal = ''
+        self._refused_last = False
         self._node = node
         self._reader = VectorReader(names)
         self._take = take
@@ -39,6 +40,11 @@ class Feed:
     def silence(self) -> float | None:
         """Wall time since the last right message in s; None before the first."""
         return None if self._arrival is None else time.monotonic() - self._arrival
+
+    @property
+    def refuses(self) -> bool:
+        """Whether the last message was refused."""
+        return self._refused_last
 
     def rate(self) -> float:
         """Return the messages per s of wall time since the last call."""
@@ -85,10 +91,11 @@ class Feed:
             stamp, values = self._reader.read(message)
         except WrongMessageError as error:
             self.refused[error.reason] += 1
+            self._refused_last = True
             self.last_refusal = f'{self.topic}: {error}'
             self._node.get_logger().warning(
                 f'message refused: {self.last_refusal}', throttle_duration_sec=5.0
             )
             return
-        self._arrival = time.monotonic()
+        self._arrival, self._refused_last = time.monotonic(), False
         self._take(stamp, values)

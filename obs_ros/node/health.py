@@ -9,6 +9,14 @@ from obs_ros.node.diagnostics import Health, Level
 from obs_ros.node.feed import Feed
 from obs_ros.node.worker import Finished
 
+MOST = 0.4  # of all messages, in both streams together
+# A confirmed fit at a bound is no alarm: many bounds are physical.
+LEVELS = {
+    Outcome.CONVERGED: Level.OK,
+    Outcome.AT_BOUND: Level.OK,
+    Outcome.DIVERGED: Level.ERROR,
+}
+
 
 @dataclass
 class Progress:
@@ -48,7 +56,9 @@ def examine(
     last_break: str | None,
 ) -> Health:
     """Return the worst that is known, and every figure."""
-    level, message, outcome = _judge(progress, feeds, settings['stale_after'])
+    level, message, outcome = _judge(
+        progress, feeds, settings['stale_after'], counts, settings['window.duration']
+    )
     figures: dict[str, object] = {
         'outcome': outcome,
         'observer': settings['observer'],
@@ -78,8 +88,27 @@ def examine(
     return Health(level, message, figures)
 
 
+def _obstacle(feeds: Mapping[str, Feed], counts: Mapping[str, int], window: float) -> str:
+    """Say what keeps the first window from ever closing, if anything does."""
+    received = sum(feed.received for feed in feeds.values())
+    if counts.get('overflow', 0):
+        return (
+            f'a window of {window:g} s holds more samples than window.capacity: '
+            'shorten window.duration, or raise window.capacity'
+        )
+    if counts.get('duplicate', 0) > MOST * received:
+        return 'stamps do not advance: does the publisher set header.stamp?'
+    if counts.get('all_nan', 0) > MOST * received:
+        return 'the samples hold no numbers: every value is NaN or infinite'
+    return ''
+
+
 def _judge(
-    progress: Progress, feeds: Mapping[str, Feed], stale_after: float
+    progress: Progress,
+    feeds: Mapping[str, Feed],
+    stale_after: float,
+    counts: Mapping[str, int],
+    window: float,
 ) -> tuple[Level, str, str]:
     """Return level, message and outcome; what keeps estimates from coming stands first."""
     if not progress.enabled:
@@ -95,11 +124,16 @@ def _judge(
     for name, feed in feeds.items():
         if feed.silence > stale_after:
             outcome = (Outcome.STALE_OUTPUT if name == 'output' else Outcome.STALE_INPUT).value
-            message = f'no {feed.topic} for {feed.silence:.0f} s: does its publisher run?'
+            if feed.refuses:
+                message = f'its messages are refused: {feed.last_refusal}'
+            else:
+                message = f'no {feed.topic} for more than {stale_after:g} s: does a publisher run?'
             return Level.STALE, f'{outcome}: {message}', outcome
     if progress.estimate is None:
+        if obstacle := _obstacle(feeds, counts, window):
+            return Level.WARN, obstacle, 'collecting'
         return Level.OK, 'collecting the first window', 'collecting'
     outcome = progress.estimate.outcome
-    level = {Outcome.CONVERGED: Level.OK, Outcome.DIVERGED: Level.ERROR}.get(outcome, Level.WARN)
+    level = LEVELS.get(outcome, Level.WARN)
     withheld = '' if progress.estimate.usable else ' (withheld: not finite)'
     return level, f'{outcome.value}{withheld}: {progress.estimate.message}', outcome.value

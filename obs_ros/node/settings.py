@@ -42,6 +42,10 @@ COMMON = (
         lower=0.0,
     ),
     Knob(
+        'window.capacity', 100000, 'samples of a stream kept at most; the oldest are dropped',
+        lower=2,
+    ),
+    Knob(
         'parameters', (ALL,),
         f"names of the parameters to estimate; ['{ALL}'] or ['{NONE}'] for all or none",
     ),
@@ -82,7 +86,7 @@ def model_knobs(model: Model) -> tuple[Knob, ...]:
     fixed = [
         Knob(
             f'fixed.{v.name}', math.nan,
-            f'value of {v.name} where it is not estimated; nan: its nominal value', v.unit,
+            f'holds {v.name} there, not estimated; nan: estimated, or its nominal value', v.unit,
             nan=True,
         )
         for v in model.unknowns
@@ -107,6 +111,7 @@ def build_observer(model: Model, values: Mapping[str, Any]) -> Observer:
         model,
         duration=values['window.duration'],
         period=values['window.period'] or None,
+        capacity=values['window.capacity'],
         search=values['search.method'],
         search_options={
             option: value

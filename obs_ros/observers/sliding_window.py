@@ -11,6 +11,7 @@ from obs_ros.models import load_model
 from obs_ros.objective import Fitness
 from obs_ros.record import Record, Sample
 from obs_ros.rollout import Backend
+from obs_ros.search import Method
 from obs_ros.solve import Solver, random_generator
 from obs_ros.window import SlidingWindow
 
@@ -34,7 +35,7 @@ class SlidingWindowObserver:
         period: float | None = None,
         capacity: int = 20000,
         seed: int = 0,
-        search: str = 'memetic',
+        search: str | Method = 'memetic',
         search_options: Mapping[str, Any] | None = None,
         parameters: Iterable[str] | None = None,
         states: Iterable[str] | None = None,

@@ -28,14 +28,14 @@ METHODS: Mapping[str, Method] = {
 }
 
 
-def method_for(name: str, options: Mapping[str, Any] | None = None) -> tuple[Method, Any]:
-    """Return a method and its settings, with some of them replaced.
+def method_for(name: str | Method, options: Mapping[str, Any] | None = None) -> tuple[Method, Any]:
+    """Return a method, by name or as it is, and its settings, with some of them replaced.
 
     Raises ValueError for an unknown method, an unknown option or a value that it refuses.
     """
-    if name not in METHODS:
+    if isinstance(name, str) and name not in METHODS:
         raise ValueError(f'unknown search method {name!r}: {suggest(name, METHODS)}')
-    method = METHODS[name]
+    method = METHODS[name] if isinstance(name, str) else name
     known = tuple(field.name for field in fields(method.settings))
     for option in options or {}:
         if option not in known:

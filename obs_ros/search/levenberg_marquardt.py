@@ -141,7 +141,7 @@ class _Batch:
 
 def usable(squares: Array, hessian: Array) -> BoolArray:
     """Return whether residuals and derivatives are finite (P,)."""
-    return np.asarray(np.isfinite(squares + hessian.sum(axis=(1, 2))))
+    return np.asarray(np.isfinite(squares) & np.isfinite(hessian).all(axis=(1, 2)))
 
 
 def _sorted(batches: list[_Batch]) -> Starts:

@@ -8,7 +8,6 @@ Differential evolution gives the diversity of the start; measured, the growing h
 work: on a short prefix even a chaotic plant has few false minima, and what fits it well leads on.
 """
 
-import time
 from dataclasses import dataclass, field
 from functools import partial
 
@@ -85,7 +84,7 @@ def memetic_search(
     Residuals have unit variance when `noise_known`. Returns the best point ever seen over the whole
     window; at least one population is rolled out over it, however early the deadline.
     """
-    search = _Rounds(objective, rng, deadline, settings, warm, noise_known)
+    search = Rounds(objective, rng, deadline, settings, warm, noise_known)
     for number in range(settings.max_rounds):
         search.run(number)
         if search.accepted or deadline.passed:
@@ -94,7 +93,7 @@ def memetic_search(
 
 
 @dataclass
-class _Rounds:
+class Rounds:
     """One search: what its rounds have found so far."""
 
     objective: LeastSquares
@@ -155,10 +154,10 @@ class _Rounds:
             unevolved = np.vstack([unevolved, self.warm])
         if nodes <= SHORT_WINDOW or not self.deadline.never:
             # Whatever happens later, there is an answer; and it tells what a round will take.
-            begin = time.monotonic()
+            begin = self.deadline.elapsed
             costs = self.objective.costs(z)
             self._remember(z, costs)
-            spent, left = time.monotonic() - begin, self.deadline.remaining
+            spent, left = self.deadline.elapsed - begin, self.deadline.remaining
             if nodes <= SHORT_WINDOW or left < ROUND_ROLLOUTS * spent:
                 starts = np.vstack([z[np.argsort(costs)[:ELITE]], unevolved])
                 # Few starts that get somewhere are better than many that do not.

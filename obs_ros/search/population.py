@@ -8,7 +8,6 @@ import math
 from collections.abc import Callable
 
 import numpy as np
-from scipy.stats import qmc
 
 from obs_ros.registry import suggest
 from obs_ros.typing import Array
@@ -56,6 +55,8 @@ def first_population(
     if kind == 'uniform':
         return rng.random((size, dimension))
     if kind == 'latin_hypercube':
+        from scipy.stats import qmc  # takes long to import, and is hardly ever wanted
+
         return np.asarray(qmc.LatinHypercube(dimension, seed=rng).random(size))
     # Seeds off the fixed points 0, 1/2 and 1, from which the maps never leave.
     seeds = rng.uniform(0.01, 0.49, dimension)

@@ -7,7 +7,12 @@ from obs_ros.node.diagnostics import Level
 from obs_ros.node.health import Progress, examine
 from obs_ros.node.worker import Finished
 
-SETTINGS = {'observer': 'sliding_window', 'stale_after': 5.0, 'seed': 3}
+SETTINGS = {
+    'observer': 'sliding_window',
+    'stale_after': 5.0,
+    'seed': 3,
+    'window.duration': 1000.0,
+}
 
 
 @dataclass
@@ -17,6 +22,7 @@ class FakeFeed:
     received: int = 4
     refused: dict = field(default_factory=dict)
     last_refusal: str = ''
+    refuses: bool = False
 
     def rate(self):
         return 2.5
@@ -36,10 +42,10 @@ def estimate(outcome=Outcome.CONVERGED, value=1.0):
     )  # fmt: skip
 
 
-def judged(progress=None, streams=None, **changes):
+def judged(progress=None, streams=None, counts=None, **changes):
     """Level, outcome and message of a ready estimator with an estimate, and what differs."""
     progress = progress or Progress(**({'ready': True, 'estimate': estimate()} | changes))
-    health = examine(progress, streams or feeds(), SETTINGS, {}, None)
+    health = examine(progress, streams or feeds(), SETTINGS, counts or {}, None)
     return health.level, health.figures['outcome'], health.message
 
 
@@ -62,7 +68,9 @@ def test_what_the_estimator_is_doing(changes, expected):
 
 @pytest.mark.parametrize('outcome', Outcome)
 def test_every_outcome_has_a_level_and_keeps_its_message(outcome):
-    level = {Outcome.CONVERGED: Level.OK, Outcome.DIVERGED: Level.ERROR}.get(outcome, Level.WARN)
+    fine = (Outcome.CONVERGED, Outcome.AT_BOUND)
+    level = Level.OK if outcome in fine else Level.WARN
+    level = Level.ERROR if outcome is Outcome.DIVERGED else level
     assert judged(estimate=estimate(outcome)) == (level, outcome.value, f'{outcome.value}: as told')
 
 
@@ -86,7 +94,7 @@ def test_a_stream_that_never_came_is_waited_for(name):
 def test_a_stream_that_fell_silent_is_stale(name):
     outcome = f'stale_{name}'
     assert judged(streams=feeds(**{name: 5.1})) == (
-        Level.STALE, outcome, f'{outcome}: no plant/{name} for 5 s: does its publisher run?'
+        Level.STALE, outcome, f'{outcome}: no plant/{name} for more than 5 s: does a publisher run?'
     )  # fmt: skip
     assert judged(streams=feeds(**{name: 5.0}))[0] is Level.OK
 
@@ -168,3 +176,27 @@ def test_a_restart_forgets_the_last_estimate_and_error_but_not_the_counts():
     progress.ready = True
     assert judged(progress)[1] == 'collecting'
     assert (progress.published, progress.failed) == (1, 1)
+
+
+@pytest.mark.parametrize(
+    ('counts', 'message'),
+    [
+        ({'overflow': 1}, 'a window of 1000 s holds more samples than window.capacity: '
+         'shorten window.duration, or raise window.capacity'),
+        ({'duplicate': 4}, 'stamps do not advance: does the publisher set header.stamp?'),
+        ({'all_nan': 4}, 'the samples hold no numbers: every value is NaN or infinite'),
+    ],
+)  # fmt: skip
+def test_what_keeps_the_first_window_from_closing_is_said(counts, message):
+    assert judged(estimate=None, counts=counts) == (Level.WARN, 'collecting', message)
+    assert judged(counts=counts)[0] == Level.OK, 'with an estimate it is only a count'
+    few = dict.fromkeys(set(counts) - {'overflow'}, 1)
+    assert judged(estimate=None, counts=few)[0] == Level.OK
+
+
+def test_refused_messages_are_not_taken_for_silence():
+    streams = feeds(output=6.0)
+    streams['output'].refuses, streams['output'].last_refusal = True, "unknown name 'theta'"
+    level, outcome, message = judged(streams=streams)
+    assert (level, outcome) == (Level.STALE, 'stale_output')
+    assert message == "stale_output: its messages are refused: unknown name 'theta'"

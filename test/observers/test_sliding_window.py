@@ -196,7 +196,7 @@ def test_settings_reach_the_solver() -> None:
         ({'duration': 10.0, 'noise': {'h1': -1.0}}, 'noise of h1: standard deviation -1.0'),
         ({'duration': 10.0, 'search': 'x'}, "unknown search method 'x'"),
         ({'duration': 10.0, 'backend': 'x'}, "backend 'x' is neither"),
-        ({'duration': 10.0, 'seed': -1}, 'seed -1 is negative'),
+        ({'duration': 10.0, 'seed': -1}, 'seed must be an integer >= 0, not -1'),
     ],
 )
 def test_wrong_settings_are_named_at_once(settings: dict[str, Any], message: str) -> None:
