@@ -34,7 +34,7 @@ PREFIX_SHARES = (16, 8, 32, 4)  # of the window, by round
 SMALLEST_PREFIX = 16  # nodes
 GATES = 48
 BAD_SHARE, BAD_NOISE = 0.01, 4.0  # of the signal's and of the noise's mean square
-PREFIX_ITERATIONS, FULL_ITERATIONS = 12, 60
+PREFIX_ITERATIONS, FULL_ITERATIONS = 12, 120
 DIRECT_ITERATIONS = 2  # at least, that every start should get before a short deadline
 ROUND_ROLLOUTS = 30  # rollouts of a population over the window that a round costs, roughly
 # Two costs are the same optimum when they differ by less than this times d times the noise
