@@ -150,6 +150,7 @@ class Solver:
         """Compile whatever is not compiled yet; return the seconds that it took."""
         begin = time.perf_counter()
         _ = self.kernels
+        self.unknowns.prepare()
         damping.prepare()
         return time.perf_counter() - begin
 

@@ -5,12 +5,14 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from obs_ros.acceleration import accelerated
 from obs_ros.model import Model, Variable, check_bounds, names
 from obs_ros.registry import suggest
 from obs_ros.typing import Array, IntArray
 
 REACH = 10.0  # of the nominal value, or units, where there is no bound
 SMALLEST_STEP = 16  # units in the last place
+EPSILON = float(np.finfo(np.float64).eps)
 
 
 @dataclass(frozen=True)
@@ -99,33 +101,49 @@ class Unknowns:
         n = len(self.model.states)
         return everything[:n], everything[n:]
 
+    def prepare(self) -> None:
+        """Compile what `perturbed` needs, or load it compiled."""
+        middle = np.full((1, self.dimension), 0.5)
+        self.perturbed(middle, np.full_like(middle, 1e-8))
+
     def perturbed(self, z: Array, h: Array) -> tuple[Array, Array, Array]:
         """Return x0 (n, P (1 + d)), p (q, P (1 + d)) and the steps (P, d) really taken.
 
         One start after the other: its point, of z (P, d), then that with its h_i added to each
         z_i, of h (P, d). Rounding changes the steps.
         """
-        starts, d = z.shape
-        width = (self.upper - self.lower)[:, None]
-        points = self.lower[:, None] + z.T * width
-        lanes = np.empty((d, starts, d + 1))
-        lanes[:] = points[:, :, None]
-        own = np.arange(d)
-        # In a very narrow box a step must still change the value.
-        least = SMALLEST_STEP * np.spacing(np.abs(points))
-        lanes[own, :, own + 1] += np.copysign(np.maximum(np.abs(h.T) * width, least), h.T)
-        steps = (lanes[own, :, own + 1] - points) / width
-        everything = np.empty((self.given.size, starts * (d + 1)))
-        everything[:] = self.given[:, None]
-        everything[self.index] = lanes.reshape(d, -1)
         n = len(self.model.states)
-        return everything[:n], everything[n:], steps.T.copy()
+        lanes, steps = _perturbed(z, h, self.lower, self.upper, self.index, self.given)
+        return lanes[:n], lanes[n:], steps
 
     def point(self, values: Mapping[str, float]) -> Array:
         """Return the point z (d,) nearest to named values; NaN becomes the middle of the box."""
         z = np.array([values[name] for name in self.names])
         z = (z - self.lower) / (self.upper - self.lower)
         return np.clip(np.where(np.isfinite(z), z, 0.5), *self.walls)
+
+
+@accelerated
+def _perturbed(
+    z: Array, h: Array, lower: Array, upper: Array, index: IntArray, given: Array
+) -> tuple[Array, Array]:
+    starts, d = z.shape
+    lanes = np.empty((given.size, starts * (d + 1)))
+    steps = np.empty((starts, d))
+    for row in range(given.size):
+        lanes[row] = given[row]
+    for s in range(starts):
+        first = s * (d + 1)
+        for i in range(d):
+            width = upper[i] - lower[i]
+            point = lower[i] + z[s, i] * width
+            for lane in range(first, first + d + 1):
+                lanes[index[i], lane] = point
+            # In a very narrow box a step must still change the value.
+            step = max(abs(h[s, i]) * width, SMALLEST_STEP * EPSILON * abs(point))
+            lanes[index[i], first + 1 + i] = point + (step if h[s, i] > 0.0 else -step)
+            steps[s, i] = (lanes[index[i], first + 1 + i] - point) / width
+    return lanes, steps
 
 
 def _beginning(variable: Variable, low: float, high: float) -> tuple[float, float]:

@@ -1,17 +1,14 @@
 """Windows of a stream, solved one after the other (Yang, Li & Dahhou 2020, section 4.4)."""
 
 import threading
-from collections.abc import Iterable, Mapping
+from collections.abc import Mapping
 from typing import Any
 
 from obs_ros.deadline import Deadline
 from obs_ros.estimate import Estimate
 from obs_ros.model import Model
 from obs_ros.models import load_model
-from obs_ros.objective import Fitness
 from obs_ros.record import Record, Sample
-from obs_ros.rollout import Backend
-from obs_ros.search import Method
 from obs_ros.solve import Solver, random_generator
 from obs_ros.window import SlidingWindow
 
@@ -21,8 +18,8 @@ class SlidingWindowObserver:
 
     Successive windows inherit the previous estimate, carried forward, as one start among fresh
     ones. Of windows that close before `estimate` is called, only the newest is kept; the others are
-    counted as `skipped`. `capacity` bounds the samples kept; the other settings are those of
-    `solve_window`.
+    counted as `skipped`. `capacity` bounds the samples kept of each stream; `settings` are those of
+    `solve_window`, from `search` to `backend`.
 
     Raises ValueError for settings that are wrong, with the name and the value.
     """
@@ -35,29 +32,10 @@ class SlidingWindowObserver:
         period: float | None = None,
         capacity: int = 20000,
         seed: int = 0,
-        search: str | Method = 'memetic',
-        search_options: Mapping[str, Any] | None = None,
-        parameters: Iterable[str] | None = None,
-        states: Iterable[str] | None = None,
-        fixed: Mapping[str, float] | None = None,
-        bounds: Mapping[str, tuple[float, float]] | None = None,
-        noise: Mapping[str, float] | None = None,
-        fitness: Fitness = 'least_squares',
-        backend: Backend | None = None,
+        **settings: Any,
     ) -> None:
         self.model = load_model(model)
-        self._solver = Solver.of(
-            self.model,
-            search=search,
-            search_options=search_options,
-            parameters=parameters,
-            states=states,
-            fixed=fixed,
-            bounds=bounds,
-            noise=noise,
-            fitness=fitness,
-            backend=backend,
-        )
+        self._solver = Solver.of(self.model, **settings)
         self._window = SlidingWindow(
             duration,
             period,

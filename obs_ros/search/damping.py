@@ -4,6 +4,8 @@ Loops, compiled where Numba is: on matrices of a few rows, calls of NumPy would 
 the rollouts.
 """
 
+import functools
+
 import numpy as np
 
 from obs_ros.acceleration import accelerated
@@ -15,6 +17,7 @@ NOTHING = 1e-200  # keeps the scale of an unknown without influence positive
 FASTEST_SHRINK = 1.0 / 3.0
 
 
+@functools.cache
 def prepare() -> None:
     """Compile what is below, or load it compiled: at the first solve it would cost its deadline."""
     one = np.ones((1, 1))

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from plants import tank_record
 
-from obs_ros import solve_window
+from obs_ros import solve_window, unknowns
 from obs_ros.search import damping
 
 
@@ -57,5 +57,5 @@ def test_everything_is_compiled_before_the_clock_starts() -> None:
     ):
         fixed = {'h1': 50.0, 'h2': 40.0} if 'states' in options else None
         solve_window('three_tank', tank_record(), fixed=fixed, deadline=1.0, **options)
-    for function in (damping.damped_steps, damping.judged, damping.solved):
+    for function in (damping.damped_steps, damping.judged, damping.solved, unknowns._perturbed):
         assert len(function.signatures) == 1, function.signatures
