@@ -3,13 +3,12 @@
 from collections.abc import Mapping, Sequence
 
 import numpy as np
-from scipy.special import chdtri
 
 from obs_ros.estimate import Estimate, Outcome
 from obs_ros.model import Model, Variable, names
 from obs_ros.objective import Objective
 from obs_ros.record import Record
-from obs_ros.search.memetic import CHI_SQUARE_TAIL
+from obs_ros.search.memetic import like_noise
 from obs_ros.search.result import Found
 from obs_ros.typing import Array
 
@@ -86,7 +85,7 @@ def _judge(
             f'allow more {effort}, or shorten the window'
         )
     freedom = objective.count(objective.nodes) - objective.dimension
-    if noise_known and found.cost > chdtri(max(1, freedom), CHI_SQUARE_TAIL):
+    if noise_known and not like_noise(found.cost, freedom):
         excess = np.sqrt(found.cost / max(1, freedom))
         return Outcome.MODEL_MISMATCH, (
             f'the residual is {excess:.3g} times the given noise ({found.accepted}): '

@@ -92,8 +92,8 @@ class Solver:
     """Everything about `solve_window` that stays the same from window to window, checked."""
 
     unknowns: Unknowns
-    search: str | Method
-    options: Mapping[str, Any]
+    method: Method
+    settings: Any  # of the method's own type
     noise: Mapping[str, float]
     fitness: Fitness
     backend: Backend | None
@@ -115,7 +115,7 @@ class Solver:
     ) -> 'Solver':
         """Check the settings; see `solve_window`."""
         unknowns = Unknowns.of(model, parameters, states, fixed, bounds)
-        method, _ = method_for(search, search_options)
+        method, settings = method_for(search, search_options)
         if fitness not in FITNESSES:
             raise ValueError(f'unknown fitness {fitness!r}: {suggest(fitness, FITNESSES)}')
         if method.needs_squares and fitness != 'least_squares':
@@ -132,9 +132,7 @@ class Solver:
             if not (np.isfinite(sd) and sd > 0.0):
                 raise ValueError(f'noise of {name}: standard deviation {sd} is not positive')
         check_backend(backend)
-        return cls(
-            unknowns, search, dict(search_options or {}), dict(noise or {}), fitness, backend
-        )
+        return cls(unknowns, method, settings, dict(noise or {}), fitness, backend)
 
     @property
     def model(self) -> Model:
@@ -166,7 +164,7 @@ class Solver:
         grid = Grid.of(self.model, record, self._scale(record))
         objective = Objective(self.kernels, grid, self.unknowns, self.fitness)
         values, dimension = objective.count(objective.nodes), objective.dimension
-        method, settings = method_for(self.search, self.options)
+        method = self.method
         noise_known = method.needs_squares and len(self.noise) == len(self.model.outputs)
         # A residual of so few values could not tell noise from a wrong fit.
         needed = dimension if noise_known else FEWEST * dimension
@@ -187,7 +185,7 @@ class Solver:
         if previous is not None and previous.usable:
             start = carried(self.kernels, previous, record)
             warm = self.unknowns.point({**previous.parameters, **start})
-        found = method.search(objective, rng, deadline, settings, warm, noise_known)
+        found = method.search(objective, rng, deadline, self.settings, warm, noise_known)
         if not np.isfinite(found.cost):
             return empty(
                 self.model,

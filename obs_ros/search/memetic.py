@@ -191,21 +191,24 @@ class Rounds:
         """Polish over a horizon that grows as far as the best candidate stays near the data."""
         total = self.objective.nodes
         gates = np.unique(np.geomspace(nodes, total, GATES).round().astype(np.int64))
+        counts = np.diff([0, *(self.objective.count(int(gate)) for gate in gates)])
         while nodes < total and not self.deadline.passed:
             starts = levenberg_marquardt(self.objective, z, nodes, PREFIX_ITERATIONS, self.deadline)
             z = starts.z[: max(2, len(z) // 2)]
             blocks = self.objective.block_squares(z, gates)
             self._remember(z, blocks.sum(axis=0))
             variance = starts.squares[0] / max(1, self.objective.count(nodes) - z.shape[1])
-            reach = self._reach(blocks, gates, variance)
+            reach = self._reach(blocks, counts, variance)
             beyond = gates[gates > nodes][0]
             nodes = max(int(beyond), int(gates[reach.max()]))
             z = z[np.argsort(blocks[: np.searchsorted(gates, nodes) + 1].sum(axis=0))]
         return z
 
-    def _reach(self, blocks: Array, gates: IntArray, variance: float) -> IntArray:
-        """Return for every candidate the first block (B,) that it misses; the last if none."""
-        counts = np.diff([0, *(self.objective.count(int(gate)) for gate in gates)])
+    def _reach(self, blocks: Array, counts: IntArray, variance: float) -> IntArray:
+        """Return for every candidate the first block (B,) that it misses; the last if none.
+
+        blocks (G, B) are squares, counts (G,) the numbers of residuals in them.
+        """
         limit = BAD_SHARE * self.objective.signal + BAD_NOISE * variance
         bad = ~(blocks < limit * np.maximum(counts, 1)[:, None])
         bad[-1] = True
@@ -227,9 +230,6 @@ class Rounds:
         variance = max(squares, self.objective.floor(self.objective.nodes)) / self._freedom
         return SAME_OPTIMUM * self.objective.dimension * variance
 
-    def _like_noise(self, squares: float) -> bool:
-        return squares <= float(chdtri(self._freedom, CHI_SQUARE_TAIL))
-
     @property
     def _freedom(self) -> int:
         return max(1, self.objective.count(self.objective.nodes) - self.objective.dimension)
@@ -247,7 +247,7 @@ class Rounds:
         same = self._same(self.squares)
         agreeing = np.count_nonzero(np.array(self.bests) - self.squares <= same)
         if self.noise_known:
-            if self.converged and self._like_noise(self.squares):
+            if self.converged and like_noise(self.squares, self._freedom):
                 self.accepted = 'the residual is as small as the noise'
             elif agreeing >= 2:
                 self.accepted = 'two rounds agree'
@@ -263,6 +263,11 @@ class Rounds:
             self.accepted += ' and the residual is white'
         elif agreeing >= 3:
             self.accepted = 'three rounds agree'
+
+
+def like_noise(squares: float, freedom: int) -> bool:
+    """Whether residuals of unit variance may well sum to these squares, by chi-square."""
+    return squares <= float(chdtri(max(1, freedom), CHI_SQUARE_TAIL))
 
 
 def is_white(residuals: Array) -> bool:
