@@ -15,8 +15,9 @@ from benchmarks.judge import Judge
 from benchmarks.zoo import CASES, Case, Drawn, draw
 from obs_ros import Estimate, Outcome
 from obs_ros.deadline import Deadline
+from obs_ros.mismatch import TAIL
 from obs_ros.model import names
-from obs_ros.search.memetic import CHI_SQUARE_TAIL, MemeticSettings
+from obs_ros.search.memetic import MemeticSettings
 from obs_ros.solve import Solver
 from obs_ros.typing import Array
 
@@ -197,7 +198,7 @@ def by_chi_square(case: Case, window: Drawn, seed: int) -> tuple[Estimate, float
     The product has no such rule: its search with known noise is given one round more at a time.
     """
     freedom = np.count_nonzero(np.isfinite(window.record.y)) - len(case.model.unknowns)
-    limit = float(chdtri(freedom, CHI_SQUARE_TAIL))
+    limit = float(chdtri(freedom, TAIL))
     for rounds in range(1, MemeticSettings().max_rounds + 1):
         way = Way('memetic', {'max_rounds': rounds}, noise_known=True)
         estimate, seconds = timed(case, window, way, seed)

@@ -23,13 +23,42 @@ class Outcome(StrEnum):
     DIVERGED = 'diverged'
 
 
+@dataclass(frozen=True)
+class Jump:
+    """Parameters that jumped at one time (s): by how much, and how exactly that is known.
+
+    `sizes` and `stddev` are in the parameters' units, `time_stddev` in s. `alternatives` names the
+    other sets of parameters that explain the window nearly as well; `new` tells that no earlier
+    window has shown this jump; `stamp` is its time in ns where samples had stamps.
+    """
+
+    time: float
+    time_stddev: float
+    sizes: Mapping[str, float]
+    stddev: Mapping[str, float]
+    new: bool
+    alternatives: tuple[str, ...] = ()
+    stamp: int | None = None
+
+    def __str__(self) -> str:
+        """Say what jumped."""
+        sizes = ', '.join(
+            f'{name} {size:+.3g} +- {2.0 * self.stddev[name]:.2g}'
+            for name, size in self.sizes.items()
+        )
+        return f'jump at {self.time:.2f} s +- {2.0 * self.time_stddev:.2g} s: {sizes}'
+
+
 @dataclass(frozen=True, eq=False)
 class Estimate:
     """States and parameters of one window, with how far they can be trusted.
 
-    `t0` and `t1` (s) are the window's first and last sample; `initial_state` belongs to t0 and
-    `state` to t1. `times` (K,) and `states` (K, n) are the estimated states at every sample.
-    `stddev` is NaN where a standard deviation is not known. `cost` is what the search minimised;
+    `t0` and `t1` (s) are the window's first and last sample; `initial_state` belongs to t0, `state`
+    and `parameters` to t1. `times` (K,) and `states` (K, n) are the estimated states at every
+    sample. `stddev` (of state and parameters) and `initial_stddev` are NaN where a standard
+    deviation would mean nothing, and 0 for what was given. `weak` says in words what the window
+    does not determine, `advice` what to do about it; `jumps` lists what jumped inside the window.
+    `cost` is what the search minimised;
     `output_rms` is the residual's root mean square by output, in its unit; `residual_rms` that over
     all measured values, which means something where the outputs share a unit.
     `stamp` is the newest output's stamp in ns where samples had one. Without a usable solution
@@ -47,7 +76,10 @@ class Estimate:
     cost: float = np.nan
     residual_rms: float = np.nan
     output_rms: Mapping[str, float] = field(default_factory=dict)
+    initial_stddev: Mapping[str, float] = field(default_factory=dict)
     weak: tuple[str, ...] = ()
+    advice: str = ''
+    jumps: tuple[Jump, ...] = ()
     evaluations: int = 0
     solve_time: float = 0.0
     times: Array = field(default_factory=lambda: np.empty(0), repr=False)

@@ -14,13 +14,18 @@ from obs_ros.models import load_model
 from obs_ros.objective import FITNESSES, ROUNDING, Fitness, Objective
 from obs_ros.record import Record
 from obs_ros.registry import suggest
-from obs_ros.report import empty, output_rms, report
+from obs_ros.report import Certainty, empty, output_rms, report
 from obs_ros.rollout import Backend, Kernels, check_backend, kernels_for
 from obs_ros.rollout.grid import Grid
 from obs_ros.search import Method, damping, method_for
 from obs_ros.search.levenberg_marquardt import levenberg_marquardt
 from obs_ros.search.memetic import FULL_ITERATIONS
 from obs_ros.search.result import Found
+from obs_ros.sequence.gate import marginal_information
+from obs_ros.sequence.noise import variances_left
+from obs_ros.sequence.prior import Posterior, Prior
+from obs_ros.sequence.race import weigh
+from obs_ros.sequence.regimes import Layout, Regimes
 from obs_ros.typing import Array
 from obs_ros.unknowns import Unknowns
 from obs_ros.warm_start import carried
@@ -161,48 +166,94 @@ class Solver:
     ) -> Estimate:
         """Estimate one window; see `solve_window`."""
         begin = time.perf_counter()
-        grid = Grid.of(self.model, record, self._scale(record))
-        objective = Objective(self.kernels, grid, self.unknowns, self.fitness)
-        values, dimension = objective.count(objective.nodes), objective.dimension
-        method = self.method
-        noise_known = method.needs_squares and len(self.noise) == len(self.model.outputs)
-        # A residual of so few values could not tell noise from a wrong fit.
-        needed = dimension if noise_known else FEWEST * dimension
-        if values < needed:
-            return empty(
-                self.model,
-                record,
-                Outcome.TOO_FEW_SAMPLES,
-                f'{values} measured values for {dimension} unknowns, at least {needed} are needed: '
-                'take a longer window, estimate less, or give the noise',
-            )
-        warm = None
-        if previous is not None and tuple(previous.state) != names(self.model.states):
-            raise ValueError(
-                f'the previous estimate is not of model {self.model.name!r}: '
-                f'its states are {", ".join(previous.state)}'
-            )
-        if previous is not None and previous.usable:
-            start = carried(self.kernels, previous, record)
-            warm = self.unknowns.point({**previous.parameters, **start})
-        found = method.search(objective, rng, deadline, self.settings, warm, noise_known)
+        known = self.method.needs_squares and len(self.noise) == len(self.model.outputs)
+        objective = self.pose(record, None, noise_known=known)
+        if isinstance(objective, Estimate):
+            return objective
+        warm = self.warm_start(record, previous)
+        found = self.search(objective, rng, deadline, warm, noise_known=known)
         if not np.isfinite(found.cost):
-            return empty(
-                self.model,
-                record,
-                Outcome.DIVERGED,
-                f'all {objective.evaluations} candidates diverged: '
-                "narrow the bounds, or shorten the model's max_step",
-            )
-        if method.needs_squares:
-            found = self._reweighted(objective, found, deadline)
+            return self.diverged(record, objective)
+        certainty = None
+        if self.method.needs_squares:
+            if not known:
+                found = whitened(objective, found)
+            prior = Prior.box(self.unknowns)
+            regimes = Regimes(objective, prior, Layout(objective.dimension))
+            best = weigh(regimes, found.z)
+            n = self.unknowns.n_states
+            certainty = Certainty(best, best.covariance, marginal_information(best, n))
         return report(
             record,
             objective,
             found,
-            noise_known=noise_known,
+            certainty,
+            noise_known=known,
             in_time=not deadline.passed,
             solve_time=time.perf_counter() - begin,
+        )
+
+    def pose(
+        self, record: Record, scale: Array | None, *, noise_known: bool
+    ) -> Objective | Estimate:
+        """Return a window's objective, outputs in units of `scale` (r,), or why there is none.
+
+        `scale` None means the noise, given or guessed; 1 for fitnesses other than squares.
+        """
+        grid = Grid.of(self.model, record, self._scale(record) if scale is None else scale)
+        objective = Objective(self.kernels, grid, self.unknowns, self.fitness)
+        values, dimension = objective.count(objective.nodes), objective.dimension
+        # A residual of so few values could not tell noise from a wrong fit.
+        needed = dimension if noise_known else FEWEST * dimension
+        if values >= needed:
+            return objective
+        return empty(
+            self.model,
+            record,
+            Outcome.TOO_FEW_SAMPLES,
+            f'{values} measured values for {dimension} unknowns, at least {needed} are needed: '
+            'take a longer window, estimate less, or give the noise',
+        )
+
+    def warm_start(self, record: Record, previous: Estimate | None) -> Array | None:
+        """Return the point (d,) that the previous estimate expects; None without a usable one."""
+        if previous is None:
+            return None
+        if tuple(previous.state) != names(self.model.states):
+            raise ValueError(
+                f'the previous estimate is not of model {self.model.name!r}: '
+                f'its states are {", ".join(previous.state)}'
+            )
+        if not previous.usable:
+            return None
+        start = carried(self.kernels, previous, record)
+        return self.unknowns.point({**previous.parameters, **start})
+
+    def search(
+        self,
+        objective: Objective,
+        rng: np.random.Generator,
+        deadline: Deadline,
+        warm: Array | None,
+        *,
+        noise_known: bool,
+        prior: Prior | None = None,
+    ) -> Found:
+        """Search the optimum of a window, with a prior's squares added if there is one."""
+        method, problem = self.method, objective if prior is None else Posterior(objective, prior)
+        found = method.search(problem, rng, deadline, self.settings, warm, noise_known)
+        if method.needs_squares and not noise_known and np.isfinite(found.cost):
+            found = self._reweighted(objective, found, deadline)
+        return found
+
+    def diverged(self, record: Record, objective: Objective) -> Estimate:
+        """Return the estimate of a window in which every candidate diverged."""
+        return empty(
+            self.model,
+            record,
+            Outcome.DIVERGED,
+            f'all {objective.evaluations} candidates diverged: '
+            "narrow the bounds, or shorten the model's max_step",
         )
 
     def _scale(self, record: Record) -> Array:
@@ -228,6 +279,13 @@ class Solver:
             )
             found = replace(found, z=polished.z[0], cost=float(polished.squares[0]))
         return found
+
+
+def whitened(objective: Objective, found: Found) -> Found:
+    """Scale the outputs by what the fit leaves of them; return the fit with its cost in that."""
+    left = variances_left(objective.residuals(found.z), objective.grid, objective.dimension)
+    objective.grid = objective.grid.rescaled(np.sqrt(left) / objective.grid.scale)
+    return replace(found, cost=float(objective.costs(found.z[None])[0]))
 
 
 def random_generator(*seeds: int) -> np.random.Generator:

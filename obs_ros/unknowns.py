@@ -90,6 +90,11 @@ class Unknowns:
         return self.index.size
 
     @property
+    def n_states(self) -> int:
+        """Number of estimated initial states; they come first."""
+        return int(np.count_nonzero(self.index < len(self.model.states)))
+
+    @property
     def names(self) -> tuple[str, ...]:
         """Names of the unknowns, states first."""
         return tuple(self.model.unknowns[i].name for i in self.index)

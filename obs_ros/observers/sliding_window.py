@@ -9,6 +9,7 @@ from obs_ros.estimate import Estimate
 from obs_ros.model import Model
 from obs_ros.models import load_model
 from obs_ros.record import Record, Sample
+from obs_ros.sequence.windows import Windows
 from obs_ros.solve import Solver, random_generator
 from obs_ros.window import SlidingWindow
 
@@ -16,8 +17,9 @@ from obs_ros.window import SlidingWindow
 class SlidingWindowObserver:
     """Estimates each window of `duration` s, one every `period` s of sample time.
 
-    Successive windows inherit the previous estimate, carried forward, as one start among fresh
-    ones. Of windows that close before `estimate` is called, only the newest is kept; the others are
+    Successive windows inherit what earlier ones have learned, and jumps inside a window are found;
+    see `Windows`. With `learn_noise` the noise that is given is only where learning it begins. Of
+    windows that close before `estimate` is called, only the newest is kept; the others are
     counted as `skipped`. `capacity` bounds the samples kept of each stream; `settings` are those of
     `solve_window`, from `search` to `backend`.
 
@@ -32,10 +34,12 @@ class SlidingWindowObserver:
         period: float | None = None,
         capacity: int = 20000,
         seed: int = 0,
+        learn_noise: bool = False,
         **settings: Any,
     ) -> None:
         self.model = load_model(model)
         self._solver = Solver.of(self.model, **settings)
+        self._learn_noise = learn_noise
         self._window = SlidingWindow(
             duration,
             period,
@@ -50,7 +54,7 @@ class SlidingWindowObserver:
         # Shared by the thread that absorbs and the one that estimates.
         self._lock = threading.Lock()
         self._due: Record | None = None
-        self._previous: Estimate | None = None
+        self._windows = self._begin()
         self._solved = 0
         self._epoch = 0  # counts resets: what was begun before one is dropped after it
 
@@ -79,17 +83,15 @@ class SlidingWindowObserver:
         """
         with self._lock:
             record, self._due = self._due, None
-            previous, epoch = self._previous, self._epoch
+            windows, epoch = self._windows, self._epoch
             rng = random_generator(self._seed, self._solved)
         if record is None:
             return None
-        estimate = self._solver.solve(record, rng, Deadline(deadline), previous)
+        estimate = windows.solve(record, rng, Deadline(deadline))
         with self._lock:
             if epoch != self._epoch:
                 return None
             self._solved += 1
-            if estimate.usable:
-                self._previous = estimate
         return estimate
 
     def reset(self) -> None:
@@ -107,8 +109,12 @@ class SlidingWindowObserver:
         """The last break of the samples' timeline, in words."""
         return self._window.last_break
 
+    def _begin(self) -> Windows:
+        return Windows(self._solver, learn_noise=self._learn_noise)
+
     def _forget(self) -> None:
         with self._lock:
-            self._due = self._previous = None
+            self._due = None
+            self._windows = self._begin()
             self._solved = 0
             self._epoch += 1

@@ -65,6 +65,20 @@ class Grid:
         """Return the same grid with the outputs' scales (r,) multiplied by `factor` (r,)."""
         return replace(self, weight=self.weight / factor, scale=self.scale * factor)
 
+    def stretch(self, first: int, last: int) -> 'Grid':
+        """Return the nodes from `first` to `last`, both included."""
+        nodes, intervals = slice(first, last + 1), slice(first, last)
+        return replace(
+            self,
+            t=self.t[nodes],
+            steps=self.steps[intervals],
+            u=self.u[nodes],
+            slope=self.slope[nodes],
+            y=self.y[nodes],
+            weight=self.weight[nodes],
+            measured=self.measured[nodes],
+        )
+
     def measured_values(self, nodes: int) -> int:
         """Count the measured output values at the first `nodes` nodes."""
         return int(np.count_nonzero(self.weight[:nodes]))

@@ -11,7 +11,7 @@ import numpy as np
 
 from obs_ros.deadline import Deadline
 from obs_ros.search.damping import NOTHING, damped_steps, judged
-from obs_ros.search.problem import LeastSquares
+from obs_ros.search.problem import Linearised
 from obs_ros.typing import AnyArray, Array, BoolArray
 
 DAMPING = 1e-2
@@ -34,7 +34,7 @@ class Starts:
 
 
 def levenberg_marquardt(
-    objective: LeastSquares,
+    objective: Linearised,
     z: Array,
     nodes: int,
     iterations: int,

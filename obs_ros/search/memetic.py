@@ -12,9 +12,9 @@ from dataclasses import dataclass, field
 from functools import partial
 
 import numpy as np
-from scipy.special import chdtri
 
 from obs_ros.deadline import Deadline
+from obs_ros.mismatch import is_white, like_noise
 from obs_ros.search.differential_evolution import (
     DifferentialEvolution,
     Strategy,
@@ -40,9 +40,7 @@ ROUND_ROLLOUTS = 30  # rollouts of a population over the window that a round cos
 # Two costs are the same optimum when they differ by less than this times d times the noise
 # variance: 0.41 for four unknowns.
 SAME_OPTIMUM = 0.1025
-CHI_SQUARE_TAIL = 0.001
 NEGLIGIBLE = 1e-6  # of the signal, root mean square
-WHITE_LIMIT = 2.81  # standard deviations of the lag-1 correlation
 
 
 @dataclass(frozen=True)
@@ -263,19 +261,3 @@ class Rounds:
             self.accepted += ' and the residual is white'
         elif agreeing >= 3:
             self.accepted = 'three rounds agree'
-
-
-def like_noise(squares: float, freedom: int) -> bool:
-    """Whether residuals of unit variance may well sum to these squares, by chi-square."""
-    return squares <= float(chdtri(max(1, freedom), CHI_SQUARE_TAIL))
-
-
-def is_white(residuals: Array) -> bool:
-    """Whether the lag-1 correlation of residuals (K, r; NaN = not measured) is that of noise."""
-    product, square, count = 0.0, 0.0, 0
-    for column in residuals.T:
-        r = column[np.isfinite(column)]
-        product += float(r[1:] @ r[:-1])
-        square += float(r @ r)
-        count += r.size
-    return square == 0.0 or bool(abs(product) / square * np.sqrt(count) < WHITE_LIMIT)

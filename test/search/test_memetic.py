@@ -8,7 +8,8 @@ import pytest
 from problems import Curve, decay_problem, ripples_problem
 
 from obs_ros.deadline import Deadline
-from obs_ros.search.memetic import MemeticSettings, is_white, memetic_search
+from obs_ros.mismatch import is_white
+from obs_ros.search.memetic import MemeticSettings, memetic_search
 from obs_ros.typing import Array
 
 NEVER = Deadline()

@@ -1,0 +1,79 @@
+"""How far an estimate can be trusted: standard deviations from the Fisher information.
+
+The covariance is the inverse of J'J / sigma^2, J the Jacobian of the outputs, plus what was known
+before. At a bound it stays that of the free unknowns: freezing them makes intervals far too short;
+an interval is to be clipped to the box instead.
+"""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from obs_ros.identifiability import UNDETERMINED
+from obs_ros.mismatch import Whiteness
+from obs_ros.model import Model
+from obs_ros.sequence.race import Hypothesis
+from obs_ros.typing import Array
+
+
+@dataclass(frozen=True)
+class Deviations:
+    """Standard deviations in the variables' units; NaN where one would mean nothing.
+
+    Of the initial state (n,), the state at the end (n,) and the parameters there (q,).
+    """
+
+    initial: Array
+    state: Array
+    parameters: Array
+
+    @classmethod
+    def withheld(cls, model: Model) -> 'Deviations':
+        """Return none."""
+        n, q = len(model.states), len(model.parameters)
+        return cls(np.full(n, np.nan), np.full(n, np.nan), np.full(q, np.nan))
+
+    @classmethod
+    def of(cls, hypothesis: Hypothesis, covariance: Array, inflation: float) -> 'Deviations':
+        """Return those of a hypothesis with this joint covariance (D, D) times `inflation`.
+
+        What is not estimated has none, 0. Above a tenth of its box a standard deviation says that
+        the value is not determined, and is withheld.
+        """
+        unknowns = hypothesis.regimes.objective.unknowns
+        n = len(unknowns.model.states)
+        covariance = covariance * inflation
+        width = unknowns.upper - unknowns.lower
+
+        final = hypothesis.layout.final(hypothesis.point)
+        values = {
+            'initial': np.diagonal(covariance)[: unknowns.dimension],
+            'final': np.diagonal(covariance)[final],
+        }
+        found = {}
+        for name, variances in values.items():
+            everything = np.zeros(len(unknowns.model.unknowns))
+            boxes = np.sqrt(np.maximum(variances, 0.0))
+            everything[unknowns.index] = np.where(boxes <= UNDETERMINED, boxes * width, np.nan)
+            found[name] = everything
+        g = hypothesis.local.state_jacobian
+        state = np.sqrt(np.maximum(((g @ covariance) * g).sum(axis=1), 0.0))
+        boxes = np.full(n, np.inf)
+        estimated = unknowns.index < n
+        boxes[unknowns.index[estimated]] = width[estimated]
+        return cls(
+            initial=found['initial'][:n],
+            state=np.where(state <= UNDETERMINED * boxes, state, np.nan),
+            parameters=found['final'][n:],
+        )
+
+
+def inflation_by(whiteness: Whiteness) -> float:
+    """Return by how much correlated residuals raise the variance of what is estimated from them.
+
+    As noise of that lag-1 correlation would, if it were autoregressive of first order.
+    """
+    if whiteness.white or whiteness.correlation <= 0.0:
+        return 1.0
+    r = min(whiteness.correlation, 0.99)
+    return (1.0 + r) / (1.0 - r)

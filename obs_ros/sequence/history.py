@@ -1,0 +1,76 @@
+"""What earlier windows know of the parameters, and what has jumped since."""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from obs_ros.sequence.prior import Prior, box_variances
+from obs_ros.sequence.race import JUMP_PROBABILITY
+from obs_ros.typing import Array
+from obs_ros.unknowns import Unknowns
+
+KEPT = 1000  # windows; overlapping ones end close to each other
+
+
+@dataclass(frozen=True)
+class Entry:
+    """Parameters at the end (s) of a window: mean (q,) and covariance (q, q), in boxes."""
+
+    end: float
+    mean: Array
+    covariance: Array
+
+
+@dataclass(frozen=True)
+class Known:
+    """A jump found: time and its standard deviation (s), and the places of what jumped."""
+
+    time: float
+    deviation: float
+    parameters: frozenset[int]
+
+
+class History:
+    """Accepted windows, and the jumps between them.
+
+    A window takes its prior from the newest one that ended before it began, so that no sample is
+    used twice: with overlapping windows information arrives late, but it is true.
+    """
+
+    def __init__(self, unknowns: Unknowns) -> None:
+        self._unknowns = unknowns
+        self._entries: list[Entry] = []
+        self.jumps: list[Known] = []
+
+    def add(self, entry: Entry) -> None:
+        """Remember an accepted window."""
+        self._entries.append(entry)
+        del self._entries[:-KEPT]
+
+    def jumped(self, jump: Known) -> None:
+        """Forget the windows that did not know of a jump before their end."""
+        self._entries = [entry for entry in self._entries if entry.end <= jump.time]
+
+    def prior(self, start: float, duration: float) -> Prior | None:
+        """Return what is known of the parameters at `start` (s); None if no window ended by then.
+
+        The parameters walk at random, so far in one `duration` (s) as one jump in as many windows
+        as a jump is rare.
+        """
+        entry = next((e for e in reversed(self._entries) if e.end <= start), None)
+        if entry is None:
+            return None
+        variances = box_variances(self._unknowns)
+        walked = JUMP_PROBABILITY * (start - entry.end) / duration * variances
+        for jump in self.jumps:
+            if entry.end < jump.time <= start:
+                jumped = [place - self._unknowns.n_states for place in jump.parameters]
+                walked[jumped] += variances[jumped]
+        return Prior.of(self._unknowns, entry.mean, entry.covariance + np.diag(walked))
+
+    def prune(self, start: float) -> None:
+        """Forget what no window that starts at or after `start` (s) can need."""
+        newest = max((e.end for e in self._entries if e.end <= start), default=None)
+        if newest is not None:
+            self._entries = [e for e in self._entries if e.end >= newest]
+            self.jumps = [jump for jump in self.jumps if jump.time > newest]

@@ -1,0 +1,312 @@
+"""The jump race: which parameter jumped inside this window, when, and by how much.
+
+Hypotheses are compared by their evidence E: squares, penalties, and the logarithm of how much the
+window narrows the prior. The least E wins.
+"""
+
+import math
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+from scipy.linalg import cho_factor, cho_solve
+
+from obs_ros.deadline import Deadline
+from obs_ros.objective import Objective
+from obs_ros.search.levenberg_marquardt import MAX_STEP, MIN_STEP, STEP_SHARE, levenberg_marquardt
+from obs_ros.sequence.prior import Prior, box_variances
+from obs_ros.sequence.regimes import TIME_PRECISION, Layout, Local, Regimes
+from obs_ros.typing import Array
+
+JUMP_PROBABILITY = 0.01  # for each parameter and window
+PER_JUMP = 2.0 * math.log(1.0 / JUMP_PROBABILITY)
+PER_FURTHER = 2.0 * math.log(10.0)  # for each further parameter that jumps at the same time
+TIMES = 8  # at which a jump is sought at first
+# The screening is linear: what misses by less than this is solved exactly.
+HOPEFUL, HOPEFUL_WHEN_KNOWN = -2.0, -6.0
+RIVALS = 3  # parameters solved exactly, besides which others are that much less likely
+RIVAL_MARGIN = 12.0
+SIMILAR = 6.0  # of evidence: such sets are named as well
+MOST_JUMPS = 4
+ITERATIONS = 40
+PROBE = 1e-7  # box, difference step
+
+
+@dataclass(frozen=True)
+class Hypothesis:
+    """A window explained: best point (D,) of a layout, with its evidence and information.
+
+    `before` holds the places of parameters that jumped between the last window known and this one;
+    `covariance` (D, D) is the joint one of the point, in boxes and windows; `cost` the squares of
+    residuals, prior and penalties.
+    """
+
+    regimes: Regimes
+    before: tuple[int, ...]
+    point: Array
+    local: Local
+    covariance: Array
+    cost: float
+    evidence: float
+
+    @property
+    def layout(self) -> Layout:
+        """Where what lies in the point."""
+        return self.regimes.layout
+
+    @property
+    def squares(self) -> float:
+        """Sum of squared residuals, without those of the prior."""
+        return float(self.local.residual @ self.local.residual)
+
+    @property
+    def jumps(self) -> int:
+        """Number of jumps of single parameters."""
+        return len(self.before) + sum(map(len, self.layout.events))
+
+    @property
+    def parameters(self) -> frozenset[int]:
+        """Places of the parameters that jumped."""
+        return frozenset(self.before).union(*self.layout.events)
+
+
+def weigh(regimes: Regimes, point: Array, before: tuple[int, ...] = ()) -> Hypothesis:
+    """Return the hypothesis that `point` (D,) is the best one of `regimes`."""
+    local = differentiated(regimes, point)
+    precision = regimes.precision(point)
+    off = point - regimes.mean(point)
+    occam = precision + np.diag(_time_precision(regimes.layout))
+    information = local.jacobian.T @ local.jacobian + occam
+    penalty = PER_JUMP * len(before)
+    for event in regimes.layout.events:
+        penalty += PER_JUMP + PER_FURTHER * (len(event) - 1)
+    gain = np.linalg.slogdet(information)[1] - np.linalg.slogdet(occam)[1]
+    cost = float(local.residual @ local.residual + off @ precision @ off) + penalty
+    return Hypothesis(
+        regimes=regimes,
+        before=before,
+        point=point,
+        local=local,
+        covariance=inverse(information),
+        cost=cost,
+        evidence=cost + float(gain),
+    )
+
+
+def differentiated(regimes: Regimes, point: Array) -> Local:
+    """Return what the window does near a point, by steps that fit how well it is determined."""
+    local = regimes.local(point, np.full(point.size, PROBE))
+    curvature = (local.jacobian**2).sum(axis=0)
+    steps = np.clip(STEP_SHARE / np.sqrt(np.maximum(curvature, 1e-12)), MIN_STEP, MAX_STEP)
+    # On chaotic plants the probe's step is far too long.
+    return regimes.local(point, steps) if steps.min() < 0.1 * PROBE else local
+
+
+def inverse(information: Array) -> Array:
+    """Return the inverse of a positive definite matrix (D, D), also where scales differ wildly."""
+    scale = 1.0 / np.sqrt(np.diagonal(information))
+    scaled = information * np.outer(scale, scale)
+    values, vectors = np.linalg.eigh(scaled)
+    vectors *= scale[:, None]
+    return np.asarray((vectors / np.maximum(values, 1e-14)) @ vectors.T)
+
+
+class Race:
+    """Hypotheses about one window, raced from the one without a jump."""
+
+    def __init__(self, still: Hypothesis, deadline: Deadline, *, known: Hypothesis | None) -> None:
+        self.best = min((h for h in (still, known) if h), key=lambda h: h.evidence)
+        self.tried = [h for h in (still, known) if h]
+        self._still = still
+        self._deadline = deadline
+        self._hopeful = HOPEFUL if known is None else HOPEFUL_WHEN_KNOWN
+
+    @property
+    def finished(self) -> bool:
+        """Whether there was time for all of it."""
+        return not self._deadline.passed
+
+    def run(self, *, before: bool) -> Hypothesis:
+        """Add jumps as long as that lowers the evidence; return the best hypothesis.
+
+        `before`: a parameter may also have jumped since the last window that is known.
+        """
+        while self.best.jumps < MOST_JUMPS and not self._deadline.passed:
+            rivals = [
+                solved
+                for start in self._starts(self.best, before=before)
+                if (solved := self._solved(*start)) is not None
+            ]
+            self.tried += rivals
+            winner = min(rivals, key=lambda h: h.evidence, default=self.best)
+            # Where the model has kinks, what the prior is narrowed by means little: squares must
+            # have been gained as well.
+            if winner.evidence >= self.best.evidence or winner.cost > self.best.cost:
+                break
+            self.best = winner
+        return self.best
+
+    def alternatives(self) -> list[Hypothesis]:
+        """Return those with other sets of parameters that explain the window nearly as well."""
+        least: dict[frozenset[int], Hypothesis] = {}
+        for other in sorted(self.tried, key=lambda h: h.evidence):
+            least.setdefault(other.parameters, other)
+        least.pop(self.best.parameters, None)
+        limit = self.best.evidence + SIMILAR
+        return [other for other in least.values() if other.evidence < limit]
+
+    def _solved(self, regimes: Regimes, point: Array, before: tuple[int, ...]) -> Hypothesis | None:
+        """Return the best hypothesis of these regimes near a point; None if out of time."""
+        nodes = regimes.objective.nodes
+        start = np.clip(point, *regimes.walls)[None]
+        starts = levenberg_marquardt(regimes, start, nodes, ITERATIONS, self._deadline)
+        if self._deadline.passed or not np.isfinite(starts.squares[0]):
+            return None
+        return weigh(regimes, starts.z[0], before)
+
+    def _starts(
+        self, base: Hypothesis, *, before: bool
+    ) -> Iterator[tuple[Regimes, Array, tuple[int, ...]]]:
+        """Yield regimes, point and earlier jumps of what is worth an exact solution."""
+        found = []
+        parameters = range(
+            base.regimes.objective.unknowns.n_states, base.regimes.objective.dimension
+        )
+        spread = np.arange(1, TIMES) / TIMES
+        gains, sizes = self._screened(base, spread, parameters)
+        scores = gains - PER_JUMP - 2.0 * math.log(TIMES)
+        for j, parameter in enumerate(parameters):
+            i = int(scores[:, j].argmax())
+            found.append((scores[i, j], parameter, spread[i], sizes[i, j]))
+            if before and parameter not in base.before and not base.layout.events:
+                score = self._earlier(base, parameter) - PER_JUMP
+                found.append((score, parameter, 0.0, 0.0))
+        for event, place in zip(base.layout.events, base.layout.times, strict=True):
+            others = [parameter for parameter in parameters if parameter not in event]
+            if others:
+                time = base.point[place]
+                gains, sizes = self._screened(base, np.array([time]), others)
+                for j, parameter in enumerate(others):
+                    score = gains[0, j] - PER_FURTHER
+                    found.append((score, parameter, time, sizes[0, j]))
+        found.sort(key=lambda candidate: -candidate[0])
+        best = found[0][0]
+        for score, parameter, time, size in found[:RIVALS]:
+            if score > max(self._hopeful, best - RIVAL_MARGIN):
+                yield self._start(base, parameter, float(time), float(size))
+
+    def _start(
+        self, base: Hypothesis, parameter: int, time: float, size: float
+    ) -> tuple[Regimes, Array, tuple[int, ...]]:
+        objective, prior = base.regimes.objective, base.regimes.prior
+        if time == 0.0:
+            wider = widened(prior, objective, parameter)
+            return (
+                Regimes(objective, wider, base.layout), base.point, (*base.before, parameter),
+            )  # fmt: skip
+        if time in base.point[base.layout.times]:
+            layout, point = _joined(base, parameter, time, size)
+        else:
+            fine = time + np.arange(-TIMES + 1, TIMES, 2) / TIMES**2
+            fine = fine[(fine > 0.0) & (fine < 1.0)]
+            gains, sizes = self._screened(base, fine, [parameter])
+            i = int(gains[:, 0].argmax())
+            layout, point = _added(base, parameter, float(fine[i]), float(sizes[i, 0]))
+        return Regimes(objective, prior, layout), point, base.before
+
+    def _screened(
+        self, base: Hypothesis, times: Array, parameters: Sequence[int]
+    ) -> tuple[Array, Array]:
+        """Return gains in evidence and sizes (T, J) of jumps of single parameters, to first order.
+
+        A jump lasts from its time, a share of the window, to the end. No penalty is taken off.
+        """
+        layout, d = base.layout, len(parameters)
+        probe = replace(layout, events=(*layout.events, *[tuple(parameters)] * times.size))
+        values = np.array([_value_at(base, parameter, times) for parameter in parameters]).T
+        point = np.concatenate([base.point, np.column_stack([times, values]).ravel()])
+        points = np.repeat(point[None], 1 + times.size * d, axis=0)
+        places = base.point.size + np.arange(times.size)[:, None] * (1 + d) + 1 + np.arange(d)
+        step = np.where(values > 0.5, -PROBE, PROBE).ravel()
+        lanes = 1 + np.arange(step.size)
+        points[lanes, places.ravel()] += step
+        rows = Regimes(base.regimes.objective, base.regimes.prior, probe).rows(points)
+        pieces = ((rows[:, 1:] - rows[:, :1]) / step).reshape(-1, times.size, d)
+        # A piece lasts to the next time; a jump, to the end.
+        shapes = np.cumsum(pieces[:, ::-1], axis=1)[:, ::-1].reshape(-1, times.size * d)
+        variances = box_variances(base.regimes.objective.unknowns)
+        n = base.regimes.objective.unknowns.n_states
+        weight = np.tile([1.0 / variances[parameter - n] for parameter in parameters], times.size)
+        cross = base.local.jacobian.T @ shapes
+        height = (shapes**2).sum(axis=0) + weight
+        height -= (cross * (base.covariance @ cross)).sum(axis=0)
+        height = np.maximum(height, weight)
+        slope = shapes.T @ base.local.residual
+        gains = slope**2 / height - np.log(height / weight)
+        return gains.reshape(times.size, d), (-slope / height).reshape(times.size, d)
+
+    def _earlier(self, base: Hypothesis, parameter: int) -> float:
+        """Return the gain in evidence of not believing the prior about one parameter."""
+        objective = base.regimes.objective
+        wider = widened(base.regimes.prior, objective, parameter)
+        narrow = base.regimes.prior
+        hessian = base.local.jacobian.T @ base.local.jacobian
+        off = base.point[: objective.dimension] - narrow.mean
+        pull = narrow.precision @ off
+        values = []
+        for prior in (narrow, wider):
+            gradient = prior.precision @ off - pull
+            information = hessian + prior.precision
+            factor = cho_factor(information, check_finite=False)
+            squares = off @ prior.precision @ off - gradient @ cho_solve(factor, gradient)
+            log_det = 2.0 * np.log(np.diagonal(factor[0])).sum()
+            values.append(squares + log_det - np.linalg.slogdet(prior.precision)[1])
+        return float(values[0] - values[1])
+
+
+def widened(prior: Prior, objective: Objective, *places: int) -> Prior:
+    """Return the prior with parameters that may since have jumped anywhere."""
+    covariance = inverse(prior.precision)
+    n = objective.unknowns.n_states
+    variances = box_variances(objective.unknowns)
+    for place in places:
+        covariance[place, place] += variances[place - n]
+    return Prior.of(objective.unknowns, prior.mean[n:], covariance[n:, n:])
+
+
+def _value_at(base: Hypothesis, parameter: int, times: Array) -> Array:
+    """Return the values (T,) of a parameter at some times."""
+    values = np.full(times.shape, base.point[parameter])
+    layout = base.layout
+    for event, jumped, _, after in layout.jumped(base.point):
+        if jumped == parameter:
+            values[times >= base.point[layout.times[event]]] = base.point[after]
+    return values
+
+
+def _added(base: Hypothesis, parameter: int, time: float, size: float) -> tuple[Layout, Array]:
+    """Return the layout and the point with one more event; later values move along."""
+    value = _value_at(base, parameter, np.array([time]))[0] + size
+    point = base.point.copy()
+    for event, jumped, _, after in base.layout.jumped(point):
+        if jumped == parameter and base.point[base.layout.times[event]] > time:
+            point[after] += size
+    layout = replace(base.layout, events=(*base.layout.events, (parameter,)))
+    return layout, np.concatenate([point, [time, value]])
+
+
+def _joined(base: Hypothesis, parameter: int, time: float, size: float) -> tuple[Layout, Array]:
+    """Return the layout and the point with one more parameter jumping at an event's time."""
+    layout = base.layout
+    event = int(np.flatnonzero(base.point[layout.times] == time)[0])
+    events = list(layout.events)
+    end = int(layout.times[event]) + 1 + len(events[event])
+    events[event] = (*events[event], parameter)
+    value = _value_at(base, parameter, np.array([time]))[0] + size
+    return replace(layout, events=tuple(events)), np.insert(base.point, end, value)
+
+
+def _time_precision(layout: Layout) -> Array:
+    precision = np.zeros(layout.size)
+    precision[layout.times] = TIME_PRECISION
+    return precision

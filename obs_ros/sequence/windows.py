@@ -1,0 +1,277 @@
+"""One window after the other: prior, search, race, gate, and what is learned from it.
+
+The prior is the information of windows that ended before this one began; the race looks for jumps
+inside the window; the gate holds what the window does not tell.
+"""
+
+import time
+from dataclasses import replace
+
+import numpy as np
+
+from obs_ros.deadline import Deadline
+from obs_ros.estimate import Estimate, Jump
+from obs_ros.mismatch import like_noise, too_small
+from obs_ros.model import names
+from obs_ros.objective import Objective
+from obs_ros.record import Record
+from obs_ros.report import Certainty, report
+from obs_ros.search.levenberg_marquardt import levenberg_marquardt
+from obs_ros.search.memetic import FULL_ITERATIONS
+from obs_ros.search.result import Found
+from obs_ros.sequence.gate import Gate
+from obs_ros.sequence.history import Entry, History, Known
+from obs_ros.sequence.noise import Noise, variances_left
+from obs_ros.sequence.prior import Posterior, Prior
+from obs_ros.sequence.race import Hypothesis, Race, inverse, weigh
+from obs_ros.sequence.regimes import Layout, Regimes
+from obs_ros.solve import Solver, whitened
+from obs_ros.typing import Array
+
+SAME_TIME = 0.05  # window; jumps found nearer to each other than that, or
+SAME_DEVIATIONS = 5.0  # than so many standard deviations, are one and the same
+POLISH = 40  # iterations from a start that is near
+EXCESS = 5.0  # standard deviations of the squares above which a warm start is not trusted
+
+
+class Windows:
+    """Solves windows in order of time, each with what the earlier ones have taught.
+
+    `learn_noise` takes the noise that is given only for where to begin.
+    """
+
+    def __init__(self, solver: Solver, *, learn_noise: bool = False) -> None:
+        self._solver = solver
+        self._history = History(solver.unknowns)
+        self._noise = Noise(solver.noise, names(solver.model.outputs), learn_noise)
+        self._previous: Estimate | None = None
+        self._explained: Hypothesis | None = None  # the previous window's
+
+    def solve(self, record: Record, rng: np.random.Generator, deadline: Deadline) -> Estimate:
+        """Estimate the next window; see `solve_window`."""
+        solver = self._solver
+        if not solver.method.needs_squares:
+            estimate = solver.solve(record, rng, deadline, self._previous)
+        else:
+            estimate = self._solve(record, rng, deadline)
+        if estimate.usable:
+            self._previous = estimate
+        return estimate
+
+    def _solve(self, record: Record, rng: np.random.Generator, deadline: Deadline) -> Estimate:
+        begin = time.perf_counter()
+        solver, scale = self._solver, self._noise.scale()
+        known = scale is not None
+        objective = solver.pose(record, scale, noise_known=known)
+        if isinstance(objective, Estimate):
+            return objective
+        start, duration = float(record.t[0]), float(record.t[-1] - record.t[0])
+        earlier = self._history.prior(start, duration)
+        prior = Prior.box(solver.unknowns) if earlier is None else earlier
+        warm = solver.warm_start(record, self._previous)
+        continued = self._continued(objective, prior, warm, deadline)
+        found = None
+        if known and warm is not None:
+            found = _from_warm(Posterior(objective, prior), warm, deadline, continued)
+        if found is None:
+            found = solver.search(objective, rng, deadline, warm, noise_known=known, prior=prior)
+        if not np.isfinite(found.cost):
+            return solver.diverged(record, objective)
+        if not known:
+            found = whitened(objective, found)
+            polished = levenberg_marquardt(
+                Posterior(objective, prior), found.z[None], objective.nodes, POLISH, deadline
+            )
+            found = replace(found, z=polished.z[0], cost=float(polished.squares[0]))
+        still = weigh(Regimes(objective, prior, Layout(objective.dimension)), found.z)
+        race = Race(still, deadline, known=continued)
+        best = race.run(before=earlier is not None) if found.accepted else still
+        if best.jumps and not known:
+            best = _with_own_noise(best, deadline)
+        certainty = _gated(best, deadline)
+        jumps = self._jumps(certainty, race.alternatives(), record)
+        estimate = report(
+            record,
+            objective,
+            found,
+            replace(certainty, jumps=jumps, finished=race.finished),
+            noise_known=known,
+            in_time=not deadline.passed,
+            solve_time=time.perf_counter() - begin,
+        )
+        if found.accepted and race.finished:
+            self._learn(certainty, jumps)
+        return estimate
+
+    def _continued(
+        self, objective: Objective, prior: Prior, warm: Array | None, deadline: Deadline
+    ) -> Hypothesis | None:
+        """Return the hypothesis that what jumped in the previous window jumped as it says there."""
+        if self._explained is None or warm is None:
+            return None
+        layout, point = _moved(self._explained, objective, warm)
+        if not layout.events:
+            return None
+        regimes = Regimes(objective, prior, layout)
+        start = np.clip(point, *regimes.walls)[None]
+        solved = levenberg_marquardt(regimes, start, objective.nodes, POLISH, deadline)
+        return weigh(regimes, solved.z[0]) if np.isfinite(solved.squares[0]) else None
+
+    def _jumps(
+        self, certainty: Certainty, alternatives: list[Hypothesis], record: Record
+    ) -> tuple[Jump, ...]:
+        """Return what jumped, with its time and size, and whether it was known."""
+        best = certainty.hypothesis
+        unknowns = best.regimes.objective.unknowns
+        grid = best.regimes.objective.grid
+        t0, duration = float(grid.t[0]), float(grid.t[-1] - grid.t[0])
+        others = tuple(
+            ' and '.join(unknowns.names[i] for i in sorted(other.parameters)) or 'no jump'
+            for other in alternatives
+        )
+        width = unknowns.upper - unknowns.lower
+        found: dict[int, tuple[float, float, dict[str, float], dict[str, float]]] = {}
+        for event, parameter, before, after in best.layout.jumped(best.point):
+            place = best.layout.times[event]
+            deviation = duration * float(np.sqrt(certainty.covariance[place, place]))
+            jump = found.setdefault(
+                event, (t0 + duration * float(best.point[place]), deviation, {}, {})
+            )
+            name = unknowns.names[parameter]
+            pair = certainty.covariance[np.ix_([before, after], [before, after])]
+            spread = pair[0, 0] + pair[1, 1] - 2.0 * pair[0, 1]
+            jump[2][name] = float(width[parameter] * (best.point[after] - best.point[before]))
+            jump[3][name] = float(width[parameter] * np.sqrt(max(spread, 0.0)))
+        if best.before:
+            # Some time since the last window known; the size is against what that said.
+            sizes, deviations = {}, {}
+            for place in best.before:
+                change = best.point[place] - best.regimes.prior.mean[place]
+                name = unknowns.names[place]
+                sizes[name] = float(width[place] * change)
+                deviations[name] = float(width[place] * np.sqrt(certainty.covariance[place, place]))
+            found[-1] = (t0, 0.0, sizes, deviations)
+        newest = float(grid.t[np.flatnonzero(grid.measured)[-1]])
+        return tuple(
+            Jump(
+                time=moment,
+                time_stddev=deviation,
+                sizes=sizes,
+                stddev=deviations,
+                new=not self._known(moment, deviation, frozenset(sizes), duration),
+                alternatives=others,
+                stamp=None if record.stamp is None
+                else record.stamp - round((newest - moment) * 1e9),
+            )
+            for moment, deviation, sizes, deviations in found.values()
+        )  # fmt: skip
+
+    def _known(
+        self, moment: float, deviation: float, jumped: frozenset[str], duration: float
+    ) -> bool:
+        names_of = self._solver.unknowns.names
+        return any(
+            frozenset(names_of[i] for i in known.parameters) == jumped
+            and abs(known.time - moment)
+            <= max(SAME_TIME * duration, SAME_DEVIATIONS * max(deviation, known.deviation))
+            for known in self._history.jumps
+        )
+
+    def _learn(self, certainty: Certainty, jumps: tuple[Jump, ...]) -> None:
+        """Remember what an accepted window says; one that nothing explains teaches nothing."""
+        best, history = certainty.hypothesis, self._history
+        objective, z = best.regimes.objective, best.point
+        grid, n = objective.grid, objective.unknowns.n_states
+        left = variances_left(best.regimes.trajectory(z)[1], grid, z.size)
+        freedom = objective.count(objective.nodes) - z.size
+        odd = not like_noise(best.squares, freedom) or too_small(best.squares, freedom)
+        (self._noise.doubt if odd else self._noise.accept)(left)
+        self._explained = None
+        if not like_noise(best.squares, freedom):
+            return
+        self._explained = best
+        places = {name: i for i, name in enumerate(objective.unknowns.names)}
+        start = float(grid.t[0])
+        history.jumps = [known for known in history.jumps if known.time < start]
+        for jump in jumps:
+            known = Known(
+                jump.time, jump.time_stddev, frozenset(places[name] for name in jump.sizes)
+            )
+            if jump.new:
+                history.jumped(known)
+            history.jumps.append(known)
+        final = best.layout.final(z)[n:]
+        history.add(Entry(float(grid.t[-1]), z[final], certainty.covariance[np.ix_(final, final)]))
+        history.prune(start)
+
+
+def _from_warm(
+    posterior: Posterior, warm: Array, deadline: Deadline, continued: Hypothesis | None
+) -> Found | None:
+    """Return the fit from a warm start alone, where it or the known jumps explain the window."""
+    nodes = posterior.nodes
+    solved = levenberg_marquardt(posterior, warm[None], nodes, FULL_ITERATIONS, deadline)
+    count = posterior.count(nodes)
+    limit = count + EXCESS * np.sqrt(2.0 * count)
+    rule = 'the residual is as small as the noise'
+    if not solved.squares[0] <= limit:
+        if continued is None or continued.squares > limit:
+            return None
+        rule = 'a known jump explains the window'
+    return Found(
+        z=solved.z[0],
+        cost=float(solved.squares[0]),
+        converged=bool(solved.converged[0]),
+        accepted=rule,
+        white=None,
+        effort='1 round',
+    )
+
+
+def _moved(explained: Hypothesis, objective: Objective, warm: Array) -> tuple[Layout, Array]:
+    """Return the layout and the point of an earlier window's jumps that lie in this one too.
+
+    `warm` (d,) is where this window is expected to begin, but for what has not jumped yet.
+    """
+    old, new = explained.regimes.objective.grid.t, objective.grid.t
+    z, events, tail = warm.copy(), [], []
+    layout, point = explained.layout, explained.point
+    n = objective.unknowns.n_states
+    z[n:] = point[n : layout.dimension]
+    jumped = layout.jumped(point)
+    for event in dict.fromkeys(event for event, *_ in jumped):
+        moment = old[0] + point[layout.times[event]] * (old[-1] - old[0])
+        values = [(i, point[after]) for e, i, _, after in jumped if e == event]
+        if moment <= new[0]:
+            for i, value in values:
+                z[i] = value
+        elif moment < new[-1]:
+            events.append(tuple(i for i, _ in values))
+            tail += [(moment - new[0]) / (new[-1] - new[0]), *(value for _, value in values)]
+    return Layout(layout.dimension, tuple(events)), np.concatenate([z, tail])
+
+
+def _with_own_noise(best: Hypothesis, deadline: Deadline) -> Hypothesis:
+    """Return a hypothesis in units of the noise that it leaves, of a window that had none given."""
+    regimes, objective = best.regimes, best.regimes.objective
+    left = variances_left(regimes.trajectory(best.point)[1], objective.grid, best.point.size)
+    objective.grid = objective.grid.rescaled(np.sqrt(left) / objective.grid.scale)
+    regimes = Regimes(objective, regimes.prior, regimes.layout)
+    solved = levenberg_marquardt(regimes, best.point[None], objective.nodes, POLISH, deadline)
+    return weigh(regimes, solved.z[0], best.before)
+
+
+def _gated(best: Hypothesis, deadline: Deadline) -> Certainty:
+    """Hold what a window without a jump inside does not tell."""
+    objective, prior = best.regimes.objective, best.regimes.prior
+    n = objective.unknowns.n_states
+    if best.layout.events:
+        final = best.layout.final(best.point)[n:]
+        return Certainty(best, best.covariance, inverse(best.covariance[np.ix_(final, final)]))
+    gate = Gate.of(best)
+    if not len(gate.held):
+        return Certainty(best, best.covariance, gate.information)
+    holding = Posterior(objective, gate.holding(prior))
+    solved = levenberg_marquardt(holding, best.point[None], objective.nodes, POLISH, deadline)
+    held = weigh(best.regimes, solved.z[0], best.before)
+    return Certainty(held, gate.covariance(held), gate.information)
