@@ -5,6 +5,7 @@ import matplotlib
 matplotlib.use('Agg')
 
 import matplotlib.pyplot as plt
+import numpy as np
 from matplotlib.axes import Axes
 
 from demo.recorder import Recorder, Vector
@@ -14,24 +15,31 @@ COLOURS = ('tab:blue', 'tab:orange', 'tab:green')
 
 def draw(recorder: Recorder, path: str) -> None:
     """Write true levels and openings, what was measured and what was estimated, to a PNG."""
-    figure, (levels, openings) = plt.subplots(2, 1, figsize=(9, 7), sharex=True)
+    figure, (levels, openings) = plt.subplots(2, 1, figsize=(10, 7.5), sharex=True)
     ends = sorted(recorder.received['parameters'])
-    _draw_levels(levels, recorder, ends)
-    _draw_openings(openings, recorder, ends)
+    _draw_levels(levels, recorder)
+    _draw_openings(openings, recorder)
     for axes in (levels, openings):
-        for end in ends[:-1]:
-            axes.axvline(end / 1e9, color='0.6', linestyle=':', linewidth=1)
+        for stamp in recorder.received['jump']:
+            axes.axvline(stamp / 1e9, color='tab:red', linestyle='--', linewidth=1)
         axes.grid(alpha=0.3)
         axes.legend(loc='center left', bbox_to_anchor=(1.0, 0.5), fontsize='small')
+    for stamp, sizes in recorder.received['jump'].items():
+        openings.annotate(
+            f'found: {", ".join(f"{name} {size:+.2f}" for name, size in sizes.items())}'
+            f'\nat {stamp / 1e9:.2f} s',
+            (stamp / 1e9, 0.03), xytext=(6, 0), textcoords='offset points',
+            color='tab:red', fontsize='small',
+        )  # fmt: skip
     openings.set_xlim(0, ends[-1] / 1e9 * 1.01)
-    openings.set_xlabel('plant time (s); dotted: the valves move, a new window starts')
-    levels.set_title('Three tanks: levels and valve openings from two measured levels')
+    openings.set_xlabel('plant time (s)')
+    levels.set_title('Three tanks: hidden level and valve openings from two measured levels')
     figure.tight_layout()
     figure.savefig(path, dpi=110)
     plt.close(figure)
 
 
-def _draw_levels(axes: Axes, recorder: Recorder, ends: list[int]) -> None:
+def _draw_levels(axes: Axes, recorder: Recorder) -> None:
     truth, output = recorder.received['truth'], recorder.received['output']
     for name, colour in zip(('h1', 'h2', 'h3'), COLOURS, strict=True):
         _curve(axes, truth, name, color=colour, label=f'{name}, true')
@@ -40,27 +48,32 @@ def _draw_levels(axes: Axes, recorder: Recorder, ends: list[int]) -> None:
                 axes, dict(list(output.items())[::40]), name, color=colour, marker='.',
                 linestyle='', alpha=0.4, label=f'{name}, measured (1 of 40)',
             )  # fmt: skip
-        estimates = {stamp: recorder.received['state'][stamp] for stamp in ends}
-        _curve(
-            axes, estimates, name, color=colour, marker='o', markersize=9, linestyle='',
-            markerfacecolor='none', markeredgewidth=2, label=f'{name}, estimated',
-        )  # fmt: skip
+        _draw_estimates(axes, recorder, 'state', name, colour)
     axes.set_ylabel('level (cm)')
 
 
-def _draw_openings(axes: Axes, recorder: Recorder, ends: list[int]) -> None:
+def _draw_openings(axes: Axes, recorder: Recorder) -> None:
     for name, colour in zip(('p1', 'p2', 'p3'), COLOURS, strict=True):
         _curve(axes, recorder.received['true_parameters'], name, color=colour,
                linewidth=1, label=f'{name}, true')  # fmt: skip
-        start = 0.0
-        for i, end in enumerate(ends):
-            value = recorder.received['parameters'][end][name]
-            axes.plot([start / 1e9, end / 1e9], [value, value], color=colour, linewidth=6,
-                      alpha=0.35, solid_capstyle='butt',
-                      label=f'{name}, estimated' if i == 0 else None)  # fmt: skip
-            start = end
+        _draw_estimates(axes, recorder, 'parameters', name, colour)
     axes.set_ylabel('valve opening (1)')
     axes.set_ylim(0, 1.08)
+
+
+def _draw_estimates(axes: Axes, recorder: Recorder, topic: str, name: str, colour: str) -> None:
+    """Draw estimates with a band of two standard deviations, not narrower than can be seen."""
+    stamps = sorted(recorder.received[topic])
+    value = np.array([recorder.received[topic][stamp][name] for stamp in stamps])
+    deviation = np.array([recorder.received[f'{topic}_stddev'][stamp][name] for stamp in stamps])
+    seconds = np.array(stamps) / 1e9
+    axes.errorbar(
+        seconds, value, yerr=2.0 * np.nan_to_num(deviation), color=colour, marker='o',
+        markersize=4, linestyle='', markerfacecolor='none', capsize=2, linewidth=1,
+        label=f'{name}, estimated, ± 2 sd',
+    )  # fmt: skip
+    lost = ~np.isfinite(deviation)
+    axes.plot(seconds[lost], value[lost], 'x', color=colour, markersize=7)
 
 
 def _curve(axes: Axes, history: dict[int, Vector], name: str, **style: object) -> None:

@@ -14,6 +14,9 @@ TOPICS = {
     'true_parameters': 'plant/parameters',
     'state': 'estimator/state',
     'parameters': 'estimator/parameters',
+    'state_stddev': 'estimator/state_stddev',
+    'parameters_stddev': 'estimator/parameters_stddev',
+    'jump': 'estimator/jump',
 }
 DEPTH = 2000  # messages; nothing may be lost while the screen is written
 
@@ -47,10 +50,10 @@ class Recorder(Node):
             and self.count_subscribers('plant/input') >= 1
         )
 
-    def has_estimates(self, count: int) -> bool:
-        """Whether so many estimates of parameters and state came, and the truth up to there."""
-        parameters, state = self.received['parameters'], self.received['state']
-        return min(len(parameters), len(state)) >= count and max(state) in self.received['truth']
+    def estimates(self) -> list[int]:
+        """Return the stamps (ns) at which estimates, deviations and the truth all came."""
+        topics = ('parameters', 'state', 'parameters_stddev', 'state_stddev', 'truth')
+        return sorted(set.intersection(*(set(self.received[topic]) for topic in topics)))
 
     def start_plant(self) -> None:
         """Let the paused simulator run."""

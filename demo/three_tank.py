@@ -1,6 +1,6 @@
 """Simulator and estimator as two real processes on three tanks whose valves close step by step.
 
-Shows progress, prints every window's estimates beside the truth and writes demo.png.
+Shows progress, prints estimates beside the truth and every jump found, and writes demo.png.
 """
 
 import argparse
@@ -8,7 +8,6 @@ import os
 import sys
 import time
 from collections.abc import Callable
-from functools import partial
 
 import rclpy
 from rclpy.executors import SingleThreadedExecutor
@@ -17,9 +16,11 @@ from demo.picture import draw
 from demo.processes import executable
 from demo.recorder import Recorder, Vector
 
-WINDOW = 1000.0  # s
-WINDOWS = 3
+DURATION, WINDOW, PERIOD = 3000.0, 300.0, 50.0  # s
+SHOWN = 5  # one window of so many is printed
 LIMITS = {'p': 0.01, 'h': 0.5}  # errors that the demo promises at 40 dB, by first letter
+JUMPS = {1000.0: {'p1', 'p2'}, 2000.0: {'p1', 'p3'}}  # s: what the scenario moves
+JUMP_LIMIT = 1.0  # s
 PATIENCE = 60.0  # s of wall time for each stage
 
 
@@ -34,9 +35,10 @@ def main() -> int:
     os.environ['ROS_AUTOMATIC_DISCOVERY_RANGE'] = 'LOCALHOST'
     os.environ['ROS_DOMAIN_ID'] = str(1 + os.getpid() % 100)
     simulator = {'scenario': 'three_tank', 'speed': chosen.speed, 'seed': chosen.seed}
+    windows = {'window.duration': WINDOW, 'window.period': PERIOD}
     try:
         with (
-            executable('estimator', {'model': 'three_tank', 'window.duration': WINDOW}),
+            executable('estimator', {'model': 'three_tank', **windows}),
             executable('simulator', {**simulator, 'enabled': 'false'}),
         ):
             good = watch(chosen.picture)
@@ -74,13 +76,17 @@ def watch(picture: str) -> bool:
         print(f'\nboth nodes are up after {time.monotonic() - began:.1f} s')
         recorder.start_plant()
         good = True
-        for window in range(1, WINDOWS + 1):
+        seen: list[int] = []
+        while not seen or seen[-1] < DURATION * 1e9:
             spin_until(
-                f'estimate of window {window}',
-                partial(recorder.has_estimates, window),
-                lambda: bar(recorder.plant_time, WINDOWS * WINDOW),
+                'the next estimate',
+                lambda: recorder.estimates() != seen,
+                lambda: bar(recorder.plant_time, DURATION),
             )
-            good &= report(recorder, window)
+            for stamp in recorder.estimates()[len(seen) :]:
+                good &= report(recorder, stamp, shown=len(seen) % SHOWN == 0)
+                seen.append(stamp)
+        good &= report_jumps(recorder)
         draw(recorder, picture)
         print(f'picture: {picture}')
         if not good:
@@ -92,22 +98,44 @@ def watch(picture: str) -> bool:
         rclpy.try_shutdown()
 
 
-def report(recorder: Recorder, window: int) -> bool:
-    """Print one window's estimates beside the truth; return whether all are as near as promised."""
-    stamp = sorted(recorder.received['parameters'])[window - 1]
-    print(f'\n\nwindow {window}, up to {stamp / 1e9:g} s   estimate      truth      error')
-    good = True
-    for estimate, truth in (
-        (recorder.received['parameters'][stamp], parameters_before(recorder, stamp)),
-        (recorder.received['state'][stamp], recorder.received['truth'][stamp]),
+def report(recorder: Recorder, stamp: int, *, shown: bool) -> bool:
+    """Print the estimates at a window's end (ns) beside the truth, if `shown` or one is off.
+
+    Return whether all are as near as promised.
+    """
+    rows, good = [], True
+    for topic, truth in (
+        ('parameters', parameters_before(recorder, stamp)),
+        ('state', recorder.received['truth'][stamp]),
     ):
-        for name, value in estimate.items():
+        deviations = recorder.received[f'{topic}_stddev'][stamp]
+        for name, value in recorder.received[topic][stamp].items():
             error = value - truth[name]
             near = abs(error) <= LIMITS[name[0]]
             good &= near
             remark = '' if near else f'   more than {LIMITS[name[0]]:g} off'
-            print(f'{name:>25} {value:10.5f} {truth[name]:10.5f} {error:+10.5f}{remark}')
+            rows.append(
+                f'{name:>25} {value:10.5f} {truth[name]:10.5f} {error:+10.5f} '
+                f'{2.0 * deviations[name]:10.5f}{remark}'
+            )
+    if shown or not good:
+        head = 'estimate      truth      error       2 sd'
+        print(f'\n\nwindow up to {stamp / 1e9:4.0f} s         {head}', *rows, sep='\n')
     return good
+
+
+def report_jumps(recorder: Recorder) -> bool:
+    """Print what was found to have jumped; return whether that is just what did."""
+    print('\n\nfound to have jumped')
+    found = []
+    for stamp, sizes in sorted(recorder.received['jump'].items()):
+        words = ', '.join(f'{name} by {size:+.4f}' for name, size in sizes.items())
+        print(f'{stamp / 1e9:15.2f} s: {words}')
+        found.append((stamp / 1e9, set(sizes)))
+    return len(found) == len(JUMPS) and all(
+        abs(time - true) <= JUMP_LIMIT and names == jumped
+        for (time, names), (true, jumped) in zip(found, JUMPS.items(), strict=True)
+    )
 
 
 def parameters_before(recorder: Recorder, stamp: int) -> Vector:

@@ -2,6 +2,7 @@
 
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 
@@ -89,7 +90,7 @@ class Unknowns:
         """Number of unknowns, d."""
         return self.index.size
 
-    @property
+    @cached_property
     def n_states(self) -> int:
         """Number of estimated initial states; they come first."""
         return int(np.count_nonzero(self.index < len(self.model.states)))

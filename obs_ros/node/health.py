@@ -4,7 +4,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any
 
-from obs_ros.estimate import Estimate, Outcome
+from obs_ros.estimate import Estimate, Jump, Outcome
 from obs_ros.node.diagnostics import Health, Level
 from obs_ros.node.feed import Feed
 from obs_ros.node.worker import Finished
@@ -31,6 +31,8 @@ class Progress:
     published: int = 0
     withheld: int = 0
     failed: int = 0
+    jumps: int = 0
+    jump: Jump | None = None  # the last one, as the newest window that holds it says
 
     def restart(self) -> None:
         """Begin with a new observer."""
@@ -40,6 +42,8 @@ class Progress:
         """Note an estimate, and whether it was fit to be published."""
         self.estimate, self.latency, self.error = estimate, latency, ''
         self.published += published
+        self.jumps += sum(jump.new for jump in estimate.jumps)
+        self.jump = estimate.jumps[-1] if estimate.jumps else self.jump
         self.withheld += not published
 
     def fail(self, finished: Finished) -> None:
@@ -76,6 +80,15 @@ def examine(
             'solve_time_s': estimate.solve_time,
             'latency_s': progress.latency,
         }
+        figures |= {f'residual_rms.{name}': rms for name, rms in estimate.output_rms.items()}
+        figures |= {f'weak.{i}': words for i, words in enumerate(estimate.weak, 1)}
+        if estimate.advice:
+            figures['advice'] = estimate.advice
+    figures['jumps'] = progress.jumps
+    if progress.jump:
+        figures['last_jump'] = str(progress.jump)
+        if progress.jump.alternatives:
+            figures['last_jump.or'] = '; '.join(progress.jump.alternatives)
     for name, feed in feeds.items():
         figures |= {f'{name}.received': feed.received, f'{name}.rate_hz': feed.rate()}
         figures |= {f'{name}.{reason}': count for reason, count in feed.refused.items()}

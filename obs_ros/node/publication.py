@@ -12,11 +12,11 @@ from obs_ros.node.messages import STREAM, named_vector
 
 
 class EstimatePublisher:
-    """Publishes ~/state, ~/parameters, their standard deviations, and ~/solver."""
+    """Publishes ~/state, ~/parameters, their standard deviations, ~/jump and ~/solver."""
 
     def __init__(self, node: Node, model: Model) -> None:
         self._names = {'state': names(model.states), 'parameters': names(model.parameters)}
-        topics = ('state', 'parameters', 'state_stddev', 'parameters_stddev', 'solver')
+        topics = ('state', 'parameters', 'state_stddev', 'parameters_stddev', 'jump', 'solver')
         self._publishers = {
             topic: node.create_publisher(JointState, f'~/{topic}', STREAM) for topic in topics
         }
@@ -47,6 +47,9 @@ class EstimatePublisher:
             self._send(topic, stamp, {name: vector[name] for name in order})
             deviations = {name: estimate.stddev.get(name, math.nan) for name in order}
             self._send(f'{topic}_stddev', stamp, deviations)
+        for jump in estimate.jumps:
+            if jump.new:
+                self._send('jump', jump.stamp or 0, jump.sizes)
         return True
 
     def _send(self, topic: str, stamp: int, vector: Mapping[str, float]) -> None:

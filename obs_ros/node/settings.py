@@ -53,6 +53,10 @@ COMMON = (
         'states', (ALL,),
         f"names of the initial states to estimate; ['{ALL}'] or ['{NONE}'] for all or none",
     ),
+    Knob(
+        'learn_noise', False,
+        'the noise given is only where learning it from the windows begins; false: it is trusted',
+    ),
     Knob('fitness', FITNESSES[0], 'what the search compares windows by', choices=FITNESSES),
     Knob('seed', 0, 'seed of the search; the same samples then give the same estimates', lower=0),
     Knob('search.method', 'memetic', 'search method', choices=tuple(METHODS)),
@@ -129,6 +133,7 @@ def build_observer(model: Model, values: Mapping[str, Any]) -> Observer:
         noise={
             name: deviation for name, deviation in _under('noise.', values).items() if deviation
         },
+        learn_noise=values['learn_noise'],
         fitness=values['fitness'],
         seed=values['seed'],
     )

@@ -51,13 +51,17 @@ class History:
         """Forget the windows that did not know of a jump before their end."""
         self._entries = [entry for entry in self._entries if entry.end <= jump.time]
 
+    def last_before(self, start: float) -> Entry | None:
+        """Return the newest window that ended by `start` (s)."""
+        return next((e for e in reversed(self._entries) if e.end <= start), None)
+
     def prior(self, start: float, duration: float) -> Prior | None:
         """Return what is known of the parameters at `start` (s); None if no window ended by then.
 
         The parameters walk at random, so far in one `duration` (s) as one jump in as many windows
         as a jump is rare.
         """
-        entry = next((e for e in reversed(self._entries) if e.end <= start), None)
+        entry = self.last_before(start)
         if entry is None:
             return None
         variances = box_variances(self._unknowns)
@@ -70,7 +74,7 @@ class History:
 
     def prune(self, start: float) -> None:
         """Forget what no window that starts at or after `start` (s) can need."""
-        newest = max((e.end for e in self._entries if e.end <= start), default=None)
+        newest = self.last_before(start)
         if newest is not None:
-            self._entries = [e for e in self._entries if e.end >= newest]
-            self.jumps = [jump for jump in self.jumps if jump.time > newest]
+            self._entries = [entry for entry in self._entries if entry.end >= newest.end]
+            self.jumps = [jump for jump in self.jumps if jump.time > newest.end]

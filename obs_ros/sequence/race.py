@@ -28,6 +28,7 @@ RIVALS = 3  # parameters solved exactly, besides which others are that much less
 RIVAL_MARGIN = 12.0
 SIMILAR = 6.0  # of evidence: such sets are named as well
 MOST_JUMPS = 4
+NEEDLESS = 3.0  # standard deviations; a smaller jump may be left out
 ITERATIONS = 40
 PROBE = 1e-7  # box, difference step
 
@@ -144,7 +145,18 @@ class Race:
             if winner.evidence >= self.best.evidence or winner.cost > self.best.cost:
                 break
             self.best = winner
+            self._simplify()
         return self.best
+
+    def _simplify(self) -> None:
+        """Take out what a later jump has made needless."""
+        for regimes, point in _simpler(self.best):
+            solved = self._solved(regimes, point, self.best.before)
+            if solved is not None and solved.evidence < self.best.evidence:
+                self.tried.append(solved)
+                self.best = solved
+                self._simplify()
+                return
 
     def alternatives(self) -> list[Hypothesis]:
         """Return those with other sets of parameters that explain the window nearly as well."""
@@ -169,16 +181,21 @@ class Race:
     ) -> Iterator[tuple[Regimes, Array, tuple[int, ...]]]:
         """Yield regimes, point and earlier jumps of what is worth an exact solution."""
         found = []
-        parameters = range(
-            base.regimes.objective.unknowns.n_states, base.regimes.objective.dimension
-        )
+        objective = base.regimes.objective
+        parameters = range(objective.unknowns.n_states, objective.dimension)
+        if not parameters:
+            return
+        # Not believing the prior cannot gain more than what it costs.
+        off = base.point[: objective.dimension] - base.regimes.prior.mean
+        pull = off @ base.regimes.prior.precision @ off
+        believed = before and not base.layout.events and pull > PER_JUMP + self._hopeful
         spread = np.arange(1, TIMES) / TIMES
         gains, sizes = self._screened(base, spread, parameters)
         scores = gains - PER_JUMP - 2.0 * math.log(TIMES)
         for j, parameter in enumerate(parameters):
             i = int(scores[:, j].argmax())
             found.append((scores[i, j], parameter, spread[i], sizes[i, j]))
-            if before and parameter not in base.before and not base.layout.events:
+            if believed and parameter not in base.before:
                 score = self._earlier(base, parameter) - PER_JUMP
                 found.append((score, parameter, 0.0, 0.0))
         for event, place in zip(base.layout.events, base.layout.times, strict=True):
@@ -222,6 +239,7 @@ class Race:
         A jump lasts from its time, a share of the window, to the end. No penalty is taken off.
         """
         layout, d = base.layout, len(parameters)
+        times = at_nodes(base.regimes.objective.grid.t, times)
         probe = replace(layout, events=(*layout.events, *[tuple(parameters)] * times.size))
         values = np.array([_value_at(base, parameter, times) for parameter in parameters]).T
         point = np.concatenate([base.point, np.column_stack([times, values]).ravel()])
@@ -264,6 +282,12 @@ class Race:
         return float(values[0] - values[1])
 
 
+def at_nodes(t: Array, times: Array) -> Array:
+    """Return the shares of the window (T,) at which the nodes nearest to `times` (T,) lie."""
+    nodes = np.searchsorted(t, t[0] + times * (t[-1] - t[0]))
+    return (t[np.clip(nodes, 1, t.size - 2)] - t[0]) / (t[-1] - t[0])
+
+
 def widened(prior: Prior, objective: Objective, *places: int) -> Prior:
     """Return the prior with parameters that may since have jumped anywhere."""
     covariance = inverse(prior.precision)
@@ -304,6 +328,28 @@ def _joined(base: Hypothesis, parameter: int, time: float, size: float) -> tuple
     events[event] = (*events[event], parameter)
     value = _value_at(base, parameter, np.array([time]))[0] + size
     return replace(layout, events=tuple(events)), np.insert(base.point, end, value)
+
+
+def _simpler(base: Hypothesis) -> Iterator[tuple[Regimes, Array]]:
+    """Yield regimes and point without one of the jumps that may well have been none."""
+    layout, point = base.layout, base.point
+    jumped = layout.jumped(point)
+    if len(jumped) < 2:
+        return
+    for event, parameter, before, after in jumped:
+        pair = base.covariance[np.ix_([before, after], [before, after])]
+        deviation = np.sqrt(max(pair[0, 0] + pair[1, 1] - 2.0 * pair[0, 1], 0.0))
+        if abs(point[after] - point[before]) > NEEDLESS * deviation:
+            continue
+        events = list(layout.events)
+        events[event] = tuple(other for other in events[event] if other != parameter)
+        lost = [after]
+        if not events[event]:
+            del events[event]
+            lost.append(int(layout.times[event]))
+        simpler = replace(layout, events=tuple(events))
+        regimes = Regimes(base.regimes.objective, base.regimes.prior, simpler)
+        yield regimes, np.delete(point, lost)
 
 
 def _time_precision(layout: Layout) -> Array:

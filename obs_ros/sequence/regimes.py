@@ -1,6 +1,8 @@
 """Windows in which parameters jump: piecewise constant, from one regime to the next."""
 
 from dataclasses import dataclass
+from functools import cached_property
+from itertools import accumulate
 
 import numpy as np
 
@@ -28,11 +30,11 @@ class Layout:
         """Number of values, D."""
         return self.dimension + sum(1 + len(event) for event in self.events)
 
-    @property
+    @cached_property
     def times(self) -> IntArray:
         """Places (E,) of the events' times."""
-        lengths = [1 + len(event) for event in self.events]
-        return self.dimension + np.cumsum([0, *lengths[:-1]]).astype(np.int64)[: len(lengths)]
+        places = accumulate((1 + len(event) for event in self.events), initial=self.dimension)
+        return np.array(list(places)[:-1], dtype=np.int64)
 
     def jumped(self, points: Array) -> list[tuple[int, int, int, int]]:
         """Return event, parameter, place before and place after of each jump, in order of time."""
@@ -178,20 +180,23 @@ class Regimes:
         width = unknowns.upper - unknowns.lower
         order = np.argsort(times[:, 0], kind='stable')
         for k in sorted(set(intervals.tolist())):
-            mixed, after = p.copy(), p.copy()
+            mixed, after, early = p.copy(), p.copy(), 0.0
             for event in order[intervals[order] == k]:
                 share = (grid.t[k + 1] - times[event]) / (grid.t[k + 1] - grid.t[k])
+                early = max(early, float(share.max()))
                 for i, parameter in enumerate(layout.events[event]):
                     place, row = layout.times[event] + 1 + i, rows[parameter]
                     value = unknowns.lower[parameter] + width[parameter] * points[:, place]
                     mixed[row] += share * (value - after[row])
                     after[row] = value
-            part = slice(first, k + 1)
-            states[part], outputs[part] = kernels.trajectories(grid.stretch(first, k), x, p)
-            bridge, _ = kernels.trajectories(
-                grid.stretch(k, k + 1), np.ascontiguousarray(states[k]), mixed
-            )
-            first, x, p = k + 1, bridge[1], after
+            # A jump at a node leaves the whole interval before it to the value before.
+            last = k if early > 0.0 else k + 1
+            part = slice(first, last + 1)
+            states[part], outputs[part] = kernels.trajectories(grid.stretch(first, last), x, p)
+            x = np.ascontiguousarray(states[last])
+            if early > 0.0:
+                x = kernels.trajectories(grid.stretch(k, k + 1), x, mixed)[0][1]
+            first, p = k + 1, after
         states[first:], outputs[first:] = kernels.trajectories(
             grid.stretch(first, grid.t.size - 1), x, p
         )
@@ -205,6 +210,10 @@ class Regimes:
         """Return the events' times (E, B) in s and the intervals (E,) in which the first's lie."""
         t = self.objective.grid.t
         times = t[0] + points[:, self.layout.times].T * (t[-1] - t[0])
+        # What rounding took off a node is given back.
+        for node in (np.searchsorted(t, times), np.searchsorted(t, times) - 1):
+            nearest = t[np.clip(node, 0, t.size - 1)]
+            times = np.where(np.abs(times - nearest) <= 4.0 * np.spacing(t[-1]), nearest, times)
         return times, interval_of(t, times[:, 0])
 
     def _inward(self, point: Array, steps: Array) -> Array:

@@ -150,7 +150,9 @@ class Windows:
                 name = unknowns.names[place]
                 sizes[name] = float(width[place] * change)
                 deviations[name] = float(width[place] * np.sqrt(certainty.covariance[place, place]))
-            found[-1] = (t0, 0.0, sizes, deviations)
+            entry = self._history.last_before(t0)
+            gap = t0 - entry.end if entry else 0.0
+            found[-1] = (t0 - 0.5 * gap, gap / np.sqrt(12.0), sizes, deviations)
         newest = float(grid.t[np.flatnonzero(grid.measured)[-1]])
         return tuple(
             Jump(
