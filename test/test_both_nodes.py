@@ -1,6 +1,7 @@
 """Simulator and estimator together, in one process: the whole path but for the installation."""
 
 import pytest
+from diagnostic_msgs.msg import DiagnosticArray
 from ros import set_parameter, vector
 from std_srvs.srv import SetBool
 
@@ -34,3 +35,38 @@ def test_the_estimate_follows_a_fault(ros):
         for heard in (states, levels)
     )
     assert vector(state) == pytest.approx(vector(level), abs=0.2)
+
+
+def test_a_fault_is_announced_by_the_first_window_that_shows_it(ros):
+    simulator = ros.start(Simulator, speed=100, enabled=False, snr_db=40, seed=4)
+    estimator = ros.start(Estimator, window__duration=200, window__period=50)
+    estimates, truth = ros.listen('/estimator/parameters'), ros.listen('/plant/parameters')
+    deviations = ros.listen('/estimator/parameters_stddev')
+    jumps, health = ros.listen('/estimator/jump'), ros.listen('/diagnostics', DiagnosticArray)
+    ros.spin_until(lambda: estimator.progress.ready, timeout=90.0)
+    ros.call('/simulator/enable', SetBool, data=True)
+    ros.spin_until(lambda: len(estimates) >= 3, timeout=60.0)
+    assert not jumps
+
+    assert set_parameter(simulator, 'plant.p1', 0.5).successful
+    ros.spin_until(lambda: truth[-1].position[0] == 0.5)
+    # The value holds from the sample that carries it on.
+    changed = next(m.header.stamp.sec for m in truth if m.position[0] == 0.5)
+    shown = 50  # s: one period
+    ros.spin_until(
+        lambda: [e for e in estimates if e.header.stamp.sec >= changed + shown + 1], timeout=60.0
+    )
+    jump = ros.spin_until(lambda: jumps)[0]
+    assert vector(jump) == pytest.approx({'p1': -0.5}, abs=0.02)
+    moment = jump.header.stamp.sec + 1e-9 * jump.header.stamp.nanosec
+    assert moment == pytest.approx(changed, abs=1.0)
+    first = next(e for e in estimates if e.header.stamp.sec > changed + 1)
+    deviation = next(d for d in deviations if d.header.stamp == first.header.stamp)
+    assert abs(vector(first)['p1'] - 0.5) < 4.0 * vector(deviation)['p1']
+
+    def told():
+        figures = [entry for status in health[-1].status for entry in status.values]
+        return [entry.value for entry in figures if entry.key == 'last_jump']
+
+    assert 'p1 -0.5' in ros.spin_until(told)[0]
+    assert len(jumps) == 1
