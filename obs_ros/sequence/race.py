@@ -285,7 +285,7 @@ class Race:
 def at_nodes(t: Array, times: Array) -> Array:
     """Return the shares of the window (T,) at which the nodes nearest to `times` (T,) lie."""
     nodes = np.searchsorted(t, t[0] + times * (t[-1] - t[0]))
-    return (t[np.clip(nodes, 1, t.size - 2)] - t[0]) / (t[-1] - t[0])
+    return np.asarray((t[np.clip(nodes, 1, t.size - 2)] - t[0]) / (t[-1] - t[0]))
 
 
 def widened(prior: Prior, objective: Objective, *places: int) -> Prior:

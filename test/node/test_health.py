@@ -125,6 +125,7 @@ def test_figures_are_there_from_the_start():
         'published': 0,
         'withheld': 0,
         'failed': 0,
+        'jumps': 0,
         'compile_time_s': 0.0,
         'output.received': 4,
         'output.rate_hz': 2.5,
