@@ -49,72 +49,41 @@ def report(
 
     Without `certainty` (None) there are no standard deviations.
     """
-    unknowns, grid = objective.unknowns, objective.grid
-    model = unknowns.model
-    if certainty is None:
-        final = found.z
-        x0, p = (values[:, 0] for values in unknowns.values(found.z[None]))
-        states, residuals = objective.trajectory(found.z)
-    else:
-        best = certainty.hypothesis
-        point = best.point
-        x0 = unknowns.values(point[None, : unknowns.dimension])[0][:, 0]
-        final = point[best.layout.final(point)]
-        p = unknowns.values(final[None])[1][:, 0]
-        states, residuals = best.regimes.trajectory(point)
+    model, grid = objective.unknowns.model, objective.grid
+    final, states, residuals = _explained(objective, found, certainty)
+    x0, p = objective.unknowns.values(final[None])  # no initial state ever jumps
     last = int(np.flatnonzero(grid.measured)[-1])
-    colour = whiteness(residuals)
     squares = found.cost if certainty is None else certainty.hypothesis.squares
-    freedom = objective.count(objective.nodes) - objective.dimension
-    negligible = squares <= NEGLIGIBLE**2 * objective.signal * max(freedom, 1)
-    outcome, message = _judge(
-        objective, found, final, squares, colour, negligible, noise_known, in_time
-    )
-    deviations, hint = Deviations.withheld(model), ''
-    weak: tuple[str, ...] = ()
-    jumps: tuple[Jump, ...] = ()
-    if certainty is not None:
-        jumps = certainty.jumps
-        misfit = noise_known and not like_noise(squares, freedom)
-        if certainty.finished and found.accepted and not misfit:
-            deviations = Deviations.of(
-                certainty.hypothesis, certainty.covariance, inflation_by(colour)
-            )
-            n = unknowns.n_states
-            posterior = certainty.covariance[np.ix_(*[best.layout.final(point)[n:]] * 2)]
-            weak = weak_directions(objective, final[n:], certainty.information, posterior)
-            undetermined = np.array([
-                i for i in range(n, unknowns.dimension)
-                if np.isnan(deviations.parameters[unknowns.index[i] - len(model.states)])
-            ], dtype=np.int64)  # fmt: skip
-            if undetermined.size:
-                hint = advice(objective, states[last], p, undetermined)
-            if outcome in (Outcome.CONVERGED, Outcome.AT_BOUND):
-                outcome, message = _identified(model, deviations, weak, hint, outcome, message)
-        elif not certainty.finished:
-            outcome = Outcome.DEADLINE
-            message = 'no time was left to look for jumps: allow more time, or shorten the window'
-        for jump in jumps:
-            message = f'{message}; {jump}'
+    fit = Fit.of(objective, squares, residuals, noise_known=noise_known)
+    outcome, message = _judge(objective, found, final, fit, in_time)
+    trust = _trust(objective, found, certainty, fit, states[last], p[:, 0])
+    if certainty is not None and not certainty.finished:
+        outcome = Outcome.DEADLINE
+        message = 'no time was left to look for jumps: allow more time, or shorten the window'
+    elif trust.lost and outcome in (Outcome.CONVERGED, Outcome.AT_BOUND):
+        outcome = Outcome.NOT_IDENTIFIABLE
+        parts = trust.weak or (f'{", ".join(trust.lost)} not determined',)
+        message = '; '.join([*parts, *filter(None, [trust.advice])])
+    jumps = () if certainty is None else certainty.jumps
     residuals = residuals * grid.scale
     return Estimate(
-        parameters=_named(model.parameters, p),
-        initial_state=_named(model.states, x0),
+        parameters=_named(model.parameters, p[:, 0]),
+        initial_state=_named(model.states, x0[:, 0]),
         state=_named(model.states, states[last]),
         stddev={
-            **_named(model.states, deviations.state),
-            **_named(model.parameters, deviations.parameters),
+            **_named(model.states, trust.deviations.state),
+            **_named(model.parameters, trust.deviations.parameters),
         },
-        initial_stddev=_named(model.states, deviations.initial),
+        initial_stddev=_named(model.states, trust.deviations.initial),
         outcome=outcome,
-        message=message,
+        message='; '.join([message, *map(str, jumps)]),
         t0=float(grid.t[0]),
         t1=float(grid.t[last]),
         cost=0.5 * squares if objective.fitness == 'least_squares' else squares,
         residual_rms=float(np.sqrt(np.nanmean(residuals**2))),
         output_rms=_named(model.outputs, output_rms(residuals)),
-        weak=weak,
-        advice=hint,
+        weak=trust.weak,
+        advice=trust.advice,
         jumps=jumps,
         evaluations=objective.evaluations,
         solve_time=solve_time,
@@ -122,6 +91,97 @@ def report(
         states=states,
         stamp=record.stamp,
     )
+
+
+@dataclass(frozen=True)
+class Fit:
+    """What a fit leaves: squares in units of the noise, and how it compares with noise."""
+
+    squares: float
+    freedom: int
+    colour: Whiteness
+    noise_known: bool
+    negligible: bool
+
+    @classmethod
+    def of(
+        cls, objective: Objective, squares: float, residuals: Array, *, noise_known: bool
+    ) -> 'Fit':
+        """Judge scaled residuals (K, r); NaN = not measured."""
+        freedom = max(1, objective.count(objective.nodes) - objective.dimension)
+        negligible = squares <= NEGLIGIBLE**2 * objective.signal * freedom
+        return cls(squares, freedom, whiteness(residuals), noise_known, negligible)
+
+    @property
+    def ratio(self) -> float:
+        """Root mean square of the residual, in units of the noise."""
+        return float(np.sqrt(self.squares / self.freedom))
+
+    @property
+    def too_large(self) -> bool:
+        """Whether noise of the known size would hardly leave so much."""
+        return self.noise_known and not like_noise(self.squares, self.freedom)
+
+    @property
+    def too_small(self) -> bool:
+        """Whether noise of the known size would hardly leave so little."""
+        return self.noise_known and too_small(self.squares, self.freedom)
+
+
+@dataclass(frozen=True)
+class Trust:
+    """Standard deviations, and in words what is not determined and what would determine it.
+
+    `lost` names the states and parameters without a standard deviation.
+    """
+
+    deviations: Deviations
+    weak: tuple[str, ...] = ()
+    advice: str = ''
+    lost: tuple[str, ...] = ()
+
+
+def _trust(
+    objective: Objective,
+    found: Found,
+    certainty: Certainty | None,
+    fit: Fit,
+    state: Array,
+    p: Array,
+) -> Trust:
+    """Say how far an estimate with end state (n,) and parameters (q,) can be trusted."""
+    unknowns = objective.unknowns
+    model = unknowns.model
+    if certainty is None or not certainty.finished or not found.accepted or fit.too_large:
+        return Trust(Deviations.withheld(model))
+    best, n = certainty.hypothesis, unknowns.n_states
+    deviations = Deviations.of(best, certainty.covariance, inflation_by(fit.colour))
+    final = best.layout.final(best.point)[n:]
+    weak = weak_directions(
+        objective,
+        best.point[final],
+        certainty.information,
+        certainty.covariance[np.ix_(final, final)],
+    )
+    values = np.concatenate([deviations.state, deviations.parameters])
+    estimated = [i for i in unknowns.index[n:] if np.isnan(values[i])]
+    chosen = np.flatnonzero(np.isin(unknowns.index, estimated))
+    return Trust(
+        deviations,
+        weak,
+        advice(objective, state, p, chosen) if chosen.size else '',
+        tuple(name for name, v in zip(names(model.unknowns), values, strict=True) if np.isnan(v)),
+    )
+
+
+def _explained(
+    objective: Objective, found: Found, certainty: Certainty | None
+) -> tuple[Array, Array, Array]:
+    """Return unknowns at the end (d,), states (K, n) and scaled residuals (K, r)."""
+    if certainty is None:
+        return found.z, *objective.trajectory(found.z)
+    best = certainty.hypothesis
+    return best.point[best.layout.final(best.point)], *best.regimes.trajectory(best.point)
 
 
 def empty(model: Model, record: Record, outcome: Outcome, message: str) -> Estimate:
@@ -150,14 +210,7 @@ def output_rms(residuals: Array) -> Array:
 
 
 def _judge(
-    objective: Objective,
-    found: Found,
-    z: Array,
-    squares: float,
-    colour: Whiteness,
-    negligible: bool,
-    noise_known: bool,
-    in_time: bool,
+    objective: Objective, found: Found, z: Array, fit: Fit, in_time: bool
 ) -> tuple[Outcome, str]:
     if not found.accepted:
         effort = 'time' if not in_time else found.effort.split()[1].removesuffix('s') + 's'
@@ -165,21 +218,19 @@ def _judge(
             f'best of {objective.evaluations} candidates in {found.effort}, not confirmed: '
             f'allow more {effort}, or shorten the window'
         )
-    freedom = objective.count(objective.nodes) - objective.dimension
-    ratio = np.sqrt(squares / max(1, freedom))
-    if noise_known and not like_noise(squares, freedom):
+    if fit.too_large:
         return Outcome.MODEL_MISMATCH, (
-            f'the residual is {ratio:.3g} times the noise ({found.accepted}): '
+            f'the residual is {fit.ratio:.3g} times the noise ({found.accepted}): '
             'check the noise, the model and its fixed values, or shorten the window'
         )
-    if noise_known and too_small(squares, freedom):
+    if fit.too_small:
         return Outcome.MODEL_MISMATCH, (
-            f'the residual is only {ratio:.3g} times the noise: check the noise that is given; '
-            'with it too large, standard deviations are too large'
+            f'the residual is only {fit.ratio:.3g} times the noise: standard deviations are too '
+            'large; check the noise that is given'
         )
-    if not colour.white and not negligible and objective.fitness == 'least_squares':
+    if not fit.colour.white and not fit.negligible and objective.fitness == 'least_squares':
         return Outcome.MODEL_MISMATCH, (
-            f'the residual is not white, its lag-1 correlation is {colour.correlation:.2g} '
+            f'the residual is not white, its lag-1 correlation is {fit.colour.correlation:.2g} '
             f'({found.accepted}): the model leaves something out, a parameter moved inside the '
             'window, or the measurement is coarsely rounded'
         )
@@ -187,32 +238,6 @@ def _judge(
     if at_bound:
         return Outcome.AT_BOUND, f'{found.accepted}; {at_bound}: check the bounds, or the model'
     return Outcome.CONVERGED, found.accepted
-
-
-def _identified(
-    model: Model,
-    deviations: Deviations,
-    weak: tuple[str, ...],
-    hint: str,
-    outcome: Outcome,
-    message: str,
-) -> tuple[Outcome, str]:
-    """Return another outcome and message where something is not determined."""
-    lost = [
-        variable.name
-        for variables, values in (
-            (model.states, deviations.state),
-            (model.parameters, deviations.parameters),
-        )
-        for variable, value in zip(variables, values, strict=True)
-        if np.isnan(value)
-    ]
-    if not lost:
-        return outcome, message
-    parts = [*weak] or [f'{", ".join(lost)} not determined']
-    if hint:
-        parts.append(hint)
-    return Outcome.NOT_IDENTIFIABLE, '; '.join(parts)
 
 
 def _at_bound(objective: Objective, z: Array) -> str:
