@@ -34,6 +34,11 @@ class Certainty:
     jumps: tuple[Jump, ...] = ()
     finished: bool = True
 
+    @property
+    def drifting(self) -> bool:
+        """Whether jumps at several times look like the steps of a ramp."""
+        return len(self.hypothesis.layout.events) > 1
+
 
 def report(
     record: Record,
@@ -60,6 +65,12 @@ def report(
     if certainty is not None and not certainty.finished:
         outcome = Outcome.DEADLINE
         message = 'no time was left to look for jumps: allow more time, or shorten the window'
+    elif certainty is not None and certainty.drifting and found.accepted:
+        outcome = Outcome.MODEL_MISMATCH
+        message = (
+            f'{len(certainty.jumps)} jumps in one window, or a parameter that drifts: standard '
+            'deviations are withheld; shorten the window'
+        )
     elif trust.lost and outcome in (Outcome.CONVERGED, Outcome.AT_BOUND):
         outcome = Outcome.NOT_IDENTIFIABLE
         parts = trust.weak or (f'{", ".join(trust.lost)} not determined',)
@@ -152,7 +163,12 @@ def _trust(
     """Say how far an estimate with end state (n,) and parameters (q,) can be trusted."""
     unknowns = objective.unknowns
     model = unknowns.model
-    if certainty is None or not certainty.finished or not found.accepted or fit.too_large:
+    if (
+        certainty is None
+        or certainty.drifting
+        or not (certainty.finished and found.accepted)
+        or fit.too_large
+    ):
         return Trust(Deviations.withheld(model))
     best, n = certainty.hypothesis, unknowns.n_states
     deviations = Deviations.of(best, certainty.covariance, inflation_by(fit.colour))

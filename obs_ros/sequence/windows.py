@@ -204,9 +204,11 @@ class Windows:
             if jump.new:
                 history.jumped(known)
             history.jumps.append(known)
+        history.prune(start)
+        if certainty.drifting:
+            return
         final = best.layout.final(z)[n:]
         history.add(Entry(float(grid.t[-1]), z[final], certainty.covariance[np.ix_(final, final)]))
-        history.prune(start)
 
 
 def _from_warm(
