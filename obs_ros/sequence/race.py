@@ -143,8 +143,21 @@ class Race:
             # have been gained as well.
             if winner.evidence >= self.best.evidence or winner.cost > self.best.cost:
                 break
-            self.best = winner
+            self.best = self._without_needless(winner)
         return self.best
+
+    def _without_needless(self, best: Hypothesis) -> Hypothesis:
+        """Return the hypothesis without jumps that one found later has made superfluous."""
+        while sum(map(len, best.layout.events)) > 1:
+            fewer = [
+                solved for start in _reduced(best) if (solved := self._solved(*start)) is not None
+            ]
+            self.tried += fewer
+            least = min(fewer, key=lambda h: h.evidence, default=best)
+            if least.evidence >= best.evidence:
+                break
+            best = least
+        return best
 
     def alternatives(self) -> list[Hypothesis]:
         """Return those with other sets of parameters that explain the window nearly as well."""
@@ -304,6 +317,26 @@ def _joined(base: Hypothesis, parameter: int, time: float, size: float) -> tuple
     events[event] = (*events[event], parameter)
     value = _value_at(base, parameter, np.array([time]))[0] + size
     return replace(layout, events=tuple(events)), np.insert(base.point, end, value)
+
+
+def _reduced(base: Hypothesis) -> Iterator[tuple[Regimes, Array, tuple[int, ...]]]:
+    """Yield regimes, point and earlier jumps without one of the jumps inside the window."""
+    regimes, layout = base.regimes, base.layout
+    for event, parameters in enumerate(layout.events):
+        for i in range(len(parameters)):
+            rest = (*parameters[:i], *parameters[i + 1 :])
+            events = (
+                *layout.events[:event],
+                *([rest] if rest else []),
+                *layout.events[event + 1 :],
+            )
+            time = int(layout.times[event])
+            gone = [time + 1 + i] if rest else [time, time + 1]
+            yield (
+                Regimes(regimes.objective, regimes.prior, replace(layout, events=events)),
+                np.delete(base.point, gone),
+                base.before,
+            )
 
 
 def _time_precision(layout: Layout) -> Array:
