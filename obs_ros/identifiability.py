@@ -68,7 +68,8 @@ def advice(objective: Objective, state: Array, p: Array, chosen: IntArray) -> st
     step = np.where(lanes[unknowns.index, 0] > unknowns.lower + 0.5 * width, -1e-7, 1e-7)
     lanes[unknowns.index, 1 + np.arange(unknowns.dimension)] += step * width
     _, y = objective.kernels.trajectories(ahead, lanes[:n_model], lanes[n_model:])
-    jacobian = weight[:, :, None] * (y[:, :, 1:] - y[:, :, :1]) / step
+    with np.errstate(invalid='ignore'):  # the model may diverge ahead
+        jacobian = weight[:, :, None] * (y[:, :, 1:] - y[:, :, :1]) / step
     if not np.isfinite(jacobian).all():
         return ''
     gates = (NODES * 2.0 ** np.arange(-math.log2(HORIZON), 1.0)).astype(int)
