@@ -68,6 +68,8 @@ class Regimes:
         self._mask = objective.grid.weight > 0.0
         grid = objective.grid
         self._target = (grid.weight * grid.y)[self._mask]
+        # From the window's start: seconds since 1970 would round away small steps of a time.
+        self._t = grid.t - grid.t[0]
         self._last = int(np.flatnonzero(grid.measured)[-1])
 
     @property
@@ -180,7 +182,7 @@ class Regimes:
         for k in sorted(set(intervals.tolist())):
             mixed, after = p.copy(), p.copy()
             for event in order[intervals[order] == k]:
-                share = (grid.t[k + 1] - times[event]) / (grid.t[k + 1] - grid.t[k])
+                share = (self._t[k + 1] - times[event]) / (self._t[k + 1] - self._t[k])
                 for i, parameter in enumerate(layout.events[event]):
                     place, row = layout.times[event] + 1 + i, rows[parameter]
                     value = unknowns.lower[parameter] + width[parameter] * points[:, place]
@@ -202,15 +204,16 @@ class Regimes:
         return np.asarray(weight[:, None] * outputs[self._mask])
 
     def _times(self, points: Array) -> tuple[Array, IntArray]:
-        """Return the events' times (E, B) in s and the intervals (E,) in which the first's lie."""
-        t = self.objective.grid.t
-        times = t[0] + points[:, self.layout.times].T * (t[-1] - t[0])
-        return times, interval_of(t, times[:, 0])
+        """Return the events' times (E, B), in s from the window's start, and their intervals (E,).
+
+        Those are the intervals in which the first point's lie.
+        """
+        times = points[:, self.layout.times].T * self._t[-1]
+        return times, interval_of(self._t, times[:, 0])
 
     def _inward(self, point: Array, steps: Array) -> Array:
         """Return steps (D,) towards the middle of box and, for a time, of its interval."""
-        z = point.copy()
-        t = self.objective.grid.t
+        z, t = point.copy(), self._t
         times, intervals = self._times(point[None])
         # As if the interval were the box.
         z[self.layout.times] = (times[:, 0] - t[intervals]) / (t[intervals + 1] - t[intervals])

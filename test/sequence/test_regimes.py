@@ -253,3 +253,16 @@ def test_the_trajectory_has_gaps_where_nothing_was_measured() -> None:
     local = rolled.local(point, np.full(6, 1e-7))
     np.testing.assert_allclose(local.residual, residuals[np.isfinite(y)], rtol=1e-12)
     np.testing.assert_array_equal(local.state, states[-1])
+
+
+def test_steps_of_a_time_are_not_rounded_away_in_seconds_since_1970() -> None:
+    """There a float resolves 2.4e-7 s; a step of 1e-8 of 10 s is shorter."""
+    late = Record(T + 1.7e9, U, np.sin(T))
+    point = np.array([0.55, 0.4, 0.3, 0.4237, 0.9])
+    jacobians = []
+    for record in (Record(T, U, np.sin(T)), late):
+        objective = window_of(LAG, record, SIGMA)
+        rolled = Regimes(objective, Prior.box(objective.unknowns), Layout(3, ((TAU,),)))
+        jacobians.append(rolled.local(point, np.full(5, 1e-8)).jacobian)
+    # The nodes themselves are rounded, by 2.4e-6 of their distance.
+    np.testing.assert_allclose(*jacobians, rtol=1e-3, atol=1e-2)
