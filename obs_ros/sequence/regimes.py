@@ -93,16 +93,17 @@ class Regimes:
         """Return squares (P,), half gradients (P, D) and Gauss-Newton Hessians (P, D, D)."""
         assert nodes == self.objective.nodes, 'a jump is sought in whole windows'
         parts = []
-        for point, steps in zip(z, h, strict=True):
-            local = self.local(point, steps)
-            precision = self.precision(point)
-            off = point - self.mean(point)
-            r, jacobian = local.residual, local.jacobian
-            parts.append((
-                r @ r + off @ precision @ off,
-                jacobian.T @ r + precision @ off,
-                jacobian.T @ jacobian + precision,
-            ))  # fmt: skip
+        with np.errstate(all='ignore'):  # the model may diverge
+            for point, steps in zip(z, h, strict=True):
+                local = self.local(point, steps)
+                precision = self.precision(point)
+                off = point - self.mean(point)
+                r, jacobian = local.residual, local.jacobian
+                parts.append((
+                    r @ r + off @ precision @ off,
+                    jacobian.T @ r + precision @ off,
+                    jacobian.T @ jacobian + precision,
+                ))  # fmt: skip
         squares, gradients, hessians = zip(*parts, strict=True)
         return np.array(squares), np.array(gradients), np.array(hessians)
 

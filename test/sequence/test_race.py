@@ -298,3 +298,25 @@ def test_time_and_size_are_covered(backend: str) -> None:
     assert wrong <= 0.1 * count
     spare = 1 if backend == 'numpy' else 0  # of the few
     assert (covered >= 52 / 60 * (count - wrong) - spare).all(), covered
+
+
+def test_hypotheses_that_diverge_lose_without_a_warning() -> None:
+    """x' = p x^2 is infinite at 1 / (p x(0)); a jump tried at some time may well lead there."""
+    grows = Model(
+        name='grows',
+        states=(Variable('x', lower=0.0, upper=4.0),),
+        outputs=(Variable('y'),),
+        parameters=(Variable('p', lower=0.0, upper=4.0),),
+        dynamics=lambda t, x, u, p: (p[0] * x[0] ** 2,),
+        output=lambda t, x, u, p: (x[0],),
+        max_step=0.01,
+    )
+    t = np.linspace(0.0, 1.0, 51)
+    objective = window_of(grows, Record(t, None, 1.0 / (1.05 - t)), SIGMA)
+    prior = Prior.box(objective.unknowns)
+    point = np.array([0.25, 0.25, 0.5, 1.0])  # p from 1 to 4 at half time
+    regimes = Regimes(objective, prior, Layout(2, ((1,),)))
+    squares = regimes.linearise(point[None], np.full((1, 4), 1e-7), 51)[0]
+    assert not np.isfinite(squares[0]) or squares[0] > 1e9
+    base = weigh(Regimes(objective, prior, Layout(2)), np.array([1 / 4.2, 0.25]))
+    assert Race(base, Deadline(), known=None).run(before=False).jumps == 0
