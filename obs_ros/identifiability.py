@@ -11,7 +11,7 @@ from obs_ros.typing import Array, BoolArray, IntArray
 
 UNDETERMINED = 0.1  # box; a standard deviation above says nothing
 SUPPORT = 0.1  # of a direction's largest entry, relative changes
-ROUND_RATIO = 0.1  # how near a ratio must be to a multiple of one half
+ROUND_RATIO = 0.05  # how near a ratio must be to a multiple of one half
 MOST_HALVES = 6  # in a power product that still means something
 SMALLEST_VALUE = 0.01  # box; below, a relative change means nothing
 HORIZON = 32  # windows looked ahead
@@ -70,7 +70,8 @@ def advice(objective: Objective, state: Array, p: Array, chosen: IntArray) -> st
     step = np.where(lanes[unknowns.index, 0] > unknowns.lower + 0.5 * width, -1e-7, 1e-7)
     lanes[unknowns.index, 1 + np.arange(unknowns.dimension)] += step * width
     _, y = objective.kernels.trajectories(ahead, lanes[:n_model], lanes[n_model:])
-    jacobian = weight[:, :, None] * (y[:, :, 1:] - y[:, :, :1]) / step
+    with np.errstate(invalid='ignore'):  # the model may diverge ahead
+        jacobian = weight[:, :, None] * (y[:, :, 1:] - y[:, :, :1]) / step
     if not np.isfinite(jacobian).all():
         return ''
     gates = (NODES * 2.0 ** np.arange(-math.log2(HORIZON), 1.0)).astype(int)

@@ -25,7 +25,8 @@ class Certainty:
     """What the information about a window says: its hypothesis, with a joint covariance (D, D).
 
     `information` (q, q) is that about the estimated parameters with the initial state unknown;
-    `finished` tells whether there was time to look for jumps.
+    `finished` tells whether there was time to look for jumps, `bent` whether the window is so far
+    from linear that the covariance holds for single unknowns only.
     """
 
     hypothesis: Hypothesis
@@ -33,6 +34,7 @@ class Certainty:
     information: Array
     jumps: tuple[Jump, ...] = ()
     finished: bool = True
+    bent: bool = False
 
     @property
     def drifting(self) -> bool:

@@ -9,7 +9,11 @@ from scipy.integrate import solve_ivp
 
 from obs_ros import Model, Record, Variable
 from obs_ros.models.three_tank import THREE_TANK
+from obs_ros.objective import Objective
+from obs_ros.rollout import kernels_for
+from obs_ros.rollout.grid import Grid
 from obs_ros.typing import Array
+from obs_ros.unknowns import Unknowns
 
 NAN = np.nan
 STIFFNESS = 4.0
@@ -139,3 +143,63 @@ def tank_record(
 
 
 COARSE_TANKS = replace(THREE_TANK, max_step=5.0)
+
+
+# x' = gain u + drift, y = x: with its input held, linear in x(0), gain and drift, without error of
+# integration, and even a jump between two samples is only a change of mean.
+INTEGRATOR = Model(
+    name='integrator',
+    states=(Variable('x', lower=-10.0, upper=10.0),),
+    inputs=(Variable('u'),),
+    outputs=(Variable('y'),),
+    parameters=(
+        Variable('gain', lower=0.0, upper=2.0, nominal=1.0),
+        Variable('drift', lower=-1.0, upper=1.0, nominal=0.0),
+    ),
+    dynamics=lambda t, x, u, p: (p[0] * u[0] + p[1],),
+    output=lambda t, x, u, p: (x[0],),
+)
+
+
+def integrator_design(t: Array, u: Array) -> Array:
+    """Columns (K, 3) of what x(0), gain and drift, in their units, do to y (K,)."""
+    fed = np.concatenate([[0.0], np.cumsum(u[:-1] * np.diff(t))])
+    return np.column_stack([np.ones(t.size), fed, t - t[0]])
+
+
+LAG = Model(
+    name='lag',
+    states=(Variable('x', lower=-10.0, upper=10.0),),
+    inputs=(Variable('u'),),
+    outputs=(Variable('y'),),
+    parameters=(
+        Variable('k', lower=0.2, upper=5.0, nominal=1.0),
+        Variable('tau', 's', lower=1.0, upper=20.0, nominal=5.0),
+    ),
+    dynamics=lambda t, x, u, p: ((p[0] * u[0] - x[0]) / p[1],),
+    output=lambda t, x, u, p: (x[0],),
+    max_step=0.1,
+)
+
+
+def lag_outputs(t: Array, u: Array, x0: float, p: Array) -> Array:
+    """y (K,) of LAG in closed form; p (K, 2) is (k, tau) from each node to the next."""
+    y = np.empty(t.size)
+    y[0] = x0
+    for i, interval in enumerate(np.diff(t)):
+        end = p[i, 0] * u[i]
+        y[i + 1] = end + (y[i] - end) * np.exp(-interval / p[i, 1])
+    return y
+
+
+def square_wave(t: Array, half: float = 3.0) -> Array:
+    """1 and -1 by turns (K,), each for `half` s."""
+    return np.where((t + 1e-9) // half % 2 == 0, 1.0, -1.0)
+
+
+def window_of(
+    model: Model, record: Record, sigma: float, backend: Any = 'numpy', **settings: Any
+) -> Objective:
+    """The least squares of a record, with every output's noise `sigma`."""
+    grid = Grid.of(model, record, np.full(len(model.outputs), sigma))
+    return Objective(kernels_for(model, backend), grid, Unknowns.of(model, **settings))

@@ -9,11 +9,16 @@ from plants import NAN, OSCILLATOR
 from scipy.stats import chi2
 
 from obs_ros import Estimate, Outcome, Record
+from obs_ros.estimate import Jump
 from obs_ros.objective import Objective
-from obs_ros.report import empty, output_rms, report
+from obs_ros.report import Certainty, empty, output_rms, report
 from obs_ros.rollout import kernels_for
 from obs_ros.rollout.grid import Grid
 from obs_ros.search.result import Found
+from obs_ros.sequence.prior import Prior
+from obs_ros.sequence.race import weigh
+from obs_ros.sequence.regimes import Layout, Regimes
+from obs_ros.typing import Array
 from obs_ros.unknowns import Unknowns
 
 T = np.linspace(0.0, 2.0, 31)
@@ -26,14 +31,16 @@ FOUND = Found(
     white=None,
     effort='3 rounds',
 )
-NOISE = 0.1 * np.array([1.0, -1.0]) * np.ones((31, 2)) * np.array([1.0, 100.0])
+# Scaled, 1 in size and white: of two neighbours every other pair agrees in sign.
+SIGNS = np.resize([1.0, 1.0, -1.0, -1.0], 31)[:, None]
+NOISE = SIGNS * np.array([1.0, -1.0]) * SCALE
 
 
-def problem(noise: Any = NOISE, **settings: Any) -> tuple[Record, Objective]:
-    """An objective whose residuals at FOUND are `-noise`."""
+def problem(noise: Any = NOISE, z: Array = FOUND.z, **settings: Any) -> tuple[Record, Objective]:
+    """An objective whose residuals at z are `-noise`."""
     kernels, unknowns = kernels_for(OSCILLATOR, 'numpy'), Unknowns.of(OSCILLATOR, **settings)
     blank = Record(T, np.sin(T), np.zeros((31, 2)))
-    z = FOUND.z[: unknowns.dimension]
+    z = z[: unknowns.dimension]
     values = unknowns.values(z[None])
     y = kernels.trajectories(Grid.of(OSCILLATOR, blank, SCALE), *values)[1][..., 0]
     record = Record(T, np.sin(T), y + noise, stamp=77)
@@ -43,13 +50,38 @@ def problem(noise: Any = NOISE, **settings: Any) -> tuple[Record, Objective]:
 def estimate(
     noise_known: bool = False, noise: Any = NOISE, in_time: bool = True, **changes: Any
 ) -> Estimate:
-    record, objective = problem(noise)
+    record, objective = problem(noise, changes.get('z', FOUND.z))
     return report(
         record,
         objective,
         replace(FOUND, **changes),
+        None,
         noise_known=noise_known,
         in_time=in_time,
+        solve_time=0.25,
+    )
+
+
+def certain(
+    noise_known: bool = True,
+    noise: Any = NOISE,
+    deviations: tuple[float, ...] = (0.01, 0.02, 0.03, 0.04),
+    **changes: Any,
+) -> Estimate:
+    """With the given standard deviations of z, in boxes, whatever the window says."""
+    record, objective = problem(noise)
+    regimes = Regimes(objective, Prior.box(objective.unknowns), Layout(4))
+    covariance = np.diag(deviations) ** 2
+    certainty = Certainty(
+        weigh(regimes, FOUND.z), covariance, np.diag(1.0 / np.diag(covariance)[2:])
+    )
+    return report(
+        record,
+        objective,
+        FOUND,
+        replace(certainty, **changes),
+        noise_known=noise_known,
+        in_time=True,
         solve_time=0.25,
     )
 
@@ -64,11 +96,82 @@ def test_values_by_name() -> None:
     np.testing.assert_array_equal(found.times, T)
 
 
-def test_standard_deviations_are_nan_for_every_name_until_they_are_known() -> None:
+def test_without_certainty_standard_deviations_are_nan_for_every_name() -> None:
     found = estimate()
     assert list(found.stddev) == ['position', 'velocity', 'stiffness', 'push']
+    assert list(found.initial_stddev) == ['position', 'velocity']
+    assert np.isnan([*found.stddev.values(), *found.initial_stddev.values()]).all()
+    assert found.weak == found.jumps == ()
+
+
+def test_standard_deviations_in_the_units_of_the_variables() -> None:
+    found = certain()
+    assert found.outcome is Outcome.CONVERGED
+    assert found.initial_stddev == pytest.approx({'position': 0.06, 'velocity': 0.12})
+    assert found.stddev['stiffness'] == pytest.approx(0.03 * 1.8)
+    assert found.stddev['push'] == pytest.approx(0.04 * 2.0)
+    assert list(found.stddev) == ['position', 'velocity', 'stiffness', 'push']
+
+
+def test_what_is_not_determined_is_withheld_named_and_advised_upon() -> None:
+    found = certain(deviations=(0.01, 0.02, 0.03, 0.2))
+    assert found.outcome is Outcome.NOT_IDENTIFIABLE
+    assert np.isnan(found.stddev['push'])
+    assert found.stddev['stiffness'] == pytest.approx(0.03 * 1.8)
+    assert found.weak == ('push is not determined',)
+    assert found.message == f'push is not determined; {found.advice}'
+    assert 'would determine push' in found.advice
+
+
+JUMP = Jump(1.25, 0.01, {'push': -0.5}, {'push': 0.05}, new=True)
+
+
+def test_jumps_are_told_whatever_the_outcome() -> None:
+    text = '; jump at 1.25 s +- 0.02 s: push -0.5 +- 0.1'
+    for changes, outcome in (
+        ({}, Outcome.CONVERGED),
+        ({'noise': 2.0 * NOISE}, Outcome.MODEL_MISMATCH),
+        ({'deviations': (0.01, 0.02, 0.03, 0.2)}, Outcome.NOT_IDENTIFIABLE),
+    ):
+        found = certain(jumps=(JUMP,), **changes)
+        assert found.outcome is outcome
+        assert found.jumps == (JUMP,)
+        assert found.message.endswith(text)
+
+
+def test_without_time_to_look_for_jumps_nothing_is_certain() -> None:
+    found = certain(finished=False)
+    assert found.outcome is Outcome.DEADLINE
+    assert found.message.startswith('no time was left to look for jumps: allow more time')
+    assert np.isnan([*found.stddev.values(), *found.initial_stddev.values()]).all()
+    assert found.usable
+
+
+def test_what_the_noise_does_not_explain_has_no_standard_deviations() -> None:
+    found = certain(noise=2.0 * NOISE)  # squares of 248 for 58
+    assert found.outcome is Outcome.MODEL_MISMATCH
     assert np.isnan(list(found.stddev.values())).all()
-    assert found.weak == ()
+    # Not known, it is what the residual says.
+    assert np.isfinite(list(certain(False, noise=2.0 * NOISE).stddev.values())).all()
+
+
+def test_the_cost_is_that_of_the_residuals_alone() -> None:
+    assert certain().cost == pytest.approx(0.5 * 62.0)
+
+
+def test_correlated_residuals_raise_standard_deviations() -> None:
+    signs = np.resize([1.0, 1.0, 1.0, -1.0, -1.0, -1.0], 31)[:, None]
+    found = certain(noise=signs * SCALE)
+    # Noise may well be correlated so: 20 of 30 pairs agree in sign, 10 / 31 * sqrt(62) = 2.54.
+    assert found.outcome is Outcome.CONVERGED
+    assert found.stddev['push'] == pytest.approx(0.04 * 2.0)
+    slow = np.resize(np.repeat([1.0, -1.0], 6), 31)[:, None]
+    found = certain(noise=slow * SCALE)
+    r = (30.0 - 2.0 * 5.0) / 31.0
+    assert found.outcome is Outcome.MODEL_MISMATCH
+    assert f'its lag-1 correlation is {r:.2g} (rule)' in found.message
+    raised = np.sqrt((1.0 + r) / (1.0 - r))
+    assert found.stddev['push'] == pytest.approx(raised * 0.04 * 2.0)
 
 
 def test_rms_in_the_units_of_the_outputs() -> None:
@@ -108,15 +211,28 @@ def test_a_residual_above_the_given_noise() -> None:
     assert estimate(True, cost=1.001 * limit).outcome is Outcome.MODEL_MISMATCH
     found = estimate(True, cost=4.0 * 58.0)
     assert found.outcome is Outcome.MODEL_MISMATCH
-    assert 'the residual is 2 times the given noise (rule): check the noise' in found.message
+    assert 'the residual is 2 times the noise (rule): check the noise' in found.message
     assert estimate(False, cost=4.0 * 58.0).outcome is Outcome.CONVERGED
 
 
+def test_a_residual_far_below_the_given_noise() -> None:
+    limit = chi2.ppf(0.001, 62 - 4)
+    assert estimate(True, cost=1.001 * limit).outcome is Outcome.CONVERGED
+    assert estimate(True, cost=0.999 * limit).outcome is Outcome.MODEL_MISMATCH
+    found = estimate(True, cost=0.25 * 58.0)
+    assert 'the residual is only 0.5 times the noise: standard deviations are' in found.message
+    assert estimate(False, cost=0.25 * 58.0).outcome is Outcome.CONVERGED
+
+
 def test_a_residual_that_is_not_white() -> None:
-    found = estimate(white=False)
-    assert found.outcome is Outcome.MODEL_MISMATCH
-    assert 'not white (rule)' in found.message
-    assert estimate(white=True).outcome is Outcome.CONVERGED
+    for noise in (np.abs(NOISE), np.abs(NOISE) * np.resize([1.0, -1.0], 31)[:, None]):
+        found = estimate(noise=noise)
+        assert found.outcome is Outcome.MODEL_MISMATCH
+        sign = '-' if noise[1, 0] < 0.0 else ''
+        assert f'not white, its lag-1 correlation is {sign}0.97 (rule)' in found.message
+    assert estimate().outcome is Outcome.CONVERGED
+    # Rounding is no noise.
+    assert estimate(noise=1e-9 * np.abs(NOISE), cost=50e-18).outcome is Outcome.CONVERGED
 
 
 @pytest.mark.parametrize(
@@ -143,6 +259,7 @@ def test_what_is_fixed_is_never_at_a_bound() -> None:
         record,
         objective,
         replace(FOUND, z=FOUND.z[:3]),
+        None,
         noise_known=False,
         in_time=True,
         solve_time=0.0,

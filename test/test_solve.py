@@ -102,8 +102,35 @@ def test_the_estimate_tells_its_window() -> None:
     assert found.state == {n: found.states[-1, i] for i, n in enumerate(('h1', 'h2', 'h3'))}
     assert found.solve_time > 0.0
     assert found.evaluations > 100
-    assert np.isnan(list(found.stddev.values())).all()
-    assert found.weak == ()
+    assert found.weak == found.jumps == ()
+    assert found.advice == ''
+
+
+@pytest.mark.parametrize('noise', [None, {'h1': 0.01, 'h2': 0.01}])
+def test_standard_deviations_are_those_of_linear_least_squares(noise: Any) -> None:
+    """(J'J / sigma^2)^-1 with J by central differences of this file's own tanks."""
+    record = tank_record()
+    found = solve_window('three_tank', record, noise=noise)
+    z = np.array([values(found)[name] for name in TANKS])
+    steps = np.diag(1e-5 * z)
+    lanes = z[:, None] + np.hstack([steps, -steps])
+    y = tank_outputs(record.t, lanes[:3], lanes[3:])
+    slope = (y[:, :, :6] - y[:, :, 6:]) / (2.0 * np.diagonal(steps))
+    if noise is None:
+        residual = tank_outputs(record.t, z[:3], z[3:]) - record.y
+        # Six unknowns, three for each output, were fitted to the noise.
+        sigma = np.sqrt((residual**2).sum(axis=0) / (301 - 3))
+    else:
+        sigma = np.array([0.01, 0.01])
+    jacobian = (slope / sigma[:, None]).reshape(-1, 6)
+    covariance = np.linalg.inv(jacobian.T @ jacobian)
+    expected = dict(zip(TANKS, np.sqrt(np.diagonal(covariance)), strict=True))
+    assert found.initial_stddev == pytest.approx({n: expected[n] for n in found.state}, rel=0.01)
+    parameters = {name: found.stddev[name] for name in found.parameters}
+    assert parameters == pytest.approx({n: expected[n] for n in parameters}, rel=0.01)
+    # Two of the states at the end are the outputs there.
+    end = (slope[-1] @ covariance @ slope[-1].T).diagonal()
+    assert [found.stddev['h1'], found.stddev['h2']] == pytest.approx(np.sqrt(end), rel=0.01)
 
 
 class TestNoise:
@@ -122,7 +149,7 @@ class TestNoise:
     def test_too_small_a_given_noise_is_a_mismatch(self) -> None:
         found = solve_window('three_tank', tank_record(), noise={'h1': 0.002, 'h2': 0.002})
         assert found.outcome is Outcome.MODEL_MISMATCH
-        assert re.search(r'residual is (4\.[5-9]|5)\S* times the given noise', found.message)
+        assert re.search(r'residual is (4\.[5-9]|5)\S* times the noise', found.message)
 
     def test_a_fault_inside_the_window_is_a_mismatch_when_the_noise_is_known(self) -> None:
         record = tank_record()

@@ -110,5 +110,6 @@ def _changes(hypothesis: Hypothesis, jp: Array, roots: Array) -> list[Array]:
     step = np.where(z[n:] > 0.5, -PROBE, PROBE)
     points[:, 1 + columns, n + columns] += step
     rows = regimes.rows(points.reshape(-1, z.size)).reshape(len(jp), n, 1 + q)
-    slopes = (rows[:, :, 1:] - rows[:, :, :1]) / step
+    with np.errstate(invalid='ignore'):  # the model may diverge
+        slopes = (rows[:, :, 1:] - rows[:, :, :1]) / step
     return [slopes[:, k] - jp for k in range(n)]

@@ -5,7 +5,7 @@ window narrows the prior. The least E wins.
 """
 
 import math
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -13,7 +13,7 @@ from scipy.linalg import cho_factor, cho_solve
 
 from obs_ros.deadline import Deadline
 from obs_ros.objective import Objective
-from obs_ros.search.levenberg_marquardt import MAX_STEP, MIN_STEP, STEP_SHARE, levenberg_marquardt
+from obs_ros.search.levenberg_marquardt import levenberg_marquardt
 from obs_ros.sequence.prior import Prior, box_variances
 from obs_ros.sequence.regimes import TIME_PRECISION, Layout, Local, Regimes
 from obs_ros.typing import Array
@@ -28,9 +28,12 @@ RIVALS = 3  # parameters solved exactly, besides which others are that much less
 RIVAL_MARGIN = 12.0
 SIMILAR = 6.0  # of evidence: such sets are named as well
 MOST_JUMPS = 4
-NEEDLESS = 3.0  # standard deviations; a smaller jump may be left out
 ITERATIONS = 40
-PROBE = 1e-7  # box, difference step
+PROBE = 1e-7  # box, difference step where the derivative is all that is wanted
+# Difference steps move the outputs by this many standard deviations, or nearly so.
+STEP, FITTING, STEPS_TRIED = 0.3, 4.0, 4
+FIRST_STEP, SMALLEST_STEP, LARGEST_STEP = 1e-5, 1e-11, 1e-3  # box
+NOTHING = 1e-200
 
 
 @dataclass(frozen=True)
@@ -95,12 +98,20 @@ def weigh(regimes: Regimes, point: Array, before: tuple[int, ...] = ()) -> Hypot
 
 
 def differentiated(regimes: Regimes, point: Array) -> Local:
-    """Return what the window does near a point, by steps that fit how well it is determined."""
-    local = regimes.local(point, np.full(point.size, PROBE))
-    curvature = (local.jacobian**2).sum(axis=0)
-    steps = np.clip(STEP_SHARE / np.sqrt(np.maximum(curvature, 1e-12)), MIN_STEP, MAX_STEP)
-    # On chaotic plants the probe's step is far too long.
-    return regimes.local(point, steps) if steps.min() < 0.1 * PROBE else local
+    """Return what the window does near a point, by differences as wide as the noise makes sense of.
+
+    At a kink, such as two levels that become equal, a much smaller step would see a slope that no
+    window could ever tell; on a chaotic plant a larger one would see no slope at all.
+    """
+    steps = np.full(point.size, FIRST_STEP)
+    for _ in range(STEPS_TRIED):
+        local = regimes.local(point, steps)
+        slopes = np.sqrt((local.jacobian**2).sum(axis=0))
+        wanted = np.clip(STEP / np.maximum(slopes, NOTHING), SMALLEST_STEP, LARGEST_STEP)
+        if (np.maximum(wanted / steps, steps / wanted) < FITTING).all():
+            break
+        steps = wanted
+    return local
 
 
 def inverse(information: Array) -> Array:
@@ -133,30 +144,24 @@ class Race:
         `before`: a parameter may also have jumped since the last window that is known.
         """
         while self.best.jumps < MOST_JUMPS and not self._deadline.passed:
-            rivals = [
-                solved
-                for start in self._starts(self.best, before=before)
-                if (solved := self._solved(*start)) is not None
-            ]
-            self.tried += rivals
+            rivals = self._all_solved(self._starts(self.best, before=before))
             winner = min(rivals, key=lambda h: h.evidence, default=self.best)
             # Where the model has kinks, what the prior is narrowed by means little: squares must
             # have been gained as well.
             if winner.evidence >= self.best.evidence or winner.cost > self.best.cost:
                 break
-            self.best = winner
-            self._simplify()
+            self.best = self._without_needless(winner)
         return self.best
 
-    def _simplify(self) -> None:
-        """Take out what a later jump has made needless."""
-        for regimes, point in _simpler(self.best):
-            solved = self._solved(regimes, point, self.best.before)
-            if solved is not None and solved.evidence < self.best.evidence:
-                self.tried.append(solved)
-                self.best = solved
-                self._simplify()
-                return
+    def _without_needless(self, best: Hypothesis) -> Hypothesis:
+        """Return the hypothesis without jumps that one found later has made superfluous."""
+        while sum(map(len, best.layout.events)) > 1:
+            fewer = self._all_solved(_reduced(best))
+            least = min(fewer, key=lambda h: h.evidence, default=best)
+            if least.evidence >= best.evidence:
+                break
+            best = least
+        return best
 
     def alternatives(self) -> list[Hypothesis]:
         """Return those with other sets of parameters that explain the window nearly as well."""
@@ -166,6 +171,14 @@ class Race:
         least.pop(self.best.parameters, None)
         limit = self.best.evidence + SIMILAR
         return [other for other in least.values() if other.evidence < limit]
+
+    def _all_solved(
+        self, starts: Iterable[tuple[Regimes, Array, tuple[int, ...]]]
+    ) -> list[Hypothesis]:
+        """Return the hypotheses that come of some starts, and remember them."""
+        solved = [h for start in starts if (h := self._solved(*start)) is not None]
+        self.tried += solved
+        return solved
 
     def _solved(self, regimes: Regimes, point: Array, before: tuple[int, ...]) -> Hypothesis | None:
         """Return the best hypothesis of these regimes near a point; None if out of time."""
@@ -212,26 +225,28 @@ class Race:
         best = found[0][0]
         for score, parameter, time, size in found[:RIVALS]:
             if score > max(self._hopeful, best - RIVAL_MARGIN):
-                yield self._start(base, parameter, float(time), float(size))
+                yield from self._near(base, parameter, float(time), float(size))
 
-    def _start(
+    def _near(
         self, base: Hypothesis, parameter: int, time: float, size: float
-    ) -> tuple[Regimes, Array, tuple[int, ...]]:
+    ) -> Iterator[tuple[Regimes, Array, tuple[int, ...]]]:
+        """Yield one start, or one for each of the two best times nearby."""
         objective, prior = base.regimes.objective, base.regimes.prior
         if time == 0.0:
             wider = widened(prior, objective, parameter)
-            return (
-                Regimes(objective, wider, base.layout), base.point, (*base.before, parameter),
-            )  # fmt: skip
-        if time in base.point[base.layout.times]:
+            regimes = Regimes(objective, wider, base.layout)
+            yield regimes, base.point, (*base.before, parameter)
+        elif time in base.point[base.layout.times]:
             layout, point = _joined(base, parameter, time, size)
+            yield Regimes(objective, prior, layout), point, base.before
         else:
             fine = time + np.arange(-TIMES + 1, TIMES, 2) / TIMES**2
             fine = fine[(fine > 0.0) & (fine < 1.0)]
             gains, sizes = self._screened(base, fine, [parameter])
-            i = int(gains[:, 0].argmax())
-            layout, point = _added(base, parameter, float(fine[i]), float(sizes[i, 0]))
-        return Regimes(objective, prior, layout), point, base.before
+            # Where an input steps there may be a minimum on either side.
+            for i in _peaks(gains[:, 0])[:2]:
+                layout, point = _added(base, parameter, float(fine[i]), float(sizes[i, 0]))
+                yield Regimes(objective, prior, layout), point, base.before
 
     def _screened(
         self, base: Hypothesis, times: Array, parameters: Sequence[int]
@@ -251,7 +266,9 @@ class Race:
         lanes = 1 + np.arange(step.size)
         points[lanes, places.ravel()] += step
         rows = Regimes(base.regimes.objective, base.regimes.prior, probe).rows(points)
-        pieces = ((rows[:, 1:] - rows[:, :1]) / step).reshape(-1, times.size, d)
+        with np.errstate(invalid='ignore'):  # the model may diverge
+            pieces = ((rows[:, 1:] - rows[:, :1]) / step).reshape(-1, times.size, d)
+        pieces = np.nan_to_num(pieces, nan=0.0, posinf=0.0, neginf=0.0)
         # A piece lasts to the next time; a jump, to the end.
         shapes = np.cumsum(pieces[:, ::-1], axis=1)[:, ::-1].reshape(-1, times.size * d)
         variances = box_variances(base.regimes.objective.unknowns)
@@ -282,6 +299,13 @@ class Race:
             log_det = 2.0 * np.log(np.diagonal(factor[0])).sum()
             values.append(squares + log_det - np.linalg.slogdet(prior.precision)[1])
         return float(values[0] - values[1])
+
+
+def _peaks(gains: Array) -> list[int]:
+    """Return where the gains (T,) are larger than beside them, the largest first."""
+    beside = np.concatenate([[-np.inf], gains, [-np.inf]])
+    peaks = np.flatnonzero((gains >= beside[:-2]) & (gains >= beside[2:]))
+    return sorted(peaks.tolist(), key=lambda i: -gains[i])
 
 
 def at_nodes(t: Array, times: Array) -> Array:
@@ -332,26 +356,24 @@ def _joined(base: Hypothesis, parameter: int, time: float, size: float) -> tuple
     return replace(layout, events=tuple(events)), np.insert(base.point, end, value)
 
 
-def _simpler(base: Hypothesis) -> Iterator[tuple[Regimes, Array]]:
-    """Yield regimes and point without one of the jumps that may well have been none."""
-    layout, point = base.layout, base.point
-    jumped = layout.jumped(point)
-    if len(jumped) < 2:
-        return
-    for event, parameter, before, after in jumped:
-        pair = base.covariance[np.ix_([before, after], [before, after])]
-        deviation = np.sqrt(max(pair[0, 0] + pair[1, 1] - 2.0 * pair[0, 1], 0.0))
-        if abs(point[after] - point[before]) > NEEDLESS * deviation:
-            continue
-        events = list(layout.events)
-        events[event] = tuple(other for other in events[event] if other != parameter)
-        lost = [after]
-        if not events[event]:
-            del events[event]
-            lost.append(int(layout.times[event]))
-        simpler = replace(layout, events=tuple(events))
-        regimes = Regimes(base.regimes.objective, base.regimes.prior, simpler)
-        yield regimes, np.delete(point, lost)
+def _reduced(base: Hypothesis) -> Iterator[tuple[Regimes, Array, tuple[int, ...]]]:
+    """Yield regimes, point and earlier jumps without one of the jumps inside the window."""
+    regimes, layout = base.regimes, base.layout
+    for event, parameters in enumerate(layout.events):
+        for i in range(len(parameters)):
+            rest = (*parameters[:i], *parameters[i + 1 :])
+            events = (
+                *layout.events[:event],
+                *([rest] if rest else []),
+                *layout.events[event + 1 :],
+            )
+            time = int(layout.times[event])
+            gone = [time + 1 + i] if rest else [time, time + 1]
+            yield (
+                Regimes(regimes.objective, regimes.prior, replace(layout, events=events)),
+                np.delete(base.point, gone),
+                base.before,
+            )
 
 
 def _time_precision(layout: Layout) -> Array:

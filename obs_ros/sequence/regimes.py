@@ -70,6 +70,8 @@ class Regimes:
         self._mask = objective.grid.weight > 0.0
         grid = objective.grid
         self._target = (grid.weight * grid.y)[self._mask]
+        # From the window's start: seconds since 1970 would round away small steps of a time.
+        self._t = grid.t - grid.t[0]
         self._last = int(np.flatnonzero(grid.measured)[-1])
 
     @property
@@ -93,16 +95,17 @@ class Regimes:
         """Return squares (P,), half gradients (P, D) and Gauss-Newton Hessians (P, D, D)."""
         assert nodes == self.objective.nodes, 'a jump is sought in whole windows'
         parts = []
-        for point, steps in zip(z, h, strict=True):
-            local = self.local(point, steps)
-            precision = self.precision(point)
-            off = point - self.mean(point)
-            r, jacobian = local.residual, local.jacobian
-            parts.append((
-                r @ r + off @ precision @ off,
-                jacobian.T @ r + precision @ off,
-                jacobian.T @ jacobian + precision,
-            ))  # fmt: skip
+        with np.errstate(all='ignore'):  # the model may diverge
+            for point, steps in zip(z, h, strict=True):
+                local = self.local(point, steps)
+                precision = self.precision(point)
+                off = point - self.mean(point)
+                r, jacobian = local.residual, local.jacobian
+                parts.append((
+                    r @ r + off @ precision @ off,
+                    jacobian.T @ r + precision @ off,
+                    jacobian.T @ jacobian + precision,
+                ))  # fmt: skip
         squares, gradients, hessians = zip(*parts, strict=True)
         return np.array(squares), np.array(gradients), np.array(hessians)
 
@@ -182,7 +185,7 @@ class Regimes:
         for k in sorted(set(intervals.tolist())):
             mixed, after, early = p.copy(), p.copy(), 0.0
             for event in order[intervals[order] == k]:
-                share = (grid.t[k + 1] - times[event]) / (grid.t[k + 1] - grid.t[k])
+                share = (self._t[k + 1] - times[event]) / (self._t[k + 1] - self._t[k])
                 early = max(early, float(share.max()))
                 for i, parameter in enumerate(layout.events[event]):
                     place, row = layout.times[event] + 1 + i, rows[parameter]
@@ -207,9 +210,12 @@ class Regimes:
         return np.asarray(weight[:, None] * outputs[self._mask])
 
     def _times(self, points: Array) -> tuple[Array, IntArray]:
-        """Return the events' times (E, B) in s and the intervals (E,) in which the first's lie."""
-        t = self.objective.grid.t
-        times = t[0] + points[:, self.layout.times].T * (t[-1] - t[0])
+        """Return the events' times (E, B), in s from the window's start, and their intervals (E,).
+
+        Those are the intervals in which the first point's lie.
+        """
+        t = self._t
+        times = points[:, self.layout.times].T * t[-1]
         # What rounding took off a node is given back.
         for node in (np.searchsorted(t, times), np.searchsorted(t, times) - 1):
             nearest = t[np.clip(node, 0, t.size - 1)]
@@ -218,8 +224,7 @@ class Regimes:
 
     def _inward(self, point: Array, steps: Array) -> Array:
         """Return steps (D,) towards the middle of box and, for a time, of its interval."""
-        z = point.copy()
-        t = self.objective.grid.t
+        z, t = point.copy(), self._t
         times, intervals = self._times(point[None])
         # As if the interval were the box.
         z[self.layout.times] = (times[:, 0] - t[intervals]) / (t[intervals + 1] - t[intervals])

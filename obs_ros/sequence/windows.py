@@ -23,15 +23,14 @@ from obs_ros.sequence.gate import Gate
 from obs_ros.sequence.history import Entry, History, Known
 from obs_ros.sequence.noise import Noise, variances_left
 from obs_ros.sequence.prior import Posterior, Prior
+from obs_ros.sequence.profile import widened_by_profile
 from obs_ros.sequence.race import Hypothesis, Race, inverse, weigh
-from obs_ros.sequence.regimes import Layout, Regimes
+from obs_ros.sequence.regimes import Layout, Regimes, interval_of
 from obs_ros.solve import Solver, whitened
 from obs_ros.typing import Array
 
 SAME_TIME = 0.05  # window; jumps found nearer to each other than that, or
 SAME_DEVIATIONS = 5.0  # than so many standard deviations, are one and the same
-OFF = 2.0  # standard deviations at which a window is tested for being bent
-BENT, MOST_WIDENING = 2.0, 9.0
 POLISH = 40  # iterations from a start that is near
 EXCESS = 5.0  # standard deviations of the squares above which a warm start is not trusted
 
@@ -135,7 +134,10 @@ class Windows:
         found: dict[int, tuple[float, float, dict[str, float], dict[str, float]]] = {}
         for event, parameter, before, after in best.layout.jumped(best.point):
             place = best.layout.times[event]
-            deviation = duration * float(np.sqrt(certainty.covariance[place, place]))
+            # Where in its interval a jump lies, the model tells only as a mean.
+            interval = np.diff(grid.t)[interval_of(grid.t, t0 + duration * best.point[place])]
+            variance = duration**2 * certainty.covariance[place, place] + interval**2 / 12.0
+            deviation = float(np.sqrt(variance))
             jump = found.setdefault(
                 event, (t0 + duration * float(best.point[place]), deviation, {}, {})
             )
@@ -208,7 +210,10 @@ class Windows:
         if certainty.drifting:
             return
         final = best.layout.final(z)[n:]
-        history.add(Entry(float(grid.t[-1]), z[final], certainty.covariance[np.ix_(final, final)]))
+        covariance = certainty.covariance[np.ix_(final, final)]
+        if certainty.bent:  # the valley is not where correlations say that it is
+            covariance = np.diag(np.diagonal(covariance))
+        history.add(Entry(float(grid.t[-1]), z[final], covariance))
 
 
 def _from_warm(
@@ -267,25 +272,6 @@ def _with_own_noise(best: Hypothesis, deadline: Deadline) -> Hypothesis:
     return weigh(regimes, solved.z[0], best.before)
 
 
-def _widening(best: Hypothesis) -> float:
-    """Return by how much the covariance must grow because the window is far from linear.
-
-    Two standard deviations off along each unknown, the others moving along, squares should have
-    grown by 4. Where they grow much more or less, the valley is bent and longer than it seems from
-    its bottom.
-    """
-    posterior, z = Posterior(best.regimes.objective, best.regimes.prior), best.point
-    steps = OFF * best.covariance / np.sqrt(np.diagonal(best.covariance))
-    points = z + np.vstack([steps.T, -steps.T])
-    inside = ((points >= posterior.walls[0]) & (points <= posterior.walls[1])).all(axis=1)
-    if not inside.any():
-        return 1.0
-    costs = posterior.costs(np.vstack([z, points[inside]]))
-    ratio = np.maximum((costs[1:] - costs[0]) / OFF**2, 1.0 / MOST_WIDENING)
-    worst = float(np.maximum(ratio, 1.0 / ratio).max())
-    return 1.0 if worst < BENT else min(worst, MOST_WIDENING)
-
-
 def _gated(best: Hypothesis, deadline: Deadline) -> Certainty:
     """Hold what a window without a jump inside does not tell."""
     objective, prior = best.regimes.objective, best.regimes.prior
@@ -295,7 +281,8 @@ def _gated(best: Hypothesis, deadline: Deadline) -> Certainty:
         return Certainty(best, best.covariance, inverse(best.covariance[np.ix_(final, final)]))
     gate = Gate.of(best)
     if not len(gate.held):
-        return Certainty(best, best.covariance * _widening(best), gate.information)
+        covariance, bent = widened_by_profile(best)
+        return Certainty(best, covariance, gate.information, bent=bent)
     holding = Posterior(objective, gate.holding(prior))
     solved = levenberg_marquardt(holding, best.point[None], objective.nodes, POLISH, deadline)
     held = weigh(best.regimes, solved.z[0], best.before)

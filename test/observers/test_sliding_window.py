@@ -2,7 +2,6 @@
 
 import re
 import threading
-from collections.abc import Callable
 from typing import Any
 
 import numpy as np
@@ -11,14 +10,15 @@ from plants import tank_outputs
 
 from obs_ros import Estimate, Outcome, Record, Sample, solve_window
 from obs_ros.observers.sliding_window import SlidingWindowObserver
-from obs_ros.solve import Solver
+from obs_ros.search import METHODS, Method
+from obs_ros.search.result import Found
 
 S = 10**9
 FEED = np.array([30.0, 30.0])
 NOISE = {'h1': 0.01, 'h2': 0.01}
 X0, P = (50.0, 40.0, 45.0), (0.6, 0.5, 0.7)
 LEVELS = tank_outputs(np.arange(1000.0), X0, P)
-LEVELS += 0.01 * np.random.default_rng(1).standard_normal(LEVELS.shape)
+LEVELS += 0.01 * np.random.default_rng(2).standard_normal(LEVELS.shape)
 
 
 def make(duration: float = 100.0, period: float | None = None, **settings: Any) -> Any:
@@ -29,18 +29,13 @@ def samples(first: int = 0, last: int = 402) -> list[Sample]:
     return [Sample(k * S, y=LEVELS[k], u=FEED) for k in range(first, last)]
 
 
+def window(first: int, last: int) -> Record:
+    t = np.arange(float(first), last)
+    return Record(t, np.tile(FEED, (t.size, 1)), LEVELS[first:last])
+
+
 def run(observer: Any, stream: list[Sample]) -> list[Estimate]:
     return [observer.estimate() for sample in stream if observer.absorb(sample)]
-
-
-def spied(monkeypatch: Any, wrap: Callable[..., Any]) -> None:
-    """Let `wrap(solve, record, previous)` stand for the solver."""
-    solve = Solver.solve
-
-    def spy(self: Any, record: Any, rng: Any, deadline: Any, previous: Any = None) -> Any:
-        return wrap(lambda: solve(self, record, rng, deadline, previous), record, previous)
-
-    monkeypatch.setattr(Solver, 'solve', spy)
 
 
 def test_abutting_windows() -> None:
@@ -65,21 +60,22 @@ def test_overlapping_windows() -> None:
 
 def test_it_solves_what_solve_window_solves() -> None:
     estimate = run(make(noise=NOISE, seed=3), samples(0, 102))[0]
-    record = Record(np.arange(101.0), np.tile(FEED, (101, 1)), LEVELS[:101])
-    alone = solve_window('three_tank', record, noise=NOISE)
+    alone = solve_window('three_tank', window(0, 101), noise=NOISE)
     assert estimate.cost == pytest.approx(alone.cost, abs=0.1)
 
 
-def test_windows_inherit_the_previous_estimate(monkeypatch: Any) -> None:
-    seen: list[Any] = []
-    spied(monkeypatch, lambda solve, record, previous: seen.append(previous) or solve())
+def test_windows_inherit_the_previous_estimate() -> None:
     found = run(make(noise=NOISE), samples())
-    assert seen == [None, *found[:-1]]
+    evaluations = [estimate.evaluations for estimate in found]
+    # A population and some rounds at first; then few steps from where the last one ended.
+    assert evaluations[0] > 1000
+    assert max(evaluations[1:]) < 0.5 * evaluations[0]
+    alone = solve_window('three_tank', window(201, 301), noise=NOISE)
+    for name, tells in (('p1', 0.5), ('p3', 0.5)):
+        assert found[2].stddev[name] < tells * alone.stddev[name]
 
 
-def test_an_estimate_without_values_is_not_inherited(monkeypatch: Any) -> None:
-    seen: list[Any] = []
-    spied(monkeypatch, lambda solve, record, previous: seen.append(previous) or solve())
+def test_an_estimate_without_values_is_not_inherited() -> None:
     stream = samples()
     # Two stamps in the second window are too few for six unknowns.
     stream = [s for s in stream if not 102 * S <= s.stamp <= 199 * S]
@@ -87,7 +83,12 @@ def test_an_estimate_without_values_is_not_inherited(monkeypatch: Any) -> None:
     found = run(observer, stream)
     outcomes = [estimate.outcome is Outcome.TOO_FEW_SAMPLES for estimate in found]
     assert outcomes == [False, True, False, False]
-    assert seen == [None, found[0], found[0], found[2]]
+    # Nothing is known of the start of a window that follows no other.
+    assert found[0].evaluations > 1000
+    later = max(found[2].evaluations, found[3].evaluations)
+    assert 0 < later < 0.6 * found[0].evaluations
+    alone = solve_window('three_tank', window(201, 301), noise=NOISE)
+    assert found[2].stddev['p1'] < 0.5 * alone.stddev['p1']
 
 
 def test_only_the_newest_due_window_is_solved_and_the_others_are_counted() -> None:
@@ -101,23 +102,25 @@ def test_only_the_newest_due_window_is_solved_and_the_others_are_counted() -> No
     assert observer.estimate() is None
 
 
-def test_results_begun_before_a_reset_are_dropped(monkeypatch: Any) -> None:
-    observer = make(noise=NOISE)
+def test_results_begun_before_a_reset_are_dropped() -> None:
+    interruptions = [True, False]
 
-    def interrupted(solve: Any, record: Any, previous: Any) -> Any:
-        found = solve()
-        if record.t[0] == 0.0:
+    def interrupted(*problem: Any) -> Found:
+        if interruptions.pop(0):
             observer.reset()
-        return found
+        return METHODS['memetic'].search(*problem)
 
-    spied(monkeypatch, interrupted)
+    method = Method(interrupted, METHODS['memetic'].settings, needs_squares=True)
+    observer = make(noise=NOISE, search=method)
     for sample in samples(0, 102):
         observer.absorb(sample)
     assert observer.estimate() is None
-    seen: list[Any] = []
-    spied(monkeypatch, lambda solve, record, previous: seen.append(previous) or solve())
-    assert run(observer, samples(300, 402))[0].t0 == 300.0
-    assert seen == [None]
+    after = run(observer, samples(300, 402))
+    fresh = run(make(noise=NOISE), samples(300, 402))
+    assert not interruptions
+    for a, b in zip(after, fresh, strict=True):
+        assert (a.t0, a.parameters, a.stddev) == (300.0, b.parameters, b.stddev)
+        assert a.evaluations == b.evaluations
 
 
 def test_the_same_samples_give_the_same_bits_also_after_a_reset() -> None:
