@@ -30,8 +30,8 @@ SURPRISES = {
 FACTORS = (1.0, 0.5, 2.0, 10.0)
 PER_CHUNK = 20
 INFORMATION_SNRS = (40.0, 20.0)
-PER_CELL = 500  # windows: what the numbers of runs below are for
-REST_RUNS, JUMP_RUNS, HARD_RUNS, NOISE_RUNS, COST_RUNS = 20, 120, 12, 40, 8
+PER_CELL = 400  # windows: what the numbers of runs below are for
+REST_RUNS, JUMP_RUNS, HARD_RUNS, NOISE_RUNS, COST_RUNS = 15, 96, 10, 24, 8
 ALONE = 2000
 
 
