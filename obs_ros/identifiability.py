@@ -7,7 +7,7 @@ from itertools import pairwise
 import numpy as np
 
 from obs_ros.objective import Objective
-from obs_ros.typing import Array, IntArray
+from obs_ros.typing import Array, BoolArray, IntArray
 
 UNDETERMINED = 0.1  # box; a standard deviation above says nothing
 SUPPORT = 0.1  # of a direction's largest entry, relative changes
@@ -30,11 +30,13 @@ def weak_directions(
     n = unknowns.n_states
     width = (unknowns.upper - unknowns.lower)[n:]
     size = np.maximum(np.abs(unknowns.lower[n:] + values * width) / width, SMALLEST_VALUE)
+    # A power product means nothing where a value may change its sign.
+    definite = (unknowns.lower[n:] >= 0.0) | (unknowns.upper[n:] <= 0.0)
     eigenvalues, vectors = np.linalg.eigh(information)
     weak = vectors[:, eigenvalues * UNDETERMINED**2 < 1.0].T
     found = []
     for relative in _sparse(weak / size):
-        words = _words(unknowns.names[n:], relative)
+        words = _words(unknowns.names[n:], relative, definite)
         direction = relative * size / np.linalg.norm(relative * size)
         known = direction @ covariance @ direction < UNDETERMINED**2
         found.append(f'{words} (known from earlier windows)' if known else words)
@@ -108,12 +110,12 @@ def _sparse(directions: Array) -> Array:
     return rows
 
 
-def _words(names: tuple[str, ...], relative: Array) -> str:
+def _words(names: tuple[str, ...], relative: Array, definite: BoolArray) -> str:
     """Name a direction of relative changes (q,) that leaves the outputs as they are."""
     support = np.flatnonzero(np.abs(relative) > SUPPORT * np.abs(relative).max())
     if support.size == 1:
         return f'{names[support[0]]} is not determined'
-    if support.size == 2:
+    if support.size == 2 and definite[support].all():
         a, b = support
         if product := _product(names[a], names[b], float(relative[a] / relative[b])):
             return f'only {product} is determined'

@@ -23,9 +23,12 @@ class Variable:
 
     `lower` and `upper` bound it, in `unit`; `nominal` is its value when nobody estimates it.
     `interpolation` says what an input does between its samples: `hold` the last one, run `linear`
-    to the next, or stay at the `mean` of both.
+    to the next, or stay at the `mean` of both. `walk` makes a parameter a disturbance: how far it
+    wanders in one second, as a standard deviation in units per square root of a second, infinite
+    for one that is new in every window. Without it a parameter stays where it is, or jumps.
 
-    Raises ValueError for a name that is no identifier, crossed bounds or a nominal outside them.
+    Raises ValueError for a name that is no identifier, crossed bounds, a nominal outside them and a
+    walk that is not positive.
     """
 
     name: str
@@ -34,6 +37,7 @@ class Variable:
     upper: float = math.inf
     nominal: float | None = None
     interpolation: Interpolation = 'hold'
+    walk: float | None = None
 
     def __post_init__(self) -> None:
         if not self.name.isidentifier():
@@ -48,6 +52,8 @@ class Variable:
                 f'{self.name}: interpolation {self.interpolation!r} is none of '
                 f'{", ".join(get_args(Interpolation))}'
             )
+        if self.walk is not None and not self.walk > 0.0:
+            raise ValueError(f'{self.name}: walk {self.walk} is not positive')
 
 
 @dataclass(frozen=True)

@@ -95,6 +95,16 @@ class Unknowns:
         """Number of estimated initial states; they come first."""
         return int(np.count_nonzero(self.index < len(self.model.states)))
 
+    @cached_property
+    def walks(self) -> Array:
+        """How far the estimated parameters (q,) wander, in boxes per root of a second.
+
+        NaN for those that do not, but jump.
+        """
+        variables = [self.model.unknowns[i] for i in self.index[self.n_states :]]
+        walks = [np.nan if v.walk is None else v.walk for v in variables]
+        return np.array(walks) / (self.upper - self.lower)[self.n_states :]
+
     @property
     def names(self) -> tuple[str, ...]:
         """Names of the unknowns, states first."""

@@ -9,6 +9,7 @@ from obs_ros.sequence.race import JUMP_PROBABILITY
 from obs_ros.typing import Array
 from obs_ros.unknowns import Unknowns
 
+FORGOTTEN = 1e6  # times the box's variance
 KEPT = 1000  # windows; overlapping ones end close to each other
 
 
@@ -59,7 +60,7 @@ class History:
         """Return what is known of the parameters at `start` (s); None if no window ended by then.
 
         The parameters walk at random, so far in one `duration` (s) as one jump in as many windows
-        as a jump is rare.
+        as a jump is rare; disturbances as far as they say, counted between the windows' means.
         """
         entry = self.last_before(start)
         if entry is None:
@@ -70,6 +71,11 @@ class History:
             if entry.end < jump.time <= start:
                 jumped = [place - self._unknowns.n_states for place in jump.parameters]
                 walked[jumped] += variances[jumped]
+        walks = self._unknowns.walks
+        wandering = np.isfinite(walks)
+        apart = start - entry.end + 2.0 / 3.0 * duration
+        walked[wandering] += walks[wandering] ** 2 * apart
+        walked[np.isinf(walks)] = FORGOTTEN * variances[np.isinf(walks)]
         return Prior.of(self._unknowns, entry.mean, entry.covariance + np.diag(walked))
 
     def prune(self, start: float) -> None:

@@ -182,7 +182,9 @@ class Race:
         """Yield regimes, point and earlier jumps of what is worth an exact solution."""
         found = []
         objective = base.regimes.objective
-        parameters = range(objective.unknowns.n_states, objective.dimension)
+        unknowns = objective.unknowns
+        # Disturbances wander anyway.
+        parameters = (unknowns.n_states + np.flatnonzero(np.isnan(unknowns.walks))).tolist()
         if not parameters:
             return
         # Not believing the prior cannot gain more than what it costs.

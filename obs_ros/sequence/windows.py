@@ -30,6 +30,8 @@ from obs_ros.typing import Array
 
 SAME_TIME = 0.05  # window; jumps found nearer to each other than that, or
 SAME_DEVIATIONS = 5.0  # than so many standard deviations, are one and the same
+OFF = 2.0  # standard deviations at which a window is tested for being bent
+BENT, MOST_WIDENING = 2.0, 9.0
 POLISH = 40  # iterations from a start that is near
 EXCESS = 5.0  # standard deviations of the squares above which a warm start is not trusted
 
@@ -263,6 +265,25 @@ def _with_own_noise(best: Hypothesis, deadline: Deadline) -> Hypothesis:
     return weigh(regimes, solved.z[0], best.before)
 
 
+def _widening(best: Hypothesis) -> float:
+    """Return by how much the covariance must grow because the window is far from linear.
+
+    Two standard deviations off along each unknown, the others moving along, squares should have
+    grown by 4. Where they grow much more or less, the valley is bent and longer than it seems from
+    its bottom.
+    """
+    posterior, z = Posterior(best.regimes.objective, best.regimes.prior), best.point
+    steps = OFF * best.covariance / np.sqrt(np.diagonal(best.covariance))
+    points = z + np.vstack([steps.T, -steps.T])
+    inside = ((points >= posterior.walls[0]) & (points <= posterior.walls[1])).all(axis=1)
+    if not inside.any():
+        return 1.0
+    costs = posterior.costs(np.vstack([z, points[inside]]))
+    ratio = np.maximum((costs[1:] - costs[0]) / OFF**2, 1.0 / MOST_WIDENING)
+    worst = float(np.maximum(ratio, 1.0 / ratio).max())
+    return 1.0 if worst < BENT else min(worst, MOST_WIDENING)
+
+
 def _gated(best: Hypothesis, deadline: Deadline) -> Certainty:
     """Hold what a window without a jump inside does not tell."""
     objective, prior = best.regimes.objective, best.regimes.prior
@@ -272,7 +293,7 @@ def _gated(best: Hypothesis, deadline: Deadline) -> Certainty:
         return Certainty(best, best.covariance, inverse(best.covariance[np.ix_(final, final)]))
     gate = Gate.of(best)
     if not len(gate.held):
-        return Certainty(best, best.covariance, gate.information)
+        return Certainty(best, best.covariance * _widening(best), gate.information)
     holding = Posterior(objective, gate.holding(prior))
     solved = levenberg_marquardt(holding, best.point[None], objective.nodes, POLISH, deadline)
     held = weigh(best.regimes, solved.z[0], best.before)
