@@ -6,13 +6,9 @@ the samples' interval.
 """
 
 from benchmarks.common import machine, options, publish
-from benchmarks.sequence.contestants import CONTESTANTS
 from benchmarks.sequence.pictures import draw_calibration, draw_jumps, draw_story
-from benchmarks.sequence.plan import PER_CELL, carried_out, plan, timed_scenes
-from benchmarks.sequence.plants import PLANTS
+from benchmarks.sequence.plan import PER_CELL, carried_out, compile_all, plan, timed_scenes
 from benchmarks.sequence.report import parts
-from benchmarks.sequence.scenes import Scene, run_of
-from obs_ros.rollout import kernels_for
 
 TITLE = 'Windows in sequence'
 
@@ -38,15 +34,6 @@ def main(arguments: list[str] | None = None) -> str:
     draw_jumps(chosen.results / 'sequence_jumps.png', measured.jumps)
     told = parts(measured, chosen.windows, chosen.seed)
     return publish(chosen.results, 'sequence', TITLE, told, machine())
-
-
-def compile_all(seed: int) -> None:
-    """Compile here, once, what the workers find cached."""
-    for name, plant in PLANTS.items():
-        _ = kernels_for(plant.model)
-        run = run_of(Scene(name, 20.0, 'clean', seed, 1))
-        for contestant in CONTESTANTS.values():
-            contestant(run, plant.duration)
 
 
 if __name__ == '__main__':

@@ -10,7 +10,7 @@ from matplotlib.figure import Figure
 from matplotlib.ticker import NullLocator
 
 from benchmarks.sequence.acceptance import Measured
-from benchmarks.sequence.contestants import CONTESTANTS, EKF, OURS
+from benchmarks.sequence.contestants import EKF, OURS
 from benchmarks.sequence.jumps import found
 from benchmarks.sequence.plants import PLANTS, Run
 from benchmarks.sequence.scenes import Scene, run_of
@@ -85,8 +85,9 @@ def draw_calibration(path: Path, measured: Measured) -> None:
     figure = Figure(figsize=(13.5, 4.6), layout='constrained')
     bars, histogram = figure.subplots(1, 2, width_ratios=(2.0, 1.0))
     cells = list(dict.fromkeys(cell for cell, _ in measured.clean))
-    middle, width = np.arange(len(cells)), 0.8 / len(CONTESTANTS)
-    for i, contestant in enumerate(CONTESTANTS):
+    contestants = list(dict.fromkeys(contestant for _, contestant in measured.clean))
+    middle, width = np.arange(len(cells)), 0.8 / len(contestants)
+    for i, contestant in enumerate(contestants):
         shares = [coverage(measured.clean[cell, contestant], 'p') for cell in cells]
         bars.errorbar(
             middle + (i + 0.5) * width - 0.4, [s.value for s in shares],

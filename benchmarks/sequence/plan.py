@@ -10,8 +10,9 @@ from benchmarks.sequence.contestants import CONTESTANTS, OURS
 from benchmarks.sequence.cost import costs
 from benchmarks.sequence.information import Chunk, Informed, informed, pooled
 from benchmarks.sequence.plants import PLANTS
-from benchmarks.sequence.scenes import Scene
+from benchmarks.sequence.scenes import Scene, run_of
 from benchmarks.sequence.track import Task, Track, tracked
+from obs_ros.rollout import kernels_for
 
 SNRS = (40.0, 20.0, 0.0)
 LAG_SNR = 0.0  # its noise is fixed
@@ -113,6 +114,15 @@ def label(plant: str, snr: float) -> str:
 
 def _spacing(plant: str, abutting: bool) -> str:
     return 'abutting' if abutting else f'every {PLANTS[plant].period:g} s'
+
+
+def compile_all(seed: int) -> None:
+    """Compile here, once, what the workers find cached."""
+    for name, plant in PLANTS.items():
+        _ = kernels_for(plant.model)
+        run = run_of(Scene(name, 20.0, 'clean', seed, 1))
+        for contestant in CONTESTANTS.values():
+            contestant(run, plant.duration)
 
 
 def work(item: Task | Chunk) -> Track | Informed:
