@@ -20,6 +20,8 @@ def parts(measured: Measured, windows: int, seed: int) -> list[str]:
         introduction(seed),
         '## Acceptance\n\n' + acceptance.table(measured),
         '## 1. Clean sequences\n\n' + CLEAN + '\n\n' + tables.clean_table(measured.clean),
+        '### Ours confidently wrong, or alarmed though nothing jumped\n\n'
+        + tables.suspects(measured.clean),
         '![calibration](sequence_calibration.png)',
         '## 2. Rest\n\n' + REST + '\n\n' + rest.table(measured.rest),
         '![a run with a jump and a rest](sequence_story.png)',
@@ -84,7 +86,9 @@ REST = (
     'wholly in this rest. Drift: the last estimate of a parameter less the first, of the parameter '
     'of a run that drifts most; in boxes, and in the standard deviation last published when the '
     'first of these windows was solved. A step goes from one window to the next, in the standard '
-    'deviation last published before it. `Q1 = 0`: nothing flows between the tanks once they are '
+    'deviation last published before it. The last column is the share of standard deviations that '
+    'are suddenly far smaller than in the rest of the run: nothing happens that could tell so much. '
+    '`Q1 = 0`: nothing flows between the tanks once they are '
     'level, so that p1 and p3 have no influence any more.'
 )
 JUMPS = (

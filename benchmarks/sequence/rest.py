@@ -6,9 +6,11 @@ from typing import NamedTuple
 import numpy as np
 
 from benchmarks.common import table as markdown
-from benchmarks.sequence.scores import confidently_wrong, coverage, withheld
+from benchmarks.sequence.scores import confidently_wrong, coverage, share, withheld
 from benchmarks.sequence.track import Track
-from obs_ros.typing import Array
+from obs_ros.typing import Array, BoolArray
+
+ABRUPT = 0.2
 
 
 class Drift(NamedTuple):
@@ -66,6 +68,12 @@ def worst(tracks: Sequence[Track]) -> Worst:
     )
 
 
+def abrupt(track: Track) -> tuple[BoolArray, BoolArray]:
+    """Return where (W, q) a standard deviation is far below its median over the run, and all."""
+    usual = np.nanmedian(track.p_sd, axis=0) if np.isfinite(track.p_sd).any() else np.nan
+    return track.p_sd < ABRUPT * usual, np.isfinite(track.p_sd)
+
+
 def table(tracks: Mapping[tuple[str, str], Sequence[Track]]) -> str:
     """Tell of every cell and contestant."""
     rows = []
@@ -84,10 +92,11 @@ def table(tracks: Mapping[tuple[str, str], Sequence[Track]]) -> str:
             coverage(resting, 'x'),
             confidently_wrong(resting),
             f'{withheld(resting, "p").value:.3f}',
+            f'{share(resting, abrupt).value:.3f}',
         ))  # fmt: skip
     head = (
         'rest', 'contestant', 'windows', 'drift, boxes: median / 95 % / most of the runs',
         'drift, sd: median / 95 % / most', 'steps > 1 sd', 'largest step, sd', 'coverage p',
-        'coverage end state', 'cw', 'withheld p',
+        'coverage end state', 'cw', 'withheld p', 'sd < 1/5 of its median',
     )  # fmt: skip
     return markdown(head, rows)

@@ -6,6 +6,7 @@ from collections.abc import Mapping, Sequence
 import numpy as np
 
 from benchmarks.common import table as markdown
+from benchmarks.sequence.contestants import OURS
 from benchmarks.sequence.scores import (
     after,
     alarmed,
@@ -43,6 +44,28 @@ def clean_table(cells: Cells) -> str:
         'withheld p / end state', 'false alarms', 'mismatch', 'RMS error p / end state, % of box',
     )  # fmt: skip
     return markdown(head, rows)
+
+
+def suspects(cells: Cells) -> str:
+    """List runs of ours with windows that are confidently wrong, or with a false alarm."""
+    lines = []
+    for (cell, contestant), own in cells.items():
+        if contestant != OURS:
+            continue
+        for what, hits in (
+            ('confidently wrong', lambda track: track.confidently_wrong.any(axis=1)),
+            ('false alarm', lambda track: track.alarms > 0),
+        ):
+            told = ', '.join(
+                f'{track.scene.seed} (windows ending at '
+                + ', '.join(f'{end:g}' for end in track.end[hits(track)])
+                + ' s)'
+                for track in own
+                if hits(track).any()
+            )
+            if told:
+                lines.append(f'- {cell}, {what}: seed {told}')
+    return '\n'.join(lines) or 'None.'
 
 
 def hard_table(cells: Cells) -> str:
