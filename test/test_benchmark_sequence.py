@@ -88,6 +88,10 @@ def test_drift_is_measured_in_the_last_deviation_that_was_published():
     np.testing.assert_allclose(made.box, [0.01, 0.4])
     np.testing.assert_allclose(made.deviations, [0.1, 2.0])
     np.testing.assert_allclose(made.steps, [[0.0, 0.0], [0.1, 2.0]])
+    sd[1, 0] = 0.01
+    sudden, given = rest.abrupt(track._replace(p_sd=sd))
+    assert np.argwhere(sudden).tolist() == [[1, 0]]
+    assert given.sum() == 8
 
 
 def test_the_bound_of_a_window_alone_grows_with_the_noise():

@@ -32,7 +32,7 @@ def main(arguments: list[str] | None = None) -> str:
     draw_story(chosen.results / 'sequence_story.png', chosen.seed)
     draw_calibration(chosen.results / 'sequence_calibration.png', measured)
     draw_jumps(chosen.results / 'sequence_jumps.png', measured.jumps)
-    told = parts(measured, chosen.windows, chosen.seed)
+    told = parts(measured, chosen.seed)
     return publish(chosen.results, 'sequence', TITLE, told, machine())
 
 

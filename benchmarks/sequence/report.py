@@ -10,9 +10,9 @@ from benchmarks.sequence.scenes import LAG_NOISE
 PLANT_HEAD = ('plant', 'sample', 'window', 'every', 'inputs', 'noise')
 
 
-def parts(measured: Measured, windows: int, seed: int) -> list[str]:
+def parts(measured: Measured, seed: int) -> list[str]:
     """Return the report's parts."""
-    own = [crossing for crossing in measured.information.values()]
+    alone = list(measured.information.values())
     crossings = ', '.join(
         f'{part.crossing.mean():.1%} at {snr:g} dB' for snr, part in measured.information.items()
     )
@@ -32,7 +32,7 @@ def parts(measured: Measured, windows: int, seed: int) -> list[str]:
         '## 4. What the windows do not expect\n\n' + HARD + '\n\n'
         + tables.hard_table(measured.hard),
         '## 5. The noise given wrongly\n\n' + NOISE + '\n\n' + tables.noise_table(measured.noise),
-        f'## 6. Windows alone\n\n{len(own[0].error)} windows at each SNR; ' + ALONE
+        f'## 6. Windows alone\n\n{len(alone[0].error)} windows at each SNR; ' + ALONE
         + f' Levels cross in {crossings} of them.\n\n### Coverage\n\n'
         + information.coverage_table(measured.information)
         + '\n\n### RMSE over the Cramér-Rao bound\n\n'
@@ -86,8 +86,8 @@ REST = (
     'wholly in this rest. Drift: the last estimate of a parameter less the first, of the parameter '
     'of a run that drifts most; in boxes, and in the standard deviation last published when the '
     'first of these windows was solved. A step goes from one window to the next, in the standard '
-    'deviation last published before it. The last column is the share of standard deviations that '
-    'are suddenly far smaller than in the rest of the run: nothing happens that could tell so much. '
+    'deviation last published before it. The last column is the share of standard deviations '
+    'suddenly far smaller than in the rest of the run: nothing happens that could tell so much. '
     '`Q1 = 0`: nothing flows between the tanks once they are '
     'level, so that p1 and p3 have no influence any more.'
 )

@@ -70,8 +70,12 @@ def worst(tracks: Sequence[Track]) -> Worst:
 
 def abrupt(track: Track) -> tuple[BoolArray, BoolArray]:
     """Return where (W, q) a standard deviation is far below its median over the run, and all."""
-    usual = np.nanmedian(track.p_sd, axis=0) if np.isfinite(track.p_sd).any() else np.nan
-    return track.p_sd < ABRUPT * usual, np.isfinite(track.p_sd)
+    given = np.isfinite(track.p_sd)
+    usual = [
+        np.median(column[known]) if known.any() else np.nan
+        for column, known in zip(track.p_sd.T, given.T, strict=True)
+    ]
+    return track.p_sd < ABRUPT * np.array(usual), given
 
 
 def table(tracks: Mapping[tuple[str, str], Sequence[Track]]) -> str:

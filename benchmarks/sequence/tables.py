@@ -53,15 +53,15 @@ def suspects(cells: Cells) -> str:
         if contestant != OURS:
             continue
         for what, hits in (
-            ('confidently wrong', lambda track: track.confidently_wrong.any(axis=1)),
-            ('false alarm', lambda track: track.alarms > 0),
+            ('confidently wrong', [track.confidently_wrong.any(axis=1) for track in own]),
+            ('false alarm', [track.alarms > 0 for track in own]),
         ):
             told = ', '.join(
                 f'{track.scene.seed} (windows ending at '
-                + ', '.join(f'{end:g}' for end in track.end[hits(track)])
+                + ', '.join(f'{end:g}' for end in track.end[hit])
                 + ' s)'
-                for track in own
-                if hits(track).any()
+                for track, hit in zip(own, hits, strict=True)
+                if hit.any()
             )
             if told:
                 lines.append(f'- {cell}, {what}: seed {told}')
