@@ -1,0 +1,1 @@
+"""Windows in sequence: how far their intervals and alarms can be believed, and what they cost."""

@@ -1,0 +1,130 @@
+"""Ways to estimate a run window by window: ours, and what others do about earlier windows."""
+
+from collections.abc import Callable, Mapping
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+
+from benchmarks.sequence.plants import Run
+from obs_ros import Estimate, Record, Sample
+from obs_ros.deadline import Deadline
+from obs_ros.model import names
+from obs_ros.observers import OBSERVERS, load_observer
+from obs_ros.report import Certainty, report
+from obs_ros.sequence.gate import marginal_information
+from obs_ros.sequence.prior import Prior, box_variances
+from obs_ros.sequence.race import JUMP_PROBABILITY, Hypothesis, weigh
+from obs_ros.sequence.regimes import Layout, Regimes
+from obs_ros.sequence.windows import Windows
+from obs_ros.solve import Solver, random_generator
+
+TIKHONOV = 0.02  # box, standard deviation about the previous estimate
+NANOSECONDS = 1e9
+
+
+def given_noise(run: Run, factor: float = 1.0) -> Mapping[str, float]:
+    """Return the noise of every output, or a wrong one."""
+    return dict.fromkeys(names(run.plant.model.outputs), factor * run.sigma)
+
+
+def ours(
+    run: Run, period: float, factor: float | None = None, learn_noise: bool = False
+) -> list[Estimate]:
+    """Solve as `SlidingWindowObserver` does; noise times `factor` is given, or none."""
+    noise = None if factor is None else given_noise(run, factor)
+    windows = Windows(Solver.of(run.plant.model, noise=noise), learn_noise=learn_noise)
+    return [
+        windows.solve(record, random_generator(0, i), Deadline(None))
+        for i, record in enumerate(run.records(period))
+    ]
+
+
+def alone(run: Run, period: float) -> list[Estimate]:
+    """Solve every window by itself, as `solve_window`."""
+    solver = Solver.of(run.plant.model, noise=given_noise(run))
+    return [
+        solver.solve(record, random_generator(0, i), Deadline(None))
+        for i, record in enumerate(run.records(period))
+    ]
+
+
+class Chained:
+    """Solves windows with a prior from the one just before, however much they overlap."""
+
+    def __init__(self, run: Run, period: float) -> None:
+        self.solver = Solver.of(run.plant.model, noise=given_noise(run))
+        self.walk = JUMP_PROBABILITY * period / run.plant.duration
+
+    def prior(self, best: Hypothesis) -> Prior:
+        """Return what the window before tells: mean and covariance, plus ours's random walk."""
+        unknowns = self.solver.unknowns
+        n = unknowns.n_states
+        walked = np.diag(self.walk * box_variances(unknowns))
+        return Prior.of(unknowns, best.point[n:], best.covariance[n:, n:] + walked)
+
+    def solve(self, records: list[Record]) -> list[Estimate]:
+        """Return the estimates of all windows."""
+        estimates: list[Estimate] = []
+        prior = Prior.box(self.solver.unknowns)
+        for i, record in enumerate(records):
+            previous = estimates[-1] if estimates else None
+            estimate, best = self._solved(record, prior, previous, random_generator(0, i))
+            estimates.append(estimate)
+            prior = self.prior(best)
+        return estimates
+
+    def _solved(
+        self, record: Record, prior: Prior, previous: Estimate | None, rng: np.random.Generator
+    ) -> tuple[Estimate, Hypothesis]:
+        solver, deadline = self.solver, Deadline(None)
+        objective = solver.pose(record, None, noise_known=True)
+        assert not isinstance(objective, Estimate), objective.message
+        warm = solver.warm_start(record, previous)
+        found = solver.search(objective, rng, deadline, warm, noise_known=True, prior=prior)
+        best = weigh(Regimes(objective, prior, Layout(objective.dimension)), found.z)
+        told = marginal_information(best, solver.unknowns.n_states)
+        # A misfit is no reason to withhold: that the contestant believes its prior is the point.
+        certainty = Certainty(best, best.covariance, told)
+        estimate = report(
+            record, objective, found, certainty, noise_known=True, in_time=True, solve_time=0.0
+        )
+        return estimate, best
+
+
+class Pulled(Chained):
+    """Tikhonov's: every parameter stays near its previous estimate, whatever its covariance."""
+
+    def prior(self, best: Hypothesis) -> Prior:
+        """Return the previous estimate with a fixed standard deviation."""
+        unknowns = self.solver.unknowns
+        mean = best.point[unknowns.n_states :]
+        return Prior.of(unknowns, mean, np.diag(np.full(mean.size, TIKHONOV**2)))
+
+
+def kalman(run: Run, period: float) -> list[Estimate]:
+    """Filter all samples; return the filter's estimates at the windows' ends."""
+    kind: Any = load_observer('ekf')
+    observer = kind(run.plant.model, noise=given_noise(run))
+    stamps = np.round(NANOSECONDS * run.t).astype(np.int64).tolist()
+    newest: dict[int, Estimate] = {}
+    for stamp, u, y in zip(stamps, run.u, run.y, strict=True):
+        observer.absorb(Sample(stamp, u=u))
+        if observer.absorb(Sample(stamp, y=y)):
+            estimate = observer.estimate()
+            assert estimate is not None
+            newest[stamp] = estimate
+    records = run.records(period)
+    ends = [round(NANOSECONDS * float(record.t[-1])) for record in records]
+    starts = [float(record.t[0]) for record in records]
+    return [replace(newest[end], t0=start) for end, start in zip(ends, starts, strict=True)]
+
+
+OURS, EKF = 'ours', 'EKF'
+CONTESTANTS: Mapping[str, Callable[[Run, float], list[Estimate]]] = {
+    OURS: ours,
+    'no prior': alone,
+    'Tikhonov': lambda run, period: Pulled(run, period).solve(run.records(period)),
+    'MAP arrival cost': lambda run, period: Chained(run, period).solve(run.records(period)),
+    **({EKF: kalman} if 'ekf' in OBSERVERS else {}),
+}

@@ -1,0 +1,157 @@
+"""Table 6: windows solved alone, their errors against the Cramér-Rao bound and their intervals."""
+
+from collections.abc import Mapping, Sequence
+from dataclasses import replace
+from typing import NamedTuple
+
+import numpy as np
+
+from benchmarks.common import table as markdown
+from benchmarks.sequence.scores import COVERED, binomial
+from benchmarks.tank_windows import (
+    PARAMETERS,
+    STATES,
+    TRUE_STEP,
+    WINDOW_STREAM,
+    TankWindow,
+    blank_record,
+    noisy,
+    simulated,
+)
+from obs_ros import solve_window
+from obs_ros.models.three_tank import THREE_TANK
+from obs_ros.rollout import kernels_for
+from obs_ros.rollout.grid import Grid
+from obs_ros.typing import Array, BoolArray
+
+SAMPLES = 300
+UNKNOWNS = (*(f'{name} at the start' for name in STATES), *PARAMETERS)
+VALUES = (*UNKNOWNS, *(f'{name} at the end' for name in STATES))
+OPENINGS, LEVELS = (0.3, 0.9), (15.0, 85.0)
+DIFFERENCE = 1e-4  # cm, and a hundredth of it for openings
+FIRST = 500  # windows that the acceptance is about
+
+
+class Chunk(NamedTuple):
+    """Windows to solve."""
+
+    snr: float
+    seeds: tuple[int, ...]
+
+
+class Informed(NamedTuple):
+    """Errors, published deviations and Cramér-Rao bounds (N, 9) of N windows: see VALUES."""
+
+    error: Array
+    deviation: Array
+    bound: Array
+    crossing: BoolArray
+
+    def only(self, chosen: BoolArray) -> 'Informed':
+        """Return some windows, by a mask (N,)."""
+        return Informed(*(values[chosen] for values in self))
+
+    @property
+    def coverage(self) -> Array:
+        """Share (9,) of the intervals given that hold the truth."""
+        given = np.isfinite(self.deviation)
+        held = np.abs(self.error) <= COVERED * self.deviation
+        return np.asarray((held & given).sum(axis=0) / given.sum(axis=0))
+
+    @property
+    def efficiency(self) -> tuple[Array, Array]:
+        """Error over bound (9,), root mean square, with its margin."""
+        ratio = (self.error / self.bound) ** 2
+        value = np.sqrt(ratio.mean(axis=0))
+        return value, COVERED * ratio.std(axis=0) / np.sqrt(len(ratio)) / (2.0 * value)
+
+
+def window(seed: int, snr: float) -> tuple[TankWindow, Array]:
+    """Draw a window far from the bounds, with its true levels (K, 3)."""
+    rng = np.random.default_rng([seed, WINDOW_STREAM])
+    p, x0 = rng.uniform(*OPENINGS, 3), rng.uniform(*LEVELS, 3)
+    levels = simulated(x0, p, np.arange(float(SAMPLES)))
+    return noisy(levels, p, snr, rng), levels
+
+
+def bounds(truth: Array, sigma: float) -> Array:
+    """Return the Cramér-Rao bounds (9,) on standard deviations, at true unknowns (6,)."""
+    model = replace(THREE_TANK, max_step=TRUE_STEP)
+    grid = Grid.of(model, blank_record(np.arange(float(SAMPLES))), np.ones(2))
+    step = np.repeat((DIFFERENCE, 0.01 * DIFFERENCE), 3)
+    lanes = truth[:, None] + np.hstack([np.diag(step), -np.diag(step)])
+    states, _ = kernels_for(model).trajectories(
+        grid, np.ascontiguousarray(lanes[:3]), np.ascontiguousarray(lanes[3:])
+    )
+    slopes = (states[:, :, :6] - states[:, :, 6:]) / (2.0 * step)
+    jacobian = slopes[:, :2].reshape(-1, 6) / sigma
+    covariance = np.linalg.inv(jacobian.T @ jacobian)
+    end = slopes[-1]
+    variances = [np.diag(covariance), np.diag(end @ covariance @ end.T)]
+    return np.asarray(np.sqrt(np.concatenate(variances)))
+
+
+def informed(chunk: Chunk) -> Informed:
+    """Solve windows one by one."""
+    rows = []
+    for seed in chunk.seeds:
+        drawn, levels = window(seed, chunk.snr)
+        estimate = solve_window(THREE_TANK, drawn.record, seed=seed)
+        truth = np.array([drawn.truth[name] for name in (*STATES, *PARAMETERS)])
+        found = [
+            *estimate.initial_state.values(),
+            *estimate.parameters.values(),
+            *estimate.state.values(),
+        ]
+        deviation = [
+            *(estimate.initial_stddev[name] for name in STATES),
+            *(estimate.stddev[name] for name in (*PARAMETERS, *STATES)),
+        ]
+        error = np.array(found) - np.concatenate([truth, levels[-1]])
+        rows.append((error, deviation, bounds(truth, drawn.sigma), drawn.crossing))
+    return Informed(*(np.array(column) for column in zip(*rows, strict=True)))
+
+
+def pooled(parts: Sequence[Informed]) -> Informed:
+    """Return all windows as one."""
+    return Informed(*(np.concatenate(column) for column in zip(*parts, strict=True)))
+
+
+def groups(cells: Mapping[float, Informed]) -> dict[str, Informed]:
+    """Return the windows that are told apart."""
+    found = {}
+    for snr, own in cells.items():
+        first = own.only(np.arange(len(own.error)) < FIRST)
+        for label, part in (
+            (f'first {len(first.error)}', first),
+            (f'first {len(first.error)} without crossings', first.only(~first.crossing)),
+            (f'all {len(own.error)}', own),
+            (f'all without the {int(own.crossing.sum())} with crossings', own.only(~own.crossing)),
+            ('crossings alone', own.only(own.crossing)),
+        ):
+            if len(part.error):
+                found[f'{snr:g} dB, {label}'] = part
+    return found
+
+
+def coverage_table(cells: Mapping[float, Informed]) -> str:
+    """Tell the coverage of every value."""
+    rows = [
+        (
+            name,
+            f'± {binomial(0.95, len(own.error)):.3f}',
+            *(f'{c:.3f}' for c in own.coverage),
+            f'{np.mean(np.isnan(own.deviation)):.4f}',
+        )
+        for name, own in groups(cells).items()
+    ]
+    return markdown(('windows', 'margin', *VALUES, 'withheld'), rows)
+
+
+def efficiency_table(cells: Mapping[float, Informed]) -> str:
+    """Tell the errors of every value against the bound."""
+    rows = []
+    for name, own in groups(cells).items():
+        value, margin = own.efficiency
+        rows.append((name, *(f'{v:.3f} ± {m:.3f}' for v, m in zip(value, margin, strict=True))))
+    return markdown(('windows', *VALUES), rows)

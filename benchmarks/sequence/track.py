@@ -1,0 +1,125 @@
+"""One run solved: what every window said, beside the truth."""
+
+from collections.abc import Sequence
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from benchmarks.sequence.contestants import CONTESTANTS, OURS, ours
+from benchmarks.sequence.plants import Change, Run
+from benchmarks.sequence.scenes import Scene, run_of
+from obs_ros import Estimate, Outcome
+from obs_ros.estimate import Jump
+from obs_ros.model import names
+from obs_ros.typing import Array, BoolArray, IntArray
+
+
+class Task(NamedTuple):
+    """A scene to solve every `period` windows; `factor` and `learn_noise`: see `ours`."""
+
+    scene: Scene
+    abutting: bool
+    contestant: str = OURS
+    factor: float | None = None
+    learn_noise: bool = False
+
+
+class Track(NamedTuple):
+    """The windows of one run (W of them), in boxes: parameters (W, q), end states (W, n).
+
+    Errors are estimates less truth; a standard deviation that was withheld is NaN. `begin` and
+    `end` (W,) are the windows' times in s, `jumps` what each of them reports.
+    """
+
+    scene: Scene
+    begin: Array
+    end: Array
+    p: Array
+    p_error: Array
+    p_sd: Array
+    x: Array
+    x_error: Array
+    x_sd: Array
+    outcomes: tuple[Outcome, ...]
+    jumps: tuple[tuple[Jump, ...], ...]
+    changes: tuple[Change, ...]
+    event: float
+
+    @property
+    def alarms(self) -> IntArray:
+        """Number of new jumps (W,) in each window."""
+        return np.array([sum(jump.new for jump in jumps) for jumps in self.jumps])
+
+    @property
+    def mismatch(self) -> BoolArray:
+        """Whether the model was said to be wrong (W,)."""
+        return np.array([outcome is Outcome.MODEL_MISMATCH for outcome in self.outcomes])
+
+    @property
+    def confidently_wrong(self) -> BoolArray:
+        """Whether (W, q + n) an error is above 3 sd and 2 % of the box, and the sd was given."""
+        error, sd = np.abs(self.errors), self.deviations
+        return np.asarray((error > np.maximum(3.0 * sd, 0.02)) & np.isfinite(sd))
+
+    @property
+    def errors(self) -> Array:
+        """Errors (W, q + n) of parameters and end states."""
+        return np.hstack([self.p_error, self.x_error])
+
+    @property
+    def deviations(self) -> Array:
+        """Standard deviations (W, q + n) of parameters and end states."""
+        return np.hstack([self.p_sd, self.x_sd])
+
+    def only(self, chosen: BoolArray) -> 'Track':
+        """Return the windows chosen (W,), a mask."""
+        places = np.flatnonzero(chosen)
+        arrays: dict[str, Any] = {
+            name: value[places]
+            for name, value in self._asdict().items()
+            if isinstance(value, np.ndarray)
+        }
+        return self._replace(
+            **arrays,
+            outcomes=tuple(self.outcomes[i] for i in places),
+            jumps=tuple(self.jumps[i] for i in places),
+        )
+
+
+def tracked(task: Task) -> Track:
+    """Simulate a scene, solve its windows, and put the truth beside them."""
+    run = run_of(task.scene)
+    period = run.plant.duration if task.abutting else run.plant.period
+    if task.contestant == OURS:
+        estimates = ours(run, period, task.factor, task.learn_noise)
+    else:
+        estimates = CONTESTANTS[task.contestant](run, period)
+    return beside_truth(task.scene, run, estimates)
+
+
+def beside_truth(scene: Scene, run: Run, estimates: Sequence[Estimate]) -> Track:
+    """Return the estimates with their errors."""
+    model, plant = run.plant.model, run.plant
+    end = np.array([estimate.t1 for estimate in estimates])
+    at_end = np.searchsorted(run.t, end - 0.5 * plant.step)
+    parameters, states = names(model.parameters), names(model.states)
+    low_p, low_x = ([v.lower for v in group] for group in (model.parameters, model.states))
+    p = np.array([[e.parameters[name] for name in parameters] for e in estimates])
+    x = np.array([[e.state[name] for name in states] for e in estimates])
+    sd = np.array([[e.stddev[name] for name in (*parameters, *states)] for e in estimates])
+    q = len(parameters)
+    return Track(
+        scene=scene,
+        begin=np.array([estimate.t0 for estimate in estimates]),
+        end=end,
+        p=(p - low_p) / plant.width,
+        p_error=(p - run.parameters.before(end)) / plant.width,
+        p_sd=sd[:, :q] / plant.width,
+        x=(x - low_x) / plant.state_width,
+        x_error=(x - run.x[at_end]) / plant.state_width,
+        x_sd=sd[:, q:] / plant.state_width,
+        outcomes=tuple(estimate.outcome for estimate in estimates),
+        jumps=tuple(estimate.jumps for estimate in estimates),
+        changes=run.changes,
+        event=run.event,
+    )
