@@ -4,6 +4,7 @@ from collections.abc import Sequence
 
 from obs_ros.model import Model
 from obs_ros.rollout.steps import rk4
+from plant_sim.signals import Signal
 
 State = tuple[float, ...]
 
@@ -28,8 +29,8 @@ class Plant:
         self.x: State = tuple(float(value) for value in x)
         self._tolerance = tolerance
 
-    def advance(self, to: float, u: Sequence[float], p: Sequence[float]) -> None:
-        """Move to time `to` (s) with inputs `u` and parameters `p` held."""
+    def advance(self, to: float, u: Signal, p: Sequence[float]) -> None:
+        """Move to time `to` (s) under the inputs `u` with parameters `p` held."""
         if to < self.t:
             raise ValueError(f'the plant is at {self.t} s and cannot go back to {to} s')
         longest = min(self.model.max_step, to - self.t)
@@ -46,15 +47,17 @@ class Plant:
         return tuple(float(y) for y in self.model.output(self.t, self.x, u, p))
 
     def _integrate(
-        self, t: float, x: State, dt: float, u: Sequence[float], p: Sequence[float], depth: int
+        self, t: float, x: State, dt: float, u: Signal, p: Sequence[float], depth: int
     ) -> State:
         half = 0.5 * dt
         f = self.model.dynamics
-        once = rk4(f, t, dt, x, u, u, u, p)
-        twice = rk4(f, t + half, half, rk4(f, t, half, x, u, u, u, p), u, u, u, p)
+        first, second, middle, fourth, last = (u(t + part * dt) for part in (0, 0.25, 0.5, 0.75, 1))
+        once = rk4(f, t, dt, x, first, middle, last, p)
+        twice = rk4(f, t, half, x, first, second, middle, p)
+        twice = rk4(f, t + half, half, twice, middle, fourth, last, p)
         error = max(abs(a - b) for a, b in zip(once, twice, strict=True))
         # Not "error > tolerance": a NaN is handed on, not halved 2**24 times.
         if not error > 15.0 * self._tolerance or depth == 0:
             return tuple(float(value) for value in twice)
-        middle = self._integrate(t, x, half, u, p, depth - 1)
-        return self._integrate(t + half, middle, half, u, p, depth - 1)
+        x = self._integrate(t, x, half, u, p, depth - 1)
+        return self._integrate(t + half, x, half, u, p, depth - 1)

@@ -27,7 +27,7 @@ COMMON = (
         'rate', 0.0, "samples per s of plant time; 0: the scenario's own; taken up by ~/reset",
         'Hz', lower=0.0,
     ),
-    Knob('seed', 0, 'seed of the noise; taken up by ~/reset', lower=0),
+    Knob('seed', 0, 'seed of the noise and of random inputs; taken up by ~/reset', lower=0),
     Knob(
         'snr_db', math.nan, "signal-to-noise ratio; nan: the scenario's own; inf: no noise", 'dB',
         nan=True,

@@ -50,6 +50,11 @@ def constant(*values: float) -> Schedule:
     return Schedule((0.0,), (values,))
 
 
+def ramp(times: Sequence[float], values: Sequence[float]) -> Signal:
+    """Return one value that runs straight from each of `times` (s) to the next, and then stays."""
+    return lambda t: (float(np.interp(t, times, values)),)
+
+
 def noise_deviation(snr_db: float, power: float | Array = 1.0) -> Array:
     """Return the standard deviation of noise at `snr_db` below a signal of mean-square `power`.
 

@@ -11,6 +11,7 @@ from obs_ros.typing import Array
 from plant_sim.plant import Plant
 from plant_sim.scenario import Scenario
 from plant_sim.signals import Noise, noise_deviation
+from plant_sim.sources import start
 
 NoiseReference = Literal['unit', 'measured']
 
@@ -30,8 +31,9 @@ class Simulation:
     """Plays `scenario` with a sample every `period` s (default: the scenario's own).
 
     `faults` holds parameter values that replace the scheduled ones for as long as they stand there;
-    it may be changed between samples. `noise_reference` says what `snr_db` counts from: a signal of
-    unit power, as in the papers, or the outputs' power measured over the scenario's duration.
+    it may be changed between samples. `seed` is that of the noise and of inputs drawn at random.
+    `noise_reference` says what `snr_db` counts from: a signal of unit power, as in the papers, or
+    the outputs' power measured over the scenario's duration.
     """
 
     def __init__(
@@ -51,10 +53,12 @@ class Simulation:
         self.snr_db = scenario.snr_db if snr_db is None else snr_db
         self.faults: dict[str, float] = {}
         self._plant = Plant(self.model, scenario.initial_state)
+        self._drive = start(scenario.inputs, self.period, seed)
+        self._u = (0.0,) * len(self.model.inputs)
         self._noise = Noise(seed, len(self.model.outputs))
         self._power: float | Array = 1.0
         if noise_reference == 'measured':
-            self._power = _output_power(scenario, self.period)
+            self._power = _output_power(scenario, self.period, seed)
         self._samples = 0
 
     @property
@@ -67,29 +71,40 @@ class Simulation:
         if self._samples:
             self._advance(self.t)
         t, plant = self.t, self._plant
-        u, p = self.scenario.inputs(t), self._parameters(t)
-        exact = plant.output(u, p)
-        y = np.asarray(exact)
-        if not math.isinf(self.snr_db):
-            y = y + self._noise.draw(noise_deviation(self.snr_db, self._power))
+        p, error = self._parameters(t), self._measurement_error(t)
+        # A controller acts on what is measured under the input that it set last.
+        self._u = self._drive(t, _sum(plant.output(self._u, p), error))
         self._samples += 1
-        return Instant(t, plant.x, u, p, tuple(y.tolist()))
+        return Instant(t, plant.x, self._u, p, _sum(plant.output(self._u, p), error))
 
     def _advance(self, to: float) -> None:
         """Run to time `to`, stopping at each scheduled change on the way."""
-        plant, schedule = self._plant, self.scenario.parameters
-        u = self.scenario.inputs(plant.t)
+        plant, schedule, held = self._plant, self.scenario.parameters, self._u
+        u = self.scenario.running_inputs or (lambda t: held)
         while plant.t < to:
             stop = min(to, schedule.next_change(plant.t))
             plant.advance(stop, u, self._parameters(plant.t))
+
+    def _measurement_error(self, t: float) -> Array:
+        """Return noise plus disturbance of the outputs at `t`, each drawn once."""
+        error = np.zeros(len(self.model.outputs))
+        if not math.isinf(self.snr_db):
+            error += self._noise.draw(noise_deviation(self.snr_db, self._power))
+        if self.scenario.disturbance:
+            error += self.scenario.disturbance(t)
+        return error
 
     def _parameters(self, t: float) -> tuple[float, ...]:
         scheduled = zip(self.model.parameters, self.scenario.parameters(t), strict=True)
         return tuple(self.faults.get(variable.name, value) for variable, value in scheduled)
 
 
-def _output_power(scenario: Scenario, period: float) -> Array:
+def _sum(exact: tuple[float, ...], error: Array) -> tuple[float, ...]:
+    return tuple(np.add(exact, error).tolist())
+
+
+def _output_power(scenario: Scenario, period: float, seed: int) -> Array:
     """Return the mean square of each output over the scenario, without noise."""
-    quiet = Simulation(scenario, period=period, snr_db=math.inf)
+    quiet = Simulation(scenario, period=period, seed=seed, snr_db=math.inf)
     outputs = [quiet.sample().y for _ in range(math.ceil(scenario.duration / period))]
     return np.asarray(np.mean(np.square(outputs), axis=0))

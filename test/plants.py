@@ -70,6 +70,17 @@ BLOW_UP = Model(
     max_step=0.01,
 )
 
+# x' = d - u, y = x + g u: a vessel with a load d and, where g is not 0, an input seen at once.
+VESSEL = Model(
+    name='vessel',
+    states=(Variable('x'),),
+    inputs=(Variable('u'),),
+    outputs=(Variable('y'),),
+    parameters=(Variable('d'), Variable('g')),
+    dynamics=lambda t, x, u, p: (p[0] - u[0],),
+    output=lambda t, x, u, p: (x[0] + p[1] * u[0],),
+)
+
 
 def with_interpolation(model: Model, interpolation: Any) -> Model:
     """The same plant with other inputs."""

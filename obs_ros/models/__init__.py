@@ -4,6 +4,15 @@ from obs_ros.model import Model
 from obs_ros.registry import lookup
 
 MODELS = {
+    'glycolytic_oscillator': 'obs_ros.models.glycolytic_oscillator:GLYCOLYTIC_OSCILLATOR',
+    'jet_engine': 'obs_ros.models.jet_engine:JET_ENGINE',
+    'linear_second_order': 'obs_ros.models.linear_second_order:LINEAR_SECOND_ORDER',
+    'observer_form_third_order': (
+        'obs_ros.models.observer_form_third_order:OBSERVER_FORM_THIRD_ORDER'
+    ),
+    'observer_form_third_order_nmp': (
+        'obs_ros.models.observer_form_third_order:OBSERVER_FORM_THIRD_ORDER_NMP'
+    ),
     'three_tank': 'obs_ros.models.three_tank:THREE_TANK',
 }
 

@@ -4,6 +4,18 @@ from obs_ros.registry import lookup
 from plant_sim.scenario import Scenario
 
 SCENARIOS = {
+    'glycolytic_oscillator': 'plant_sim.scenarios.glycolytic_oscillator:BASE',
+    'glycolytic_oscillator_chaotic': 'plant_sim.scenarios.glycolytic_oscillator:CHAOTIC',
+    'glycolytic_oscillator_disturbed': 'plant_sim.scenarios.glycolytic_oscillator:DISTURBED',
+    'glycolytic_oscillator_gaussian': 'plant_sim.scenarios.glycolytic_oscillator:GAUSSIAN',
+    'glycolytic_oscillator_mismatch': 'plant_sim.scenarios.glycolytic_oscillator:MISMATCH',
+    'jet_engine_case1': 'plant_sim.scenarios.jet_engine:CASE_1',
+    'jet_engine_case2': 'plant_sim.scenarios.jet_engine:CASE_2',
+    'linear_second_order': 'plant_sim.scenarios.linear_second_order:TWO_COSINES',
+    'observer_form_third_order': 'plant_sim.scenarios.observer_form_third_order:MINIMUM_PHASE',
+    'observer_form_third_order_nmp': (
+        'plant_sim.scenarios.observer_form_third_order:NON_MINIMUM_PHASE'
+    ),
     'three_tank': 'plant_sim.scenarios.three_tank:THREE_TANK_FAULTS',
 }
 

@@ -11,7 +11,7 @@ from std_srvs.srv import SetBool, Trigger
 
 from obs_ros.node.messages import LATCHED
 from plant_sim.node import Simulator
-from plant_sim.scenarios import load_scenario
+from plant_sim.scenarios import SCENARIOS, load_scenario
 from plant_sim.simulation import Simulation
 
 TOPICS = ('output', 'input', 'state', 'parameters')
@@ -160,3 +160,36 @@ def test_info_is_there_for_those_who_come_late(ros, paused):
     info = yaml.safe_load(ros.spin_until(lambda: texts)[0].data)
     assert info['scenario'] == 'three_tank' and info['sample_period'] == 1.0
     assert info['settings']['seed'] == 4 and info['stamps'] == 'plant time'
+
+
+@pytest.mark.parametrize('name', SCENARIOS)
+def test_it_plays_every_scenario_as_it_is_played_offline(ros, name):
+    ros.start(Simulator, scenario=name, speed=2, enabled=False, seed=4)
+    heard = {topic: ros.listen(f'/plant/{topic}') for topic in TOPICS}
+    ros.call('/simulator/enable', SetBool, data=True)
+    ros.spin_until(lambda: min(len(messages) for messages in heard.values()) >= 3)
+    reference = Simulation(load_scenario(name), seed=4)
+    for k in range(3):
+        instant = reference.sample()
+        played = [tuple(heard[topic][k].position) for topic in TOPICS]
+        assert played == [instant.y, instant.u, instant.x, instant.p]
+
+
+def test_a_mismatch_is_changed_while_it_runs(ros):
+    node = ros.start(Simulator, scenario='glycolytic_oscillator_mismatch')
+    parameters = ros.listen('/plant/parameters')
+    ros.spin_until(lambda: parameters and vector(parameters[-1]) == {'a': 0.8, 'd': 1.0})
+    assert set_parameter(node, 'plant.a', 0.9).successful
+    ros.spin_until(lambda: vector(parameters[-1]) == {'a': 0.9, 'd': 1.0})
+    assert 'must be 0.5 to 1.5' in set_parameter(node, 'plant.a', 2.0).reason
+
+
+def test_reset_clears_the_integral_of_a_controller(ros):
+    ros.start(Simulator, scenario='jet_engine_case1', speed=2)
+    inputs = ros.listen('/plant/input')
+    ros.spin_until(lambda: len(inputs) > 20)
+    assert ros.call('/simulator/reset', Trigger).success
+    ros.spin_until(lambda: [seconds(m) for m in inputs].count(0.0))
+    at = [seconds(m) for m in inputs].index(0.0)
+    # e = Psi - r = 0.5 - 2.6: 5 e + 2 T e.
+    assert inputs[at].position[0] == pytest.approx(-5.02 * 2.1)

@@ -6,6 +6,7 @@ import pytest
 from obs_ros.model import Model, Variable
 from obs_ros.models import load_model
 from plant_sim.plant import Plant
+from plant_sim.signals import constant
 
 
 def test_a_linear_plant_follows_its_closed_form():
@@ -19,14 +20,29 @@ def test_a_linear_plant_follows_its_closed_form():
         output=lambda t, x, u, p: (2.0 * x[0],),
     )
     plant = Plant(decay, [3.0])
-    plant.advance(5.0, [1.0], [0.5])
+    plant.advance(5.0, constant(1.0), [0.5])
     assert plant.x[0] == pytest.approx(2.0 + math.exp(-2.5), abs=1e-6)
     assert plant.output([1.0], [0.5])[0] == 2.0 * plant.x[0]
 
 
+def test_an_input_that_runs_on_is_followed_between_the_ends_of_a_step():
+    """x' = -x + cos 3 t from x(0) = 0.1, without transient: x = (cos 3 t + 3 sin 3 t) / 10."""
+    lag = Model(
+        name='lag',
+        states=(Variable('x'),),
+        outputs=(Variable('y'),),
+        inputs=(Variable('u'),),
+        dynamics=lambda t, x, u, p: (u[0] - x[0],),
+        output=lambda t, x, u, p: (x[0],),
+    )
+    plant = Plant(lag, [0.1])
+    plant.advance(7.0, lambda t: (math.cos(3.0 * t),), ())
+    assert plant.x[0] == pytest.approx(0.1 * math.cos(21.0) + 0.3 * math.sin(21.0), abs=1e-6)
+
+
 def test_a_coarse_sampling_of_the_tanks_loses_nothing():
     """Window 1 begins with a crossing of levels, where fixed steps of 1 s err by 3e-3 cm."""
-    tanks, u, p = load_model('three_tank'), (30.0, 30.0), (1.0, 1.0, 1.0)
+    tanks, u, p = load_model('three_tank'), constant(30.0, 30.0), (1.0, 1.0, 1.0)
     coarse, fine = (Plant(tanks, (0.0, 0.0, 60.0)) for _ in range(2))
     coarse.advance(100.0, u, p)
     for t in np.arange(0.01, 100.005, 0.01):
@@ -44,7 +60,7 @@ def test_diverging_plants_do_not_hang():
     )
     plant = Plant(wild, [1.0])
     with np.errstate(all='ignore'):
-        plant.advance(1.0, (), ())
+        plant.advance(1.0, constant(), ())
     assert not math.isfinite(plant.x[0]) or plant.x[0] > 1e3
 
 
@@ -53,6 +69,6 @@ def test_wrong_use_is_refused():
     with pytest.raises(ValueError, match='3 states, not 2'):
         Plant(tanks, [1.0, 2.0])
     plant = Plant(tanks, [1.0, 2.0, 3.0])
-    plant.advance(1.0, (30.0, 30.0), (1.0, 1.0, 1.0))
+    plant.advance(1.0, constant(30.0, 30.0), (1.0, 1.0, 1.0))
     with pytest.raises(ValueError, match='cannot go back'):
-        plant.advance(0.5, (30.0, 30.0), (1.0, 1.0, 1.0))
+        plant.advance(0.5, constant(30.0, 30.0), (1.0, 1.0, 1.0))

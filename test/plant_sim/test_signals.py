@@ -3,7 +3,7 @@ import math
 import numpy as np
 import pytest
 
-from plant_sim.signals import Noise, Schedule, constant, noise_deviation
+from plant_sim.signals import Noise, Schedule, constant, noise_deviation, ramp
 
 
 def test_a_change_counts_from_its_time_on():
@@ -43,3 +43,10 @@ def test_noise_has_the_deviation_of_its_snr():
 def test_the_seed_makes_the_noise():
     one, same, other = (Noise(seed, 2).draw(1.0).tolist() for seed in (1, 1, 2))
     assert one == same != other
+
+
+def test_a_ramp_runs_straight_between_its_times():
+    reference = ramp((0.0, 17.0, 25.0), (2.6, 1.3, 1.7))
+    assert [reference(t)[0] for t in (0.0, 8.5, 17.0, 21.0, 40.0)] == pytest.approx(
+        [2.6, 1.95, 1.3, 1.5, 1.7]
+    )
