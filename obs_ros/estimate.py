@@ -61,7 +61,8 @@ class Estimate:
     `cost` is what the search minimised;
     `output_rms` is the residual's root mean square by output, in its unit; `residual_rms` that over
     all measured values, which means something where the outputs share a unit.
-    `stamp` is the newest output's stamp in ns where samples had one. Without a usable solution
+    `stamp` is the newest output's stamp in ns where samples had one. `figures` are what the
+    observer has to tell besides: gains, a generation, a best fitness. Without a usable solution
     (`usable` is False) the values are NaN.
     """
 
@@ -85,6 +86,7 @@ class Estimate:
     times: Array = field(default_factory=lambda: np.empty(0), repr=False)
     states: Array = field(default_factory=lambda: np.empty((0, 0)), repr=False)
     stamp: int | None = None
+    figures: Mapping[str, float] = field(default_factory=dict)
 
     @property
     def usable(self) -> bool:

@@ -3,8 +3,8 @@
 import math
 from typing import get_args
 
+from obs_ros.knob import Knob
 from obs_ros.model import Model
-from obs_ros.node.knob import Knob
 from plant_sim.simulation import NoiseReference
 
 CHOICE = (

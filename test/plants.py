@@ -214,3 +214,55 @@ def window_of(
     """The least squares of a record, with every output's noise `sigma`."""
     grid = Grid.of(model, record, np.full(len(model.outputs), sigma))
     return Objective(kernels_for(model, backend), grid, Unknowns.of(model, **settings))
+
+
+def observer_form_dynamics(t: Any, x: Any, u: Any, p: Any) -> tuple[Any, Any, Any]:
+    """x' = [-a | I; 0] x + b u."""
+    x1, x2, x3 = x
+    a2, a1, a0, b2, b1, b0 = p
+    return x2 - a2 * x1 + b2 * u[0], x3 - a1 * x1 + b1 * u[0], -a0 * x1 + b0 * u[0]
+
+
+def observer_form(**ranges: tuple[float, float]) -> Model:
+    """The third-order plant of Gremling & Passino 2000 in its minimum-phase ranges, or others."""
+    usual = {
+        'a2': (1.8, 2.3), 'a1': (1.8, 2.3), 'a0': (0.8, 1.2),
+        'b2': (0.8, 1.2), 'b1': (0.7, 1.1), 'b0': (0.6, 1.1),
+    }  # fmt: skip
+    return Model(
+        name='observer_form',
+        states=tuple(Variable(n, '1', -50.0, 50.0, nominal=0.0) for n in ('x1', 'x2', 'x3')),
+        inputs=(Variable('u', interpolation='linear'),),
+        outputs=(Variable('y'),),
+        parameters=tuple(Variable(n, '1', *r) for n, r in {**usual, **ranges}.items()),
+        dynamics=observer_form_dynamics,
+        output=lambda t, x, u, p: (x[0],),
+        max_step=0.01,
+    )
+
+
+def rich_input(t: Any) -> Any:
+    """The input of Gremling & Passino 2000, section 4.1."""
+    return (
+        1.5 * np.sin(3.2 * t) + 3.9 * np.cos(1.9 * t) - 2.6 * np.sin(0.7 * t)
+        - 2.1 * np.cos(2.5 * t)
+    )  # fmt: skip
+
+
+def trajectory(model: Model, t: Array, u: Any, x0: Sequence[float], p: Sequence[float]) -> Array:
+    """States (K, n) by this file's own RK4, one step an interval; u(t) are the inputs at any t."""
+
+    def rates(s: float, x: Array) -> Array:
+        return np.array(model.dynamics(s, tuple(x), u(s), tuple(p)))
+
+    x = np.asarray(x0, dtype=np.float64)
+    states = [x]
+    for k in range(t.size - 1):
+        h = t[k + 1] - t[k]
+        k1 = rates(t[k], x)
+        k2 = rates(t[k] + h / 2, x + h / 2 * k1)
+        k3 = rates(t[k] + h / 2, x + h / 2 * k2)
+        k4 = rates(t[k] + h, x + h * k3)
+        x = x + h / 6 * (k1 + 2 * k2 + 2 * k3 + k4)
+        states.append(x)
+    return np.array(states)

@@ -12,8 +12,8 @@ README = (ROOT / 'README.md').read_text()
 
 def test_every_parameter_stands_in_the_readme_as_it_is_declared() -> None:
     pytest.importorskip('rclpy')
+    from obs_ros.knob import markdown_table
     from obs_ros.node import settings as estimator
-    from obs_ros.node.knob import markdown_table
     from plant_sim import settings as simulator
 
     assert markdown_table((*estimator.CHOICE, *estimator.LIVE, *estimator.COMMON)) in README

@@ -22,7 +22,7 @@ from obs_ros.node.info import model_info, publish_info, settings_info
 from obs_ros.node.parameters import Parameters
 from obs_ros.node.publication import EstimatePublisher
 from obs_ros.node.run import run
-from obs_ros.node.settings import CHOICE, COMMON, LIVE, build_observer, differs, model_knobs
+from obs_ros.node.settings import CHOICE, build_observer, differs, observer_knobs
 from obs_ros.node.worker import Finished, Worker
 from obs_ros.observers import Observer
 from obs_ros.record import Sample
@@ -34,7 +34,8 @@ class Estimator(Node):
     """Feeds an observer from plant/output and plant/input and publishes what it estimates.
 
     Callbacks only append samples. A worker thread compiles the model once and then solves; of the
-    windows that close meanwhile it takes the newest, the others are counted as skipped.
+    windows that close meanwhile it takes the newest, the others are counted as skipped. Immediate
+    observers take their step in the callback instead, and samples are counted until they can.
 
     Raises ValueError when parameters given at start are wrong.
     """
@@ -64,19 +65,21 @@ class Estimator(Node):
         parameters = Parameters(self)
         parameters.declare(CHOICE)
         self.model = load_model(parameters.values['model'])
-        parameters.declare((*LIVE, *COMMON, *model_knobs(self.model)))
+        parameters.declare(observer_knobs(self.model, parameters.values['observer']))
         self._publish_info = publish_info(self)
         self._publisher = EstimatePublisher(self, self.model)
         parameters.watch(self._propose, self._adopt)
+        # Inputs first: of messages that wait, they are then read first.
+        inputs = Feed(
+            self, 'plant/input', names(self.model.inputs),
+            lambda stamp, u: self._absorb(Sample(stamp, u=u)),
+        ) if self.model.inputs else None  # fmt: skip
         self._feeds['output'] = Feed(
             self, 'plant/output', names(self.model.outputs),
             lambda stamp, y: self._absorb(Sample(stamp, y=y)),
         )  # fmt: skip
-        if self.model.inputs:
-            self._feeds['input'] = Feed(
-                self, 'plant/input', names(self.model.inputs),
-                lambda stamp, u: self._absorb(Sample(stamp, u=u)),
-            )  # fmt: skip
+        if inputs is not None:
+            self._feeds['input'] = inputs
         self.create_service(Trigger, '~/reset', self._on_reset)
         self.create_service(SetBool, '~/enable', self._on_enable)
         # The handle must be kept: dropping it ends the callback.
@@ -114,14 +117,37 @@ class Estimator(Node):
     def _absorb(self, sample: Sample) -> None:
         if not self.progress.enabled:
             return
+        if self._observer.immediate:
+            self._step(sample)
+            return
         if self._observer.absorb(sample):
             self._due = time.monotonic()
+        self._watch_timeline()
+        if self._due is not None:
+            self._proceed()
+
+    def _step(self, sample: Sample) -> None:
+        """Let an immediate observer take the sample, and publish its estimate."""
+        if not self._prepared:
+            self.progress.too_early += 1
+            return
+        begin = time.monotonic()
+        try:
+            due = self._observer.absorb(sample)
+            self._watch_timeline()
+            estimate = self._observer.estimate() if due else None
+        except Exception as error:
+            self._observer.reset()
+            self._fail(Finished('estimate', None, error, begin, time.monotonic()))
+            return
+        if estimate is not None:
+            self._publish(estimate, begin)
+
+    def _watch_timeline(self) -> None:
         if self._observer.last_break is not self._break:
             self._break = self._observer.last_break
             self._forget_solve()
             self.get_logger().warning(f'start anew: {self._break}')
-        if self._due is not None:
-            self._proceed()
 
     def _proceed(self) -> None:
         """Give the worker what is next, unless it is busy."""
@@ -147,18 +173,23 @@ class Estimator(Node):
 
     def _conclude(self, finished: Finished) -> None:
         if finished.error is not None:
-            self.progress.fail(finished)
-            self.get_logger().error(f'cannot {finished.kind}: {self.progress.error}')
+            self._fail(finished)
         elif finished.kind == 'estimate' and finished.result is not None:
-            self._publish(finished.result)
+            self._publish(finished.result, self._solving)
         if finished.kind == 'prepare':
             self._prepared = self.progress.ready = True
             if finished.error is None and not self.progress.compile_time:
                 self.progress.compile_time = float(finished.result)
                 self.get_logger().info(f'ready after {finished.result:.1f} s of compilation')
 
-    def _publish(self, estimate: Estimate) -> None:
-        latency = time.monotonic() - self._solving
+    def _fail(self, finished: Finished) -> None:
+        self.progress.fail(finished)
+        self.get_logger().error(
+            f'cannot {finished.kind}: {self.progress.error}', throttle_duration_sec=5.0
+        )
+
+    def _publish(self, estimate: Estimate, arrival: float) -> None:
+        latency = time.monotonic() - arrival
         published = self._publisher.publish(estimate, latency, self._observer.counts['skipped'])
         self.progress.conclude(estimate, latency, published)
 

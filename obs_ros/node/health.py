@@ -29,6 +29,7 @@ class Progress:
     latency: float = 0.0
     error: str = ''  # of the last solve; empty when it went well
     published: int = 0
+    too_early: int = 0  # samples that came before an immediate observer was compiled
     withheld: int = 0
     failed: int = 0
     jumps: int = 0
@@ -61,7 +62,7 @@ def examine(
 ) -> Health:
     """Return the worst that is known, and every figure."""
     level, message, outcome = _judge(
-        progress, feeds, settings['stale_after'], counts, settings['window.duration']
+        progress, feeds, settings['stale_after'], counts, settings.get('window.duration')
     )
     figures: dict[str, object] = {
         'outcome': outcome,
@@ -73,6 +74,8 @@ def examine(
         'failed': progress.failed,
         'compile_time_s': progress.compile_time,
     }
+    if progress.too_early:
+        figures['too_early'] = progress.too_early
     if estimate := progress.estimate:
         figures |= {
             'residual_rms': estimate.residual_rms,
@@ -101,10 +104,10 @@ def examine(
     return Health(level, message, figures)
 
 
-def _obstacle(feeds: Mapping[str, Feed], counts: Mapping[str, int], window: float) -> str:
+def _obstacle(feeds: Mapping[str, Feed], counts: Mapping[str, int], window: float | None) -> str:
     """Say what keeps the first window from ever closing, if anything does."""
     received = sum(feed.received for feed in feeds.values())
-    if counts.get('overflow', 0):
+    if counts.get('overflow', 0) and window is not None:
         return (
             f'a window of {window:g} s holds more samples than window.capacity: '
             'shorten window.duration, or raise window.capacity'
@@ -121,7 +124,7 @@ def _judge(
     feeds: Mapping[str, Feed],
     stale_after: float,
     counts: Mapping[str, int],
-    window: float,
+    window: float | None,
 ) -> tuple[Level, str, str]:
     """Return level, message and outcome; what keeps estimates from coming stands first."""
     if not progress.enabled:
@@ -145,6 +148,8 @@ def _judge(
     if progress.estimate is None:
         if obstacle := _obstacle(feeds, counts, window):
             return Level.WARN, obstacle, 'collecting'
+        if window is None:
+            return Level.OK, 'waiting for an output with every input known', 'collecting'
         return Level.OK, 'collecting the first window', 'collecting'
     outcome = progress.estimate.outcome
     level = LEVELS.get(outcome, Level.WARN)

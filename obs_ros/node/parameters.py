@@ -9,7 +9,7 @@ from rcl_interfaces.msg import ParameterDescriptor, SetParametersResult
 from rclpy.node import Node
 from rclpy.parameter import Parameter
 
-from obs_ros.node.knob import Knob, Value, plain
+from obs_ros.knob import Knob, Value, plain
 from obs_ros.registry import suggest
 
 # What rclpy and rcl declare on their own, wherever the user says so.

@@ -37,6 +37,7 @@ class EstimatePublisher:
                 'solve_time_s': estimate.solve_time,
                 'latency_s': latency,
                 'skipped': skipped,
+                **estimate.figures,
             },
         )
         vectors = {'state': estimate.state, 'parameters': estimate.parameters}

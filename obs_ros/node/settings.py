@@ -4,10 +4,11 @@ import math
 from collections.abc import Mapping
 from typing import Any, get_args
 
+from obs_ros.knob import Knob, Value
 from obs_ros.model import Model
-from obs_ros.node.knob import Knob, Value
 from obs_ros.objective import FITNESSES
 from obs_ros.observers import Observer, load_observer
+from obs_ros.observers.settings import knobs
 from obs_ros.search import METHODS
 from obs_ros.search.differential_evolution import Strategy
 from obs_ros.search.population import POPULATIONS
@@ -26,7 +27,7 @@ CHOICE = (
     ),
 )  # fmt: skip
 
-# A change of these needs no new observer.
+# A change of these needs no new observer. Immediate observers have no deadline.
 LIVE = (
     Knob('deadline', 1.0, 'wall time for one solve, best so far when it ends', 's', positive=True),
     Knob(
@@ -78,8 +79,41 @@ COMMON = (
 )  # fmt: skip
 
 
-def model_knobs(model: Model) -> tuple[Knob, ...]:
-    """Return the parameters that the model's variables bring: bounds, fixed values, noise."""
+# What immediate observers share with those that solve windows.
+SHARED = ('stale_after', 'parameters', 'states', 'seed')
+
+
+def observer_knobs(model: Model, name: str) -> tuple[Knob, ...]:
+    """Return the parameters that the observer of that name has on that model.
+
+    Raises ValueError when there is no such observer.
+    """
+    observer = load_observer(name)
+    if not observer.immediate:
+        return (*LIVE, *COMMON, *model_knobs(model))
+    initial = tuple(
+        Knob(
+            f'initial.{v.name}', math.nan,
+            f"{v.name} at the start; nan: the observer's own, nominal or mid of bounds", v.unit,
+            nan=True,
+        )
+        for v in model.unknowns
+    )  # fmt: skip
+    return (
+        *(knob for knob in (*LIVE, *COMMON) if knob.name in SHARED),
+        *knobs(observer.Settings, _prefix(name)),
+        *model_knobs(model, "the observer's own"),
+        *initial,
+    )
+
+
+def model_knobs(
+    model: Model, without_noise: str = 'estimated from the residual'
+) -> tuple[Knob, ...]:
+    """Return the parameters that the model's variables bring: bounds, fixed values, noise.
+
+    `without_noise` says what is done where the noise is not given.
+    """
     bounds = [
         Knob(
             f'bounds.{v.name}', (v.lower, v.upper), f'lower and upper bound of {v.name}', v.unit,
@@ -98,8 +132,7 @@ def model_knobs(model: Model) -> tuple[Knob, ...]:
     noise = [
         Knob(
             f'noise.{v.name}', 0.0,
-            f'standard deviation of the measured {v.name}; 0: estimated from the residual', v.unit,
-            lower=0.0,
+            f'standard deviation of the measured {v.name}; 0: {without_noise}', v.unit, lower=0.0,
         )
         for v in model.outputs
     ]  # fmt: skip
@@ -111,8 +144,27 @@ def build_observer(model: Model, values: Mapping[str, Any]) -> Observer:
 
     Raises ValueError for what single knobs could not tell, with the name and the value.
     """
-    return load_observer(values['observer'])(
+    observer = load_observer(values['observer'])
+    common = {
+        'parameters': _names(values['parameters']),
+        'states': _names(values['states']),
+        'bounds': {
+            name: bounds
+            for name, bounds in _under('bounds.', values).items()
+            if bounds != (model.variable(name).lower, model.variable(name).upper)
+        },
+        'fixed': _given('fixed.', values),
+        'noise': {
+            name: deviation for name, deviation in _under('noise.', values).items() if deviation
+        },
+        'seed': values['seed'],
+    }
+    if observer.immediate:
+        settings = _under(_prefix(values['observer']), values)
+        return observer(model, **common, initial=_given('initial.', values), **settings)
+    return observer(
         model,
+        **common,
         duration=values['window.duration'],
         period=values['window.period'] or None,
         capacity=values['window.capacity'],
@@ -122,20 +174,8 @@ def build_observer(model: Model, values: Mapping[str, Any]) -> Observer:
             for option, value in _under('search.', values).items()
             if option != 'method' and value
         },
-        parameters=_names(values['parameters']),
-        states=_names(values['states']),
-        bounds={
-            name: bounds
-            for name, bounds in _under('bounds.', values).items()
-            if bounds != (model.variable(name).lower, model.variable(name).upper)
-        },
-        fixed={n: value for n, value in _under('fixed.', values).items() if not math.isnan(value)},
-        noise={
-            name: deviation for name, deviation in _under('noise.', values).items() if deviation
-        },
         learn_noise=values['learn_noise'],
         fitness=values['fitness'],
-        seed=values['seed'],
     )
 
 
@@ -149,6 +189,15 @@ def differs(values: Mapping[str, Value], from_values: Mapping[str, Value]) -> bo
 
 def _under(prefix: str, values: Mapping[str, Any]) -> dict[str, Any]:
     return {name.removeprefix(prefix): v for name, v in values.items() if name.startswith(prefix)}
+
+
+def _given(prefix: str, values: Mapping[str, Any]) -> dict[str, float]:
+    return {name: v for name, v in _under(prefix, values).items() if not math.isnan(v)}
+
+
+def _prefix(observer: str) -> str:
+    """Return what the names of an observer's own settings begin with."""
+    return f'{observer.rpartition(":")[2]}.'
 
 
 def _names(names: tuple[str, ...]) -> tuple[str, ...] | None:

@@ -1,7 +1,7 @@
 """The observers, by name, and what they have in common."""
 
 from collections.abc import Mapping
-from typing import Protocol
+from typing import ClassVar, Protocol
 
 from obs_ros.estimate import Estimate
 from obs_ros.model import Model
@@ -10,15 +10,22 @@ from obs_ros.registry import lookup
 
 OBSERVERS = {
     'sliding_window': 'obs_ros.observers.sliding_window:SlidingWindowObserver',
+    'ekf': 'obs_ros.observers.ekf:ExtendedKalmanObserver',
+    'ukf': 'obs_ros.observers.ukf:UnscentedKalmanObserver',
+    'adaptive_luenberger': 'obs_ros.observers.adaptive_luenberger:AdaptiveLuenbergerObserver',
+    'rls_luenberger': 'obs_ros.observers.rls_luenberger:RecursiveLeastSquaresObserver',
 }
 
 
 class Observer(Protocol):
     """Turns samples into estimates.
 
-    One thread calls `absorb` and `reset`; another may call `estimate` meanwhile.
+    One thread calls `absorb` and `reset`; another may call `estimate` meanwhile. An `immediate`
+    one has its estimate ready when `absorb` returns True: then `estimate` is cheap, and is for the
+    same thread, after each such sample.
     """
 
+    immediate: ClassVar[bool]
     model: Model
 
     def prepare(self) -> float:

@@ -2,7 +2,7 @@
 
 import threading
 from collections.abc import Mapping
-from typing import Any
+from typing import Any, ClassVar
 
 from obs_ros.deadline import Deadline
 from obs_ros.estimate import Estimate
@@ -25,6 +25,8 @@ class SlidingWindowObserver:
 
     Raises ValueError for settings that are wrong, with the name and the value.
     """
+
+    immediate: ClassVar[bool] = False
 
     def __init__(
         self,

@@ -5,7 +5,8 @@ import importlib.util
 import logging
 import os
 import time
-from typing import Literal, Protocol
+from collections.abc import Callable
+from typing import Literal, Protocol, TypeVar
 
 import numpy as np
 
@@ -18,6 +19,7 @@ from obs_ros.typing import Array, IntArray
 LONGEST_REASON = 400  # characters of a compiler's message
 
 Backend = Literal['numba', 'numpy']
+Made = TypeVar('Made')
 
 log = logging.getLogger(__name__)
 
@@ -65,27 +67,42 @@ def kernels_for(model: Model, backend: Backend | None = None) -> Kernels:
 
 @functools.lru_cache(maxsize=64)
 def _kernels(model: Model, backend: str | None) -> Kernels:
+    def compiled() -> Kernels:
+        from obs_ros.rollout.compiled import CompiledKernels
+
+        kernels = CompiledKernels(model)
+        kernels.compile_time = run_once(kernels)
+        return kernels
+
+    return compiled_or_numpy(model, backend, compiled, lambda: NumpyKernels(model))
+
+
+def compiled_or_numpy(
+    model: Model, backend: str | None, compiled: Callable[[], Made], plain: Callable[[], Made]
+) -> Made:
+    """Return what `compiled` makes, or else, with a warning that says why, what `plain` makes.
+
+    Backend and errors are as in `kernels_for`.
+    """
     if backend == 'numpy' or (backend is None and importlib.util.find_spec('numba') is None):
-        return NumpyKernels(model)
+        return plain()
     try:
-        from obs_ros.rollout.compiled import CompiledKernels, CompileError
+        from obs_ros.rollout.compiled import CompileError
     except ImportError as error:
         reason = f'Numba does not work here: {error}'
         if backend == 'numba':
             raise ImportError(f"{reason}; pip install 'obs_ros[fast]'") from error
         log.warning('%s; NumPy is used, which is slower', reason)
-        return NumpyKernels(model)
+        return plain()
     try:
-        kernels = CompiledKernels(model)
-        kernels.compile_time = run_once(kernels)
+        return compiled()
     except (CompileError, ValueError) as error:
         words = ' '.join(str(error).split())
         reason = f'model {model.name!r} cannot be compiled: {words[:LONGEST_REASON]}'
         if backend == 'numba':
             raise ValueError(reason) from error
         log.warning('%s; NumPy is used, which is slower', reason)
-        return NumpyKernels(model)
-    return kernels
+        return plain()
 
 
 def check_backend(backend: str | None) -> str | None:

@@ -8,7 +8,7 @@ import sys
 import tempfile
 import threading
 from importlib.resources import files
-from pathlib import Path
+from pathlib import Path as FilePath
 from types import ModuleType
 from typing import Any
 
@@ -18,6 +18,7 @@ import numpy as np
 from obs_ros.model import Model
 from obs_ros.rollout.functions import fingerprint, rebuilt
 from obs_ros.rollout.grid import Grid
+from obs_ros.rollout.path import Path
 from obs_ros.typing import AnyArray, Array, IntArray
 
 LANES = 16  # candidates per chunk; below that LLVM unrolls the lane loop instead of vectorising it
@@ -68,6 +69,23 @@ class CompiledKernels:
         return states[..., :count], outputs[..., :count]
 
 
+class CompiledStepper:
+    """Steps candidates on from output to output; see `Stepper` for the methods."""
+
+    name = 'numba'
+    compile_time = 0.0
+
+    def __init__(self, model: Model) -> None:
+        self.model = model
+        self.module = load_module(model)
+        self.measure = self.module.measure
+        self._carry = self.module.carry
+
+    def carry(self, path: Path, x: Array, p: Array) -> None:
+        """See `Stepper.carry`."""
+        self._carry(path.t, path.dt, path.steps, path.u, path.slope, path.pieces, x, p)
+
+
 def axis(grid: Grid) -> tuple[AnyArray, ...]:
     """Return the arrays that say when, and with which inputs."""
     return grid.t, grid.steps, grid.u, grid.slope
@@ -108,7 +126,7 @@ def load_module(model: Model) -> ModuleType:
         if path is None or not any(path.parent.glob('__pycache__/*.nbi')):
             log.info('compiling the kernels of model %r: several seconds, once', model.name)
         if path is None:
-            path = Path(tempfile.mkdtemp(prefix='obs_ros_')) / f'{name}.py'
+            path = FilePath(tempfile.mkdtemp(prefix='obs_ros_')) / f'{name}.py'
             path.write_text(text)
         spec = importlib.util.spec_from_file_location(name, path)
         assert spec is not None and spec.loader is not None
@@ -164,9 +182,12 @@ def header(model: Model) -> str:
             doing('scatter_x(a, lane, x)', f'{at} = x[#]', n),
             doing('put_x(a, k, lane, x)', 'a[k, #, lane] = x[#]', n),
             doing('put_y(a, k, lane, y)', 'a[k, #, lane] = y[#]', r),
+            doing('put_lane(a, lane, x)', 'a[#, lane] = x[#]', n),
+            doing('put_outputs(a, lane, y)', 'a[#, lane] = y[#]', r),
             doing('put_rows(a, row, lane, y, w, k)', 'a[row + #, lane] = y[#] * w[k, #]', r),
             doing('add_squares(a, lane, yhat, y, weight, k)', f'{at} += {residual} ** 2', r),
             returning('input_at(u, slope, k, s)', 'u[k, #] + s * slope[k, #]', m),
+            returning('inputs(u)', 'u[#]', m),
             returning('axpy(x, a, k)', 'x[#] + a * k[#]', n),
             returning(
                 'rk4_sum(x, h, a, b, c, d)', 'x[#] + h * (a[#] + 2.0 * (b[#] + c[#]) + d[#])', n
@@ -175,7 +196,7 @@ def header(model: Model) -> str:
     )
 
 
-def stored(name: str, text: str) -> Path | None:
+def stored(name: str, text: str) -> FilePath | None:
     """Return the module's file in the cache folder, written if new; None if that is impossible."""
     path = cache_folder() / name / f'{name}.py'
     try:
@@ -196,15 +217,15 @@ def stored(name: str, text: str) -> Path | None:
     return path
 
 
-def cache_folder() -> Path:
+def cache_folder() -> FilePath:
     """Return where generated modules live: $OBS_ROS_CACHE, else the user's cache folder."""
     if own := os.environ.get('OBS_ROS_CACHE'):
-        return Path(own)
+        return FilePath(own)
     base = os.environ.get('XDG_CACHE_HOME')
-    return (Path(base) if base else Path.home() / '.cache') / 'obs_ros'
+    return (FilePath(base) if base else FilePath.home() / '.cache') / 'obs_ros'
 
 
-def prune(folder: Path) -> None:
+def prune(folder: FilePath) -> None:
     """Delete the generated modules that were not used for longest: edited models leave old ones."""
     modules = sorted(folder.glob('obs_ros_kernels_*'), key=lambda path: path.stat().st_mtime)
     for path in modules[:-KEPT_MODULES]:

@@ -93,6 +93,33 @@ def trajectories(t, steps, u, slope, x0, p, states, outputs):
 
 
 @entry
+def carry(t, dt, steps, u, slope, pieces, x0, p):
+    """Carry the candidates x0 (n, lanes), in place, over the first `pieces` pieces of a path."""
+    x = np.empty(N_STATES * N_LANES)
+    q = np.empty(max(1, N_PARAMETERS) * N_LANES)
+    for chunk in range(x0.shape[1] // N_LANES):
+        load(x0, chunk, N_STATES, x)
+        load(p, chunk, N_PARAMETERS, q)
+        for k in range(pieces):
+            advance(x, q, t[k], dt[k], steps[k], u, slope, k)
+        for lane in range(LANES):
+            put_lane(x0, np.uint64(chunk) * LANES + lane, gather_x(x, lane))
+
+
+@entry
+def measure(t, u, x0, p, y):
+    """Outputs y (r, lanes) of the candidates x0 at time t, under the inputs u (m,)."""
+    x = np.empty(N_STATES * N_LANES)
+    q = np.empty(max(1, N_PARAMETERS) * N_LANES)
+    for chunk in range(x0.shape[1] // N_LANES):
+        load(x0, chunk, N_STATES, x)
+        load(p, chunk, N_PARAMETERS, q)
+        for lane in range(LANES):
+            yhat = output(t, gather_x(x, lane), inputs(u), gather_p(q, lane))
+            put_outputs(y, np.uint64(chunk) * LANES + lane, yhat)
+
+
+@entry
 def grams(t, steps, u, slope, y, weight, measured, nodes, x0, p, out):
     """Gram matrices of residuals and output differences: out (starts, 1 + d, 1 + d).
 

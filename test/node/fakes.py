@@ -3,17 +3,21 @@
 import math
 import threading
 from collections.abc import Mapping
+from dataclasses import dataclass
 from typing import Any
 
 from obs_ros.estimate import Estimate, Outcome
 from obs_ros.model import names
 from obs_ros.models import load_model
+from obs_ros.observers.recursive import Instant, RecursiveObserver
+from obs_ros.observers.settings import Settings, setting
 from obs_ros.record import Sample
 
 
 class FakeObserver:
     """Is due at every `duration`-th output; estimates that output, and how many there were."""
 
+    immediate = False
     made: list['FakeObserver'] = []  # noqa: RUF012 - tests look the last one up here
 
     def __init__(self, model: Any, *, duration: float, **settings: Any) -> None:
@@ -75,3 +79,36 @@ class FakeObserver:
     @property
     def counts(self) -> Mapping[str, int]:
         return {'late': 3, 'skipped': self.skipped}
+
+
+@dataclass(frozen=True)
+class FakeSettings(Settings):
+    gain: float = setting(0.5, 'share of an error that is corrected', lower=0.0, upper=1.0)
+    mode: str = setting('plain', 'how', choices=('plain', 'fancy'))
+    table: tuple[float, ...] = setting((1.0, 2.0), 'two numbers', length=2)
+
+
+class FakeImmediate(RecursiveObserver):
+    """Takes the first output for every state; tells its gain. An output of 666 is too much."""
+
+    Settings = FakeSettings
+    made: list['FakeImmediate'] = []  # noqa: RUF012
+    go = threading.Event()
+
+    def __init__(self, model: Any, **arguments: Any) -> None:
+        super().__init__(model, **arguments)
+        FakeImmediate.made.append(self)
+
+    def prepare(self) -> float:
+        assert FakeImmediate.go.wait(10.0)
+        return 0.5
+
+    def _start(self, now: Instant) -> None:
+        self._step(now, now, None)
+
+    def _step(self, before: Instant, now: Instant, path: Any) -> None:
+        if now.y[0] == 666.0:
+            raise RuntimeError('the number of the beast')
+        self.x[:] = now.y[0]
+        self.stddev[0] = 0.25
+        self.figures['gain'] = self.settings.gain

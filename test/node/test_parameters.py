@@ -4,9 +4,9 @@ import pytest
 from rclpy.node import Node
 from ros import set_parameter
 
+from obs_ros.knob import Knob, markdown_table
 from obs_ros.models import load_model
 from obs_ros.node import settings
-from obs_ros.node.knob import Knob, markdown_table
 from obs_ros.node.parameters import Parameters
 from plant_sim import settings as plant_settings
 

@@ -1,0 +1,287 @@
+"""What observers have in common that take one step for each output."""
+
+import math
+import time
+from collections.abc import Iterable, Mapping
+from typing import Any, ClassVar, NamedTuple
+
+import numpy as np
+
+from obs_ros.estimate import Estimate, Outcome
+from obs_ros.model import Model, inside, names
+from obs_ros.models import load_model
+from obs_ros.observers import settings as table
+from obs_ros.observers.intake import Intake
+from obs_ros.record import Sample
+from obs_ros.registry import suggest
+from obs_ros.rollout import Backend, check_backend
+from obs_ros.rollout.path import Path
+from obs_ros.rollout.stepper import Stepper, stepper_for
+from obs_ros.solve import random_generator
+from obs_ros.typing import Array
+from obs_ros.unknowns import Unknowns
+
+
+class Instant(NamedTuple):
+    """An output as an observer meets it: y (r,), NaN = not measured, and the inputs u (m,) then.
+
+    u is what is known when the output comes: an input with the same stamp that comes after it is
+    in force from there on, but not in this u.
+    """
+
+    stamp: int  # ns
+    t: float  # s
+    y: Array
+    u: Array
+
+
+class RecursiveObserver:
+    """Takes one step for each output, in the thread that absorbs.
+
+    A subclass has `Settings` (see `setting`) and these hooks:
+
+    - `_start(now)` begins at an output: x (n,) and p (q,) hold the initial values, `rng` is new;
+    - `_step(before, now, path)` goes from one output to the next, the inputs being those of `path`.
+
+    Both leave the estimate in `x`, `p`, `stddev` (n + q,), `innovation` (r,), the outputs less
+    what was expected of them, and `figures`; NaN in the last three stands for what is not known.
+    All are written in place. What is compiled in either is compiled by `prepare`, which lets a twin
+    observe `rehearsal` made-up outputs. One that needs the last W outputs keeps them in a `Stream`.
+
+    Values that are not finite never leave: the observer starts again from its initial values.
+
+    Parameters
+    ----------
+    model : a Model, a built-in model's name, or `module:ATTRIBUTE`.
+    parameters, states : names to estimate; default all parameters and all states. The others
+        have their fixed or nominal value: parameters always, states at the start.
+    fixed : values of names that are not estimated.
+    bounds : (lower, upper) by name, instead of the model's.
+    noise : standard deviation by output, in its unit.
+    initial : values by name to start from; default the nominal value, else the middle of the box.
+    seed : of everything random; the same seed and samples give the same bits.
+    backend : `numba` or `numpy`; None takes Numba where it is installed.
+    settings : those of the class, see `Settings`.
+
+    Raises ValueError for anything wrong with these, with the name and the value, and for a model
+    that does not suit.
+    """
+
+    immediate: ClassVar[bool] = True
+    Settings: ClassVar[type[table.Settings]] = table.Settings
+    estimates_parameters: ClassVar[bool] = True  # False: they are given, all of them
+    rehearsal: ClassVar[int] = 3  # outputs, until all is compiled
+    reasons: ClassVar[tuple[str, ...]] = ()  # what a subclass counts besides
+
+    def __init__(
+        self,
+        model: Model | str,
+        *,
+        parameters: Iterable[str] | None = None,
+        states: Iterable[str] | None = None,
+        fixed: Mapping[str, float] | None = None,
+        bounds: Mapping[str, tuple[float, float]] | None = None,
+        noise: Mapping[str, float] | None = None,
+        initial: Mapping[str, float] | None = None,
+        seed: int = 0,
+        backend: Backend | None = None,
+        **settings: Any,
+    ) -> None:
+        self.model = load_model(model)
+        self.suits(self.model)
+        self.settings: Any = table.settings_of(self.Settings, settings)
+        if not self.estimates_parameters:
+            if parameters is not None and tuple(parameters):
+                raise ValueError(f'{type(self).__name__} estimates states only, no parameters')
+            parameters = ()
+        self.unknowns = Unknowns.of(self.model, parameters, states, fixed, bounds)
+        limits = [(bounds or {}).get(v.name, (v.lower, v.upper)) for v in self.model.unknowns]
+        self.lower, self.upper = np.array(limits, dtype=np.float64).T.copy()
+        self.noise = _checked_noise(self.model, noise)
+        self.initial = _initial_values(self.unknowns, initial or {})
+        self.backend: Backend | None = backend
+        check_backend(backend)
+        random_generator(seed)  # refuses a bad one now
+        self._seed = seed
+        self._arguments = {
+            'parameters': parameters, 'states': states, 'fixed': fixed, 'bounds': bounds,
+            'noise': noise, 'initial': initial, 'seed': seed, 'backend': backend, **settings,
+        }  # fmt: skip
+        n, q, r = (len(group) for group in (self.model.states, self.model.parameters,
+                                            self.model.outputs))  # fmt: skip
+        self.x, self.p = np.empty(n), np.empty(q)
+        self.stddev, self.innovation = np.empty(n + q), np.empty(r)
+        self.figures: dict[str, float] = {}
+        self._names = names(self.model.states), names(self.model.parameters)
+        self._unknowns = names(self.model.unknowns)
+        self._before: Instant | None = None
+        self._due = self._diverged = False
+        self._taken, self._remark, self._step_time = 0, '', 0.0
+        self._counts = dict.fromkeys(('reset_non_finite', *self.reasons, 'skipped'), 0)
+        self._intake = Intake(self.model, self.settings.longest_gap)
+        self._forget()
+
+    @classmethod
+    def suits(cls, model: Model) -> None:
+        """Raise ValueError, with the reason, if the observer is not for such a model."""
+
+    def _start(self, now: Instant) -> None:
+        """Begin at an output, from the initial values in x and p."""
+        raise NotImplementedError
+
+    def _step(self, before: Instant, now: Instant, path: Path) -> None:
+        """Go from the output before to the one now, the inputs being those of the path."""
+        raise NotImplementedError
+
+    @property
+    def stepper(self) -> Stepper:
+        """The model's steps; compiled at the first call, which may take some seconds."""
+        return stepper_for(self.model, self.backend)
+
+    def prepare(self) -> float:
+        """Compile what is not compiled yet; return the seconds that it took."""
+        begin = time.perf_counter()
+        twin = type(self)(self.model, **self._arguments)
+        period = round(1e9 * min(self.model.max_step, self.settings.longest_gap or 1.0, 1.0))
+        u = np.array([inside(variable) for variable in self.model.inputs])
+        with np.errstate(all='ignore'):
+            y = np.array(self.model.output(0.0, tuple(twin.x), tuple(u), tuple(twin.p)))
+        for k in range(self.rehearsal):
+            twin.absorb(Sample(k * period, y=np.where(np.isfinite(y), y, 0.0), u=u))
+        return time.perf_counter() - begin
+
+    def absorb(self, sample: Sample) -> bool:
+        """Take a sample, and one step if it is an output; return whether an estimate is due."""
+        last_break = self._intake.last_break
+        outputs = self._intake.push(sample)
+        if self._intake.last_break is not last_break:
+            self._forget()
+        for stamp, y in outputs:
+            self._counts['skipped'] += self._due
+            self._advance(stamp, y)
+        return bool(outputs)
+
+    def estimate(self, deadline: float | None = None) -> Estimate | None:
+        """Return the estimate at the newest output; None if it was returned before."""
+        if not self._due:
+            return None
+        self._due = False
+        assert self._before is not None
+        now, (states, parameters) = self._before, self._names
+        x, p, stddev = self.x.tolist(), self.p.tolist(), self.stddev.tolist()
+        if self._diverged:
+            x, p, stddev = ([math.nan] * len(each) for each in (x, p, stddev))
+        state = dict(zip(states, x, strict=True))
+        return Estimate(
+            parameters=dict(zip(parameters, p, strict=True)),
+            initial_state=state,
+            state=state,
+            stddev=dict(zip(self._unknowns, stddev, strict=True)),
+            outcome=Outcome.DIVERGED if self._diverged else Outcome.CONVERGED,
+            message=f'{self._taken} outputs since the start{self._remark}',
+            t0=now.t,
+            t1=now.t,
+            residual_rms=_rms(self.innovation.tolist()),
+            stamp=now.stamp,
+            solve_time=self._step_time,
+            figures=self.figures.copy(),
+        )
+
+    def reset(self) -> None:
+        """Forget all samples and estimates, but not the counts."""
+        self._intake.reset()
+        self._forget()
+
+    @property
+    def counts(self) -> Mapping[str, int]:
+        """What was dropped, mended or skipped so far, by reason."""
+        return {**self._intake.counts, **self._counts}
+
+    @property
+    def last_break(self) -> str | None:
+        """The last break of the samples' timeline, in words."""
+        return self._intake.last_break
+
+    def _remark_on(self, reason: str, what: str) -> None:
+        """Count something that went wrong in a step, and say so from now on."""
+        self._counts[reason] += 1
+        self._remark = f'; {what}'
+
+    def _advance(self, stamp: int, y: Array) -> None:
+        """Take the step to an output."""
+        begin = time.perf_counter()
+        before = self._before
+        path = self._intake.inputs.path(stamp if before is None else before.stamp, stamp)
+        now = Instant(stamp, stamp / 1e9, y, path.u[path.pieces].copy())
+        # What overflows is found below; compiled steps do not warn either.
+        with np.errstate(all='ignore'):
+            if before is None:
+                self._begin(now)
+            else:
+                self._step(before, now, path)
+        self._diverged = not math.isfinite(sum(self.x.tolist()) + sum(self.p.tolist()))
+        if self._diverged:
+            wrong = np.flatnonzero(~np.isfinite(np.concatenate([self.x, self.p])))
+            what = self.model.unknowns[wrong[0]].name if wrong.size else 'the sum of all'
+            self._remark_on(
+                'reset_non_finite', f'started again at {now.t:g} s, because {what} was not finite'
+            )
+            self._begin(now)
+        self._before, self._due = now, True
+        self._taken += 1
+        self._step_time = time.perf_counter() - begin
+
+    def _begin(self, now: Instant) -> None:
+        self._set_out()
+        self._start(now)
+
+    def _set_out(self) -> None:
+        """Put everything where it starts."""
+        self.rng = random_generator(self._seed)
+        n = self.x.size
+        self.x[:], self.p[:] = self.initial[:n], self.initial[n:]
+        self.stddev[:] = self.innovation[:] = math.nan
+        self.figures.clear()
+
+    def _forget(self) -> None:
+        self._before = None
+        self._due = self._diverged = False
+        self._taken, self._remark, self._step_time = 0, '', 0.0
+        self._set_out()
+
+
+def _rms(values: list[float]) -> float:
+    """Return the root mean square of those that are numbers; NaN if none is."""
+    squares = [value * value for value in values if not math.isnan(value)]
+    return math.sqrt(sum(squares) / len(squares)) if squares else math.nan
+
+
+def _initial_values(unknowns: Unknowns, given: Mapping[str, float]) -> Array:
+    """Return states and parameters (n + q,) to start from."""
+    model = unknowns.model
+    values = unknowns.given.copy()
+    for i, low, high in zip(unknowns.index, unknowns.lower, unknowns.upper, strict=True):
+        nominal = model.unknowns[i].nominal
+        middle = 0.5 * (low + high)
+        values[i] = middle if nominal is None else min(max(nominal, low), high)
+    order = list(names(model.unknowns))
+    for name, value in given.items():
+        model.variable(name)
+        if name not in unknowns.names:
+            raise ValueError(f'{name} cannot have an initial value: it is not estimated')
+        if not math.isfinite(value):
+            raise ValueError(f'{name} starts from {value}, which is not a finite number')
+        values[order.index(name)] = value
+    return values
+
+
+def _checked_noise(model: Model, noise: Mapping[str, float] | None) -> dict[str, float]:
+    if noise is not None and not isinstance(noise, Mapping):
+        raise ValueError(f'noise must give a standard deviation by output, not {noise!r}')
+    outputs = names(model.outputs)
+    for name, sd in (noise or {}).items():
+        if name not in outputs:
+            raise ValueError(f'noise of unknown output {name!r}: {suggest(name, outputs)}')
+        if not (math.isfinite(sd) and sd > 0.0):
+            raise ValueError(f'noise of {name}: standard deviation {sd} is not positive')
+    return dict(noise or {})

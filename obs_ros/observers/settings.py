@@ -1,0 +1,56 @@
+"""What can be set about an observer: a table that checks itself and feeds the node's parameters."""
+
+from dataclasses import dataclass, field, fields
+from typing import Any, TypeVar
+
+import numpy as np
+
+from obs_ros.knob import Knob, Value
+from obs_ros.registry import suggest
+
+
+def setting(default: Value, description: str, unit: str = '', **limits: Any) -> Any:
+    """Return a field of Settings; `limits` are those of Knob: lower, upper, positive, choices."""
+    return field(default=default, metadata={'description': description, 'unit': unit, **limits})
+
+
+@dataclass(frozen=True)
+class Settings:
+    """Settings that all observers have which go sample by sample; a subclass adds its own.
+
+    Raises ValueError for a value that is wrong, with its name and what would be right.
+    """
+
+    longest_gap: float = setting(
+        0.0,
+        'stamps that go further at once start it anew; 0: 1000 mean intervals, 10 s at least',
+        's',
+        lower=0.0,
+    )
+
+    def __post_init__(self) -> None:
+        for knob in knobs(type(self)):
+            value = getattr(self, knob.name)
+            plain = value.tolist() if isinstance(value, np.generic | np.ndarray) else value
+            object.__setattr__(self, knob.name, knob.coerce(plain))
+
+
+Kind = TypeVar('Kind', bound=Settings)
+
+
+def knobs(kind: type[Settings], prefix: str = '') -> tuple[Knob, ...]:
+    """Return the rows of the table, each name after `prefix`."""
+    rows = []
+    for f in fields(kind):
+        default: Any = f.default
+        rows.append(Knob(prefix + f.name, default, **f.metadata))
+    return tuple(rows)
+
+
+def settings_of(kind: type[Kind], given: dict[str, Any]) -> Kind:
+    """Return the settings with those given; raises ValueError for unknown and wrong ones."""
+    known = [f.name for f in fields(kind)]
+    for name in given:
+        if name not in known:
+            raise ValueError(f'unknown setting {name!r}: {suggest(name, known)}')
+    return kind(**given)
