@@ -47,6 +47,11 @@ class Objective:
         return self.unknowns.dimension
 
     @property
+    def is_least_squares(self) -> bool:
+        """Whether the costs are sums of squared residuals."""
+        return self.fitness == 'least_squares'
+
+    @property
     def walls(self) -> Array:
         """Least and largest values of z (2, d): 0 and 1, or infinite where there is no bound."""
         return self.unknowns.walls

@@ -13,6 +13,8 @@ ROUNDING = 1e-9
 class Curve:
     """Fit curve(z (B, d), s (K,)) -> (B, K) to y (K,): a `LeastSquares` for the searches."""
 
+    is_least_squares = True
+
     def __init__(
         self, curve: Callable[[Array, Array], Array], s: Array, y: Array, dimension: int
     ) -> None:

@@ -10,6 +10,8 @@ from obs_ros.registry import lookup
 
 OBSERVERS = {
     'sliding_window': 'obs_ros.observers.sliding_window:SlidingWindowObserver',
+    'gao': 'obs_ros.observers.gao:GeneticAdaptiveObserver',
+    'gase': 'obs_ros.observers.gase:GeneticAdaptiveStateEstimator',
     'ekf': 'obs_ros.observers.ekf:ExtendedKalmanObserver',
     'ukf': 'obs_ros.observers.ukf:UnscentedKalmanObserver',
     'adaptive_luenberger': 'obs_ros.observers.adaptive_luenberger:AdaptiveLuenbergerObserver',

@@ -19,6 +19,7 @@ from obs_ros.model import Model
 from obs_ros.rollout.functions import fingerprint, rebuilt
 from obs_ros.rollout.grid import Grid
 from obs_ros.rollout.path import Path
+from obs_ros.rollout.series_parallel import Stretch
 from obs_ros.typing import AnyArray, Array, IntArray
 
 LANES = 16  # candidates per chunk; below that LLVM unrolls the lane loop instead of vectorising it
@@ -84,6 +85,25 @@ class CompiledStepper:
     def carry(self, path: Path, x: Array, p: Array) -> None:
         """See `Stepper.carry`."""
         self._carry(path.t, path.dt, path.steps, path.u, path.slope, path.pieces, x, p)
+
+
+class CompiledSeriesParallel:
+    """Steps candidates on from measurement to measurement; see `SeriesParallel` for the methods."""
+
+    name = 'numba'
+
+    def __init__(self, model: Model, measured: IntArray) -> None:
+        self.model = model
+        self.measured = measured
+        self._pursue = load_module(model).pursue
+
+    def pursue(
+        self, window: Stretch, lower: Array, upper: Array, x0: Array, p: Array
+    ) -> tuple[Array, Array]:
+        """See `SeriesParallel.pursue`."""
+        squares, ends = np.empty(p.shape[1]), np.empty((x0.size, p.shape[1]))
+        self._pursue(*window, self.measured, lower, upper, x0, p, squares, ends)
+        return squares, ends
 
 
 def axis(grid: Grid) -> tuple[AnyArray, ...]:
@@ -170,6 +190,7 @@ def header(model: Model) -> str:
         return f'@jit\ndef {signature}:\n{lines or "    pass"}'
 
     at = f'a[np.uint64(# * {LANES}) + lane]'
+    clip = 'max(min(x[#], high[#]), low[#])'  # in this order NaN stays NaN
     residual = '(weight[k, #] * (yhat[#] - y[k, #]))'
     return '\n'.join(
         [
@@ -188,6 +209,8 @@ def header(model: Model) -> str:
             doing('add_squares(a, lane, yhat, y, weight, k)', f'{at} += {residual} ** 2', r),
             returning('input_at(u, slope, k, s)', 'u[k, #] + s * slope[k, #]', m),
             returning('inputs(u)', 'u[#]', m),
+            returning('inputs_at(u, k)', 'u[k, #]', m),
+            returning('clipped(x, low, high)', clip, n),
             returning('axpy(x, a, k)', 'x[#] + a * k[#]', n),
             returning(
                 'rk4_sum(x, h, a, b, c, d)', 'x[#] + h * (a[#] + 2.0 * (b[#] + c[#]) + d[#])', n

@@ -120,6 +120,44 @@ def measure(t, u, x0, p, y):
 
 
 @entry
+def pursue(t, dt, u, y, known, weight, measured, lower, upper, x0, p, squares, ends):
+    """Series-parallel Euler steps of candidates p (q, lanes), all from x0 (n,), along a window.
+
+    Writes the squared scaled errors (lanes,) before each replacement, and the states (n, lanes) at
+    the end. See `SeriesParallel`.
+    """
+    x = np.empty(N_STATES * N_LANES)
+    q = np.empty(max(1, N_PARAMETERS) * N_LANES)
+    total = np.empty(N_LANES)
+    for chunk in range(squares.size // N_LANES):
+        load(p, chunk, N_PARAMETERS, q)
+        for i in range(N_STATES):
+            for lane in range(N_LANES):
+                x[i * N_LANES + lane] = x0[i]
+        total[:] = 0.0
+        for k in range(dt.size):
+            for i in range(N_OUTPUTS):
+                if k > 0 and known[k, i]:
+                    row = np.uint64(measured[i]) * LANES
+                    for lane in range(LANES):
+                        x[row + lane] = y[k, i]
+            uk = inputs_at(u, k)
+            for lane in range(LANES):
+                xs = gather_x(x, lane)
+                rates = dynamics(t[k], xs, uk, gather_p(q, lane))
+                scatter_x(x, lane, clipped(axpy(xs, dt[k], rates), lower, upper))
+            for i in range(N_OUTPUTS):
+                if known[k + 1, i]:
+                    row = np.uint64(measured[i]) * LANES
+                    for lane in range(LANES):
+                        error = weight[i] * (y[k + 1, i] - x[row + lane])
+                        total[lane] += error * error
+        for lane in range(LANES):
+            squares[np.uint64(chunk) * LANES + lane] = total[lane]
+            put_lane(ends, np.uint64(chunk) * LANES + lane, gather_x(x, lane))
+
+
+@entry
 def grams(t, steps, u, slope, y, weight, measured, nodes, x0, p, out):
     """Gram matrices of residuals and output differences: out (starts, 1 + d, 1 + d).
 

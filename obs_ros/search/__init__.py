@@ -10,6 +10,7 @@ from typing import Any, NamedTuple
 
 from obs_ros.registry import suggest
 from obs_ros.search.chaotic_de import ChaoticDESettings, chaotic_de_search
+from obs_ros.search.ga import GASettings, ga_search
 from obs_ros.search.memetic import MemeticSettings, memetic_search
 from obs_ros.search.result import Found
 
@@ -25,6 +26,7 @@ class Method(NamedTuple):
 METHODS: Mapping[str, Method] = {
     'memetic': Method(memetic_search, MemeticSettings, needs_squares=True),
     'chaotic_de': Method(chaotic_de_search, ChaoticDESettings, needs_squares=False),
+    'ga': Method(ga_search, GASettings, needs_squares=False),
 }
 
 

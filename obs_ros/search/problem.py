@@ -12,6 +12,10 @@ class Problem(Protocol):
     def dimension(self) -> int:
         """Number of unknowns, d."""
 
+    @property
+    def is_least_squares(self) -> bool:
+        """Whether the costs are sums of squares, as of a `LeastSquares`."""
+
     def costs(self, z: Array, nodes: int | None = None) -> Array:
         """Return the costs (B,) of points z (B, d), over a prefix of the window."""
 
