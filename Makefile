@@ -8,7 +8,7 @@ export ROS_AUTOMATIC_DISCOVERY_RANGE := LOCALHOST
 
 bin := .venv/bin
 
-.PHONY: help setup peers demo test clean
+.PHONY: help setup peers design demo test clean
 
 help:  ## this list
 	@sed -n 's/^\([a-z]*\):.*## \(.*\)/make \1\t\2/p' Makefile
@@ -19,6 +19,9 @@ setup:  ## build .venv with all that demo and test need
 
 peers:  ## what benchmarks.peers compares with, into .venv
 	@tools/setup.sh peers
+
+design:  ## what obs_ros.design solves matrix inequalities with, into .venv
+	@tools/setup.sh design
 
 demo:  ## simulator and estimator on the three-tank plant: estimates beside the truth, demo.png
 	@tools/setup.sh runtime

@@ -29,6 +29,7 @@ setup(
     extras_require={
         'fast': ['numba'],
         'plot': ['matplotlib'],
+        'design': ['cvxpy', 'clarabel'],
         'peers': ['casadi', 'cma', 'do-mpc', 'filterpy', 'pygmo', 'pymoo'],
         'test': ['pytest'],
     },

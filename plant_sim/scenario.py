@@ -11,6 +11,11 @@ from plant_sim.sources import Source, start
 class Scenario:
     """One experiment on `model` (a name, or `module:ATTRIBUTE`).
 
+    `inputs` are read at every sample and held until the next: a signal, or a source such as a
+    controller. `parameters` change exactly on their times; they may differ from the model's nominal
+    ones, which is all that an estimator is told. `disturbance` is added to the measured outputs.
+    The noise is white, or an Ornstein-Uhlenbeck process with the time constant `noise_correlation`.
+    Times are in s; after `duration` the plant runs on.
     `inputs` are a signal, or a source such as a controller. They are read at every sample and held
     until the next; where `held` is false, a signal runs on in between. `parameters` change exactly
     on their times; they may differ from the model's nominal ones, which is all that an estimator is
@@ -29,6 +34,7 @@ class Scenario:
     sample_period: float
     duration: float
     snr_db: float = 40.0
+    noise_correlation: float = 0.0
     held: bool = True
     disturbance: Signal | None = None
     reference: str = ''
@@ -51,6 +57,10 @@ class Scenario:
                 )
         if not (self.sample_period > 0.0 and self.duration > 0.0):
             raise ValueError(f'scenario {self.name!r}: periods and durations must be positive')
+        if not self.noise_correlation >= 0.0:
+            raise ValueError(
+                f'scenario {self.name!r}: noise_correlation {self.noise_correlation} s is negative'
+            )
         if isinstance(self.inputs, Source) and not self.held:
             raise ValueError(f'scenario {self.name!r}: only a signal can run on between samples')
 

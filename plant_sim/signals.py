@@ -64,12 +64,23 @@ def noise_deviation(snr_db: float, power: float | Array = 1.0) -> Array:
 
 
 class Noise:
-    """White Gaussian noise, one column per output; the same `seed` gives the same noise."""
+    """Gaussian noise, one column per output; the same `seed` gives the same noise.
 
-    def __init__(self, seed: int, outputs: int) -> None:
+    It is white, or with a `correlation` in [0, 1) from one draw to the next, as samples of an
+    Ornstein-Uhlenbeck process have: exp(-period / time constant).
+    """
+
+    def __init__(self, seed: int, outputs: int, correlation: float = 0.0) -> None:
         self._random = np.random.default_rng(seed)
         self._outputs = outputs
+        self._correlation = correlation
+        self._unit: Array | None = None
 
     def draw(self, deviation: float | Array) -> Array:
         """Return the next (outputs,) values; each call draws the same numbers, scaled."""
-        return deviation * self._random.standard_normal(self._outputs)
+        fresh = self._random.standard_normal(self._outputs)
+        if self._correlation and self._unit is not None:
+            kept = self._correlation
+            fresh = kept * self._unit + math.sqrt(1.0 - kept * kept) * fresh
+        self._unit = fresh
+        return deviation * fresh

@@ -55,7 +55,9 @@ class Simulation:
         self._plant = Plant(self.model, scenario.initial_state)
         self._drive = start(scenario.inputs, self.period, seed)
         self._u = (0.0,) * len(self.model.inputs)
-        self._noise = Noise(seed, len(self.model.outputs))
+        tau = scenario.noise_correlation
+        correlation = math.exp(-self.period / tau) if tau else 0.0
+        self._noise = Noise(seed, len(self.model.outputs), correlation)
         self._power: float | Array = 1.0
         if noise_reference == 'measured':
             self._power = _output_power(scenario, self.period, seed)

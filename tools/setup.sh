@@ -2,6 +2,7 @@
 # setup.sh runtime: .venv with ROS 2 Jazzy, the numerics and this package.
 # setup.sh test: that, and the test tools.
 # setup.sh peers: runtime, and what benchmarks.peers compares with.
+# setup.sh design: runtime, and what obs_ros.design solves matrix inequalities with.
 # Each finished step leaves a fingerprint of what it was made from in .venv/.steps, so the next run
 # does only what is missing or out of date, and needs no network when nothing is.
 set -euo pipefail
@@ -118,6 +119,10 @@ if [[ $what == peers ]]; then
   pip_step peers "$(fingerprint requirements/{pins,runtime,peers}.txt)" \
     'pygmo, pymoo, pycma, CasADi, do-mpc and filterpy (120 MB, 1-2 minutes)' \
     -r requirements/peers.txt
+fi
+if [[ $what == design ]]; then
+  pip_step design "$(fingerprint requirements/{pins,runtime,design}.txt)" \
+    'CVXPY and Clarabel (90 MB, half a minute)' -r requirements/design.txt
 fi
 # Installed, not linked: an editable install has no data files, so it is not in the ament index.
 # Built in .venv, since modules deleted here would live on in build/, which colcon uses as well.

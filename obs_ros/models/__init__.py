@@ -5,6 +5,8 @@ from obs_ros.registry import lookup
 
 MODELS = {
     'glycolytic_oscillator': 'obs_ros.models.glycolytic_oscillator:GLYCOLYTIC_OSCILLATOR',
+    'heat_exchanger': 'obs_ros.models.heat_exchanger:HEAT_EXCHANGER',
+    'heat_exchanger_reduced': 'obs_ros.models.heat_exchanger:HEAT_EXCHANGER_REDUCED',
     'jet_engine': 'obs_ros.models.jet_engine:JET_ENGINE',
     'linear_second_order': 'obs_ros.models.linear_second_order:LINEAR_SECOND_ORDER',
     'observer_form_third_order': (
@@ -13,6 +15,7 @@ MODELS = {
     'observer_form_third_order_nmp': (
         'obs_ros.models.observer_form_third_order:OBSERVER_FORM_THIRD_ORDER_NMP'
     ),
+    'suspension': 'obs_ros.models.suspension:SUSPENSION',
     'three_tank': 'obs_ros.models.three_tank:THREE_TANK',
 }
 

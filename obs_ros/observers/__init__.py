@@ -14,6 +14,10 @@ OBSERVERS = {
     'gase': 'obs_ros.observers.gase:GeneticAdaptiveStateEstimator',
     'ekf': 'obs_ros.observers.ekf:ExtendedKalmanObserver',
     'ukf': 'obs_ros.observers.ukf:UnscentedKalmanObserver',
+    'high_gain': 'obs_ros.observers.high_gain:HighGainObserver',
+    'h_infinity': 'obs_ros.observers.h_infinity:HInfinityObserver',
+    'interconnected': 'obs_ros.observers.interconnected:InterconnectedObserver',
+    'unknown_input': 'obs_ros.observers.unknown_input:UnknownInputObserver',
     'adaptive_luenberger': 'obs_ros.observers.adaptive_luenberger:AdaptiveLuenbergerObserver',
     'rls_luenberger': 'obs_ros.observers.rls_luenberger:RecursiveLeastSquaresObserver',
 }

@@ -10,17 +10,20 @@ from plant_sim.scenarios import SCENARIOS, load_scenario
 from plant_sim.signals import constant
 from plant_sim.simulation import Simulation
 
+# To the end, or until both bumps of the 1 kHz scenarios are passed.
+MOST = 25000
+
 
 @pytest.mark.parametrize('name', SCENARIOS)
 class TestEveryScenario:
-    def test_it_stays_inside_the_bounds_of_its_model_to_its_end(self, name):
+    def test_it_stays_inside_the_bounds_of_its_model(self, name):
         scenario = load_scenario(name)
         assert scenario.name == name and scenario.reference
         simulation = Simulation(scenario, seed=1)
-        samples = round(scenario.duration / simulation.period) + 1
+        samples = min(round(scenario.duration / simulation.period), MOST) + 1
         instants = [simulation.sample() for _ in range(samples)]
         assert instants[0].t == 0.0 and instants[0].x == scenario.initial_state
-        assert instants[-1].t == pytest.approx(scenario.duration)
+        assert instants[-1].t == pytest.approx(min(scenario.duration, MOST * simulation.period))
         assert np.isfinite([i.y for i in instants]).all()
         model = load_model(scenario.model)
         for values, variables in (
@@ -37,7 +40,11 @@ class TestEveryScenario:
         assert [one.sample() for _ in range(50)] == [same.sample() for _ in range(50)]
 
 
-PAPERS_OF_PASSINO = [name for name in SCENARIOS if name != 'three_tank']
+PAPERS_OF_PASSINO = [
+    name
+    for name in SCENARIOS
+    if name.startswith(('glycolytic', 'jet_engine', 'linear', 'observer_form'))
+]
 
 
 @pytest.mark.parametrize('name', PAPERS_OF_PASSINO)

@@ -50,3 +50,12 @@ def test_a_ramp_runs_straight_between_its_times():
     assert [reference(t)[0] for t in (0.0, 8.5, 17.0, 21.0, 40.0)] == pytest.approx(
         [2.6, 1.95, 1.3, 1.5, 1.7]
     )
+
+
+def test_correlated_noise_keeps_its_deviation_and_forgets_at_its_pace():
+    noise = Noise(seed=4, outputs=2, correlation=0.8)
+    draws = np.array([noise.draw(0.1) for _ in range(20000)])
+    # A ninth of the draws are independent: 5 standard errors as above.
+    assert draws.std(axis=0) == pytest.approx(0.1, rel=5 / math.sqrt(2 * 20000 / 9))
+    lag = (draws[1:] * draws[:-1]).mean(axis=0) / draws.var(axis=0)
+    assert lag == pytest.approx(0.8, abs=5 * math.sqrt((1 - 0.8**2) / 20000))

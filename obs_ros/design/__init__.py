@@ -1,0 +1,1 @@
+"""Observer gains computed off line; what needs a solver for matrix inequalities."""
