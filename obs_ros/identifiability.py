@@ -7,6 +7,7 @@ from itertools import pairwise
 import numpy as np
 
 from obs_ros.objective import Objective
+from obs_ros.sequence.prior import Prior
 from obs_ros.typing import Array, BoolArray, IntArray
 
 UNDETERMINED = 0.1  # box; a standard deviation above says nothing
@@ -16,6 +17,7 @@ MOST_HALVES = 6  # in a power product that still means something
 SMALLEST_VALUE = 0.01  # box; below, a relative change means nothing
 HORIZON = 32  # windows looked ahead
 NODES = 2048  # over that horizon
+GATES = 25  # lengths looked at, each a fifth longer than the one before
 
 
 def weak_directions(
@@ -74,8 +76,8 @@ def advice(objective: Objective, state: Array, p: Array, chosen: IntArray) -> st
         jacobian = weight[:, :, None] * (y[:, :, 1:] - y[:, :, :1]) / step
     if not np.isfinite(jacobian).all():
         return ''
-    gates = (NODES * 2.0 ** np.arange(-math.log2(HORIZON), 1.0)).astype(int)
-    information = 1e-2 * np.eye(unknowns.dimension)
+    gates = np.geomspace(NODES / (2 * HORIZON), NODES, GATES).astype(int)
+    information = Prior.box(unknowns).precision
     deviations = []
     for first, last in pairwise([0, *gates]):
         part = jacobian[first:last].reshape(-1, unknowns.dimension)
@@ -88,9 +90,9 @@ def advice(objective: Objective, state: Array, p: Array, chosen: IntArray) -> st
             f'no window up to {HORIZON} times as long would determine {names} while the inputs '
             'stay as they are: move the inputs'
         )
-    seconds = length * gates[enough[0]] * HORIZON / NODES
+    seconds = max(length * gates[enough[0]] * HORIZON / NODES, 2.0 * length)
     return (
-        f'a window of about {max(seconds, 2.0 * length):.2g} s would determine {names}, '
+        f'a window of about {float(f"{seconds:.2g}"):g} s would determine {names}, '
         'even if the inputs stay as they are; moving them may be quicker'
     )
 
