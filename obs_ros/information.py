@@ -10,7 +10,6 @@ from dataclasses import dataclass
 import numpy as np
 
 from obs_ros.identifiability import UNDETERMINED
-from obs_ros.mismatch import Whiteness
 from obs_ros.model import Model
 from obs_ros.sequence.race import Hypothesis
 from obs_ros.typing import Array
@@ -66,14 +65,3 @@ class Deviations:
             state=np.where(state <= UNDETERMINED * boxes, state, np.nan),
             parameters=found['final'][n:],
         )
-
-
-def inflation_by(whiteness: Whiteness) -> float:
-    """Return by how much correlated residuals raise the variance of what is estimated from them.
-
-    As noise of that lag-1 correlation would, if it were autoregressive of first order.
-    """
-    if whiteness.white or whiteness.correlation <= 0.0:
-        return 1.0
-    r = min(whiteness.correlation, 0.99)
-    return (1.0 + r) / (1.0 - r)

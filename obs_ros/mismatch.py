@@ -8,6 +8,7 @@ from scipy.special import chdtr, chdtri
 from obs_ros.typing import Array
 
 TAIL = 0.001
+MOST_CORRELATED = 0.99
 WHITE_LIMIT = 2.81  # standard deviations of the lag-1 correlation
 
 
@@ -34,6 +35,30 @@ def whiteness(residuals: Array) -> Whiteness:
         count += r.size
     correlation = product / square if square else 0.0
     return Whiteness(correlation, correlation * float(np.sqrt(count)))
+
+
+def inflation(residuals: Array) -> float:
+    """Return by how much correlated residuals raise the variance of what is estimated from them.
+
+    One plus twice the sum of their correlations (K, r; NaN = not measured) up to the first that is
+    lost in the noise, but not less than autoregressive noise of the same lag-1 correlation r has,
+    (1 + r) / (1 - r); 1 where r already is lost.
+    """
+    worst = 1.0
+    for column in residuals.T:
+        r = column[np.isfinite(column)]
+        square = float(r @ r)
+        if r.size < 3 or square == 0.0:
+            continue
+        spectrum = np.abs(np.fft.rfft(r, 2 * r.size)) ** 2
+        correlations = np.fft.irfft(spectrum)[: r.size] / square
+        lost = np.flatnonzero(correlations[1:] * np.sqrt(r.size) < WHITE_LIMIT)
+        upto = 1 + (int(lost[0]) if lost.size else r.size - 1)
+        if upto > 1:
+            r1 = min(float(correlations[1]), MOST_CORRELATED)
+            summed = 1.0 + 2.0 * float(correlations[1:upto].sum())
+            worst = max(worst, summed, (1.0 + r1) / (1.0 - r1))
+    return worst
 
 
 def is_white(residuals: Array) -> bool:

@@ -7,8 +7,8 @@ import numpy as np
 
 from obs_ros.estimate import Estimate, Jump, Outcome
 from obs_ros.identifiability import advice, weak_directions
-from obs_ros.information import Deviations, inflation_by
-from obs_ros.mismatch import Whiteness, like_noise, too_small, whiteness
+from obs_ros.information import Deviations
+from obs_ros.mismatch import Whiteness, inflation, like_noise, too_small, whiteness
 from obs_ros.model import Model, Variable, names
 from obs_ros.objective import Objective
 from obs_ros.record import Record
@@ -113,6 +113,7 @@ class Fit:
     squares: float
     freedom: int
     colour: Whiteness
+    inflation: float
     noise_known: bool
     negligible: bool
 
@@ -123,7 +124,9 @@ class Fit:
         """Judge scaled residuals (K, r); NaN = not measured."""
         freedom = max(1, objective.count(objective.nodes) - objective.dimension)
         negligible = squares <= NEGLIGIBLE**2 * objective.signal * freedom
-        return cls(squares, freedom, whiteness(residuals), noise_known, negligible)
+        return cls(
+            squares, freedom, whiteness(residuals), inflation(residuals), noise_known, negligible
+        )
 
     @property
     def ratio(self) -> float:
@@ -173,7 +176,7 @@ def _trust(
     ):
         return Trust(Deviations.withheld(model))
     best, n = certainty.hypothesis, unknowns.n_states
-    deviations = Deviations.of(best, certainty.covariance, inflation_by(fit.colour))
+    deviations = Deviations.of(best, certainty.covariance, fit.inflation)
     final = best.layout.final(best.point)[n:]
     weak = weak_directions(
         objective,
@@ -238,18 +241,18 @@ def _judge(
         )
     if fit.too_large:
         return Outcome.MODEL_MISMATCH, (
-            f'the residual is {fit.ratio:.3g} times the noise ({found.accepted}): '
+            f'the residual is {fit.ratio:.3g} times the noise, given or learned: '
             'check the noise, the model and its fixed values, or shorten the window'
         )
     if fit.too_small:
         return Outcome.MODEL_MISMATCH, (
-            f'the residual is only {fit.ratio:.3g} times the noise: standard deviations are too '
-            'large; check the noise that is given'
+            f'the residual is only {fit.ratio:.3g} times the noise, given or learned: standard '
+            'deviations are too large; check the noise if it is given'
         )
     if not fit.colour.white and not fit.negligible and objective.fitness == 'least_squares':
         return Outcome.MODEL_MISMATCH, (
-            f'the residual is not white, its lag-1 correlation is {fit.colour.correlation:.2g} '
-            f'({found.accepted}): the model leaves something out, a parameter moved inside the '
+            f'the residual is not white, its lag-1 correlation is {fit.colour.correlation:.2g}: '
+            f'the model leaves something out, a parameter moved inside the '
             'window, or the measurement is coarsely rounded'
         )
     at_bound = _at_bound(objective, z)

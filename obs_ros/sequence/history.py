@@ -24,10 +24,9 @@ class Entry:
 
 @dataclass(frozen=True)
 class Known:
-    """A jump found: time and its standard deviation (s), and the places of what jumped."""
+    """A jump found: its time (s), and the places of what jumped."""
 
     time: float
-    deviation: float
     parameters: frozenset[int]
 
 

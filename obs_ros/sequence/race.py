@@ -12,6 +12,7 @@ import numpy as np
 from scipy.linalg import cho_factor, cho_solve
 
 from obs_ros.deadline import Deadline
+from obs_ros.mismatch import inflation
 from obs_ros.objective import Objective
 from obs_ros.search.levenberg_marquardt import levenberg_marquardt
 from obs_ros.sequence.prior import Prior, box_variances
@@ -127,7 +128,7 @@ class Race:
     """Hypotheses about one window, raced from the one without a jump."""
 
     def __init__(self, still: Hypothesis, deadline: Deadline, *, known: Hypothesis | None) -> None:
-        self.best = min((h for h in (still, known) if h), key=lambda h: h.evidence)
+        self.best = known if known is not None and _beats(known, still) else still
         self.tried = [h for h in (still, known) if h]
         self._still = still
         self._deadline = deadline
@@ -146,9 +147,7 @@ class Race:
         while self.best.jumps < MOST_JUMPS and not self._deadline.passed:
             rivals = self._all_solved(self._starts(self.best, before=before))
             winner = min(rivals, key=lambda h: h.evidence, default=self.best)
-            # Where the model has kinks, what the prior is narrowed by means little: squares must
-            # have been gained as well.
-            if winner.evidence >= self.best.evidence or winner.cost > self.best.cost:
+            if not _beats(winner, self.best):
                 break
             self.best = self._without_needless(winner)
         return self.best
@@ -312,6 +311,21 @@ def at_nodes(t: Array, times: Array) -> Array:
     """Return the shares of the window (T,) at which the nodes nearest to `times` (T,) lie."""
     nodes = np.searchsorted(t, t[0] + times * (t[-1] - t[0]))
     return np.asarray((t[np.clip(nodes, 1, t.size - 2)] - t[0]) / (t[-1] - t[0]))
+
+
+def _beats(winner: Hypothesis, best: Hypothesis) -> bool:
+    """Whether a hypothesis with more jumps is to be believed.
+
+    Where its residual is correlated, squares count for less: what a model leaves out is not to be
+    taken for jumps. And where the model has kinks, what the prior is narrowed by means little:
+    squares must have been gained as well.
+    """
+    gained = best.squares - winner.squares
+    paid = (winner.evidence - winner.squares) - (best.evidence - best.squares)
+    if gained <= paid or winner.cost > best.cost:
+        return False
+    residuals = winner.regimes.trajectory(winner.point)[1]
+    return gained > paid * inflation(residuals)
 
 
 def widened(prior: Prior, objective: Objective, *places: int) -> Prior:

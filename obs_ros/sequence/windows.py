@@ -5,6 +5,7 @@ inside the window; the gate holds what the window does not tell.
 """
 
 import time
+from collections.abc import Mapping
 from dataclasses import replace
 
 import numpy as np
@@ -46,6 +47,7 @@ class Windows:
         self._history = History(solver.unknowns)
         self._noise = Noise(solver.noise, names(solver.model.outputs), learn_noise)
         self._previous: Estimate | None = None
+        self._announced: list[Jump] = []
         self._explained: Hypothesis | None = None  # the previous window's
 
     def solve(self, record: Record, rng: np.random.Generator, deadline: Deadline) -> Estimate:
@@ -100,6 +102,8 @@ class Windows:
             in_time=not deadline.passed,
             solve_time=time.perf_counter() - begin,
         )
+        self._announced = [jump for jump in self._announced if jump.time > start - duration]
+        self._announced += [jump for jump in jumps if jump.new]
         if found.accepted and race.finished:
             self._learn(certainty, jumps)
         return estimate
@@ -131,6 +135,8 @@ class Windows:
             for other in alternatives
         )
         width = unknowns.upper - unknowns.lower
+        freedom = best.regimes.count(grid.t.size) - best.point.size
+        explained = like_noise(best.squares, freedom)
         found: dict[int, tuple[float, float, dict[str, float], dict[str, float]]] = {}
         for event, parameter, before, after in best.layout.jumped(best.point):
             place = best.layout.times[event]
@@ -164,7 +170,9 @@ class Windows:
                 time_stddev=deviation,
                 sizes=sizes,
                 stddev=deviations,
-                new=not self._known(moment, deviation, frozenset(sizes), duration),
+                new=explained
+                and clear(sizes, deviations)
+                and not self._announced_before(moment, deviation, frozenset(sizes), duration),
                 alternatives=others,
                 stamp=None if record.stamp is None
                 else record.stamp - round((newest - moment) * 1e9),
@@ -172,15 +180,14 @@ class Windows:
             for moment, deviation, sizes, deviations in found.values()
         )  # fmt: skip
 
-    def _known(
+    def _announced_before(
         self, moment: float, deviation: float, jumped: frozenset[str], duration: float
     ) -> bool:
-        names_of = self._solver.unknowns.names
         return any(
-            frozenset(names_of[i] for i in known.parameters) == jumped
-            and abs(known.time - moment)
-            <= max(SAME_TIME * duration, SAME_DEVIATIONS * max(deviation, known.deviation))
-            for known in self._history.jumps
+            frozenset(jump.sizes) == jumped
+            and abs(jump.time - moment)
+            <= max(SAME_TIME * duration, SAME_DEVIATIONS * max(deviation, jump.time_stddev))
+            for jump in self._announced
         )
 
     def _learn(self, certainty: Certainty, jumps: tuple[Jump, ...]) -> None:
@@ -198,12 +205,15 @@ class Windows:
         self._explained = best
         places = {name: i for i, name in enumerate(objective.unknowns.names)}
         start = float(grid.t[0])
-        history.jumps = [known for known in history.jumps if known.time < start]
+        near = SAME_TIME * (float(grid.t[-1]) - start)
+        earlier = history.jumps
+        history.jumps = [known for known in earlier if known.time < start]
         for jump in jumps:
-            known = Known(
-                jump.time, jump.time_stddev, frozenset(places[name] for name in jump.sizes)
-            )
-            if jump.new:
+            known = Known(jump.time, frozenset(places[name] for name in jump.sizes))
+            if not any(
+                other.parameters == known.parameters and abs(other.time - known.time) <= near
+                for other in earlier
+            ):
                 history.jumped(known)
             history.jumps.append(known)
         history.prune(start)
@@ -214,6 +224,11 @@ class Windows:
         if certainty.bent:  # the valley is not where correlations say that it is
             covariance = np.diag(np.diagonal(covariance))
         history.add(Entry(float(grid.t[-1]), z[final], covariance))
+
+
+def clear(sizes: Mapping[str, float], deviations: Mapping[str, float]) -> bool:
+    """Whether any of the sizes of a jump is more than two standard deviations from none."""
+    return any(abs(size) > 2.0 * deviations[name] for name, size in sizes.items())
 
 
 def _from_warm(

@@ -69,7 +69,7 @@ def test_parameters_walk_at_random() -> None:
 def test_a_jump_since_then_widens_what_jumped_to_its_box() -> None:
     for time, wider in ((20.0, False), (20.1, True), (25.0, True), (25.1, False)):
         sequence = history(20.0)
-        sequence.jumps = [Known(time, 0.1, GAIN)]
+        sequence.jumps = [Known(time, GAIN)]
         found = covariance(sequence.prior(25.0, DURATION))
         still = COVARIANCE + 0.01 * BOX * 0.5 * np.eye(2)
         if not wider:
@@ -82,17 +82,17 @@ def test_a_jump_since_then_widens_what_jumped_to_its_box() -> None:
 
 def test_a_new_jump_forgets_windows_that_did_not_know_of_it() -> None:
     sequence = history(20.0, 25.0, 30.0)
-    sequence.jumped(Known(25.0, 0.1, GAIN))
+    sequence.jumped(Known(25.0, GAIN))
     assert taken(sequence.prior(40.0, DURATION)) == pytest.approx(25.0)
-    sequence.jumped(Known(24.9, 0.1, GAIN))
+    sequence.jumped(Known(24.9, GAIN))
     assert taken(sequence.prior(40.0, DURATION)) == pytest.approx(20.0)
-    sequence.jumped(Known(5.0, 0.1, GAIN))
+    sequence.jumped(Known(5.0, GAIN))
     assert sequence.prior(40.0, DURATION) is None
 
 
 def test_pruning_keeps_what_later_windows_need() -> None:
     sequence = history(20.0, 25.0, 30.0)
-    sequence.jumps = [Known(22.0, 0.1, GAIN), Known(27.0, 0.1, GAIN)]
+    sequence.jumps = [Known(22.0, GAIN), Known(27.0, GAIN)]
     before = [sequence.prior(start, DURATION) for start in (26.0, 40.0)]
     sequence.prune(26.0)
     assert [known.time for known in sequence.jumps] == [27.0]
