@@ -40,9 +40,20 @@ def same(one, other):
 def test_the_reference_file_lists_every_parameter(ros, name):
     node = ros.start(NODES[name], '--ros-args', '--params-file', str(REFERENCE))
     declared = set(node.get_parameters_by_prefix(''))
-    assert set(listed(REFERENCE, name)) == declared - {
-        'use_sim_time', 'start_type_description_service',
+    assert set(listed(REFERENCE, name)) == {
+        parameter for parameter in declared
+        if not parameter.startswith(('use_sim_time', 'start_type_description_service', 'signals.'))
     }  # fmt: skip
+
+
+def test_the_reference_file_shows_every_part_of_a_binding_as_a_comment(ros):
+    block = REFERENCE.read_text().split('    # signals:')[1].split('\n    merge_wait')[0]
+    signals = yaml.safe_load(f'signals:{block}'.replace('\n    #', '\n'))
+    given = {name.replace('.', '__'): value for name, value in flat(signals)}
+    node = ros.start(Estimator, **given)
+    declared = {f'signals.h1.{part}' for part in node.get_parameters_by_prefix('signals.h1')}
+    assert {name for name, _ in flat(signals)} == declared
+    assert 'output./tank1/level/joint_states' in node._feeds
 
 
 @pytest.mark.parametrize('path', FILES.values(), ids=FILES)

@@ -13,16 +13,16 @@ from rclpy.node import Node
 from std_srvs.srv import SetBool, Trigger
 
 from obs_ros.estimate import Estimate
-from obs_ros.model import names
 from obs_ros.models import load_model
+from obs_ros.node.bindings import bindings, signal_knobs
 from obs_ros.node.diagnostics import Health, publish_health
-from obs_ros.node.feed import Feed
 from obs_ros.node.health import Progress, examine
 from obs_ros.node.info import model_info, publish_info, settings_info
 from obs_ros.node.parameters import Parameters
 from obs_ros.node.publication import EstimatePublisher
 from obs_ros.node.run import run
 from obs_ros.node.settings import CHOICE, build_observer, differs, observer_knobs
+from obs_ros.node.streams import Streams, check_bindings
 from obs_ros.node.worker import Finished, Worker
 from obs_ros.observers import Observer
 from obs_ros.record import Sample
@@ -32,6 +32,8 @@ _PATIENCE = 0.3  # s that the end of the node waits for a solve
 
 class Estimator(Node):
     """Feeds an observer from plant/output and plant/input and publishes what it estimates.
+
+    Parameters `signals.<name>` bind outputs and inputs to fields of other topics.
 
     Callbacks only append samples. A worker thread compiles the model once and then solves; of the
     windows that close meanwhile it takes the newest, the others are counted as skipped. Immediate
@@ -52,7 +54,6 @@ class Estimator(Node):
         # Arrival (steady clock, s) of the sample that closed the newest window, until it is solved.
         self._due: float | None = None
         self._solving = 0.0  # the same of the window that is being solved
-        self._feeds: dict[str, Feed] = {}
         self._guard = self.create_guard_condition(self._collect)
         self._worker = Worker(notify=self._guard.trigger)
         try:
@@ -66,20 +67,16 @@ class Estimator(Node):
         parameters.declare(CHOICE)
         self.model = load_model(parameters.values['model'])
         parameters.declare(observer_knobs(self.model, parameters.values['observer']))
+        parameters.declare(signal_knobs(self.model))
+        bound = bindings(self.model, parameters.values, parameters.unknown('signals.'))
+        check_bindings(self, bound)
         self._publish_info = publish_info(self)
         self._publisher = EstimatePublisher(self, self.model)
         parameters.watch(self._propose, self._adopt)
-        # Inputs first: of messages that wait, they are then read first.
-        inputs = Feed(
-            self, 'plant/input', names(self.model.inputs),
-            lambda stamp, u: self._absorb(Sample(stamp, u=u)),
-        ) if self.model.inputs else None  # fmt: skip
-        self._feeds['output'] = Feed(
-            self, 'plant/output', names(self.model.outputs),
-            lambda stamp, y: self._absorb(Sample(stamp, y=y)),
-        )  # fmt: skip
-        if inputs is not None:
-            self._feeds['input'] = inputs
+        self._streams = Streams(
+            self, self.model, bound, parameters.values['merge_wait'], self._absorb
+        )
+        self._feeds = self._streams.feeds
         self.create_service(Trigger, '~/reset', self._on_reset)
         self.create_service(SetBool, '~/enable', self._on_enable)
         # The handle must be kept: dropping it ends the callback.
@@ -211,6 +208,7 @@ class Estimator(Node):
 
     def _reset(self, why: str) -> None:
         self.get_logger().info(f'reset: {why}')
+        self._streams.clear()
         self._observer.reset()
         self._forget_solve()
 

@@ -1,28 +1,39 @@
-"""One subscribed stream of named vectors: read, checked and counted."""
+"""One subscribed topic: its messages read, checked and counted."""
 
 import time
 from collections import Counter
-from collections.abc import Callable, Sequence
+from collections.abc import Callable
+from typing import Any, Protocol
 
 from rclpy.event_handler import SubscriptionEventCallbacks
 from rclpy.node import Node
 from rclpy.qos import QoSProfile
-from sensor_msgs.msg import JointState
 
-from obs_ros.node.messages import STREAM, STREAM_BEST_EFFORT, VectorReader, WrongMessageError
+from obs_ros.node.messages import STREAM, STREAM_BEST_EFFORT, WrongMessageError
 from obs_ros.typing import Array
 
 _BATCH = 500  # messages read before other callbacks get their turn
 
 
+class Reader(Protocol):
+    """Makes a stamp and a vector out of a message of the class `kind`."""
+
+    kind: type
+
+    def read(self, message: Any) -> tuple[int, Array]:
+        """Return stamp (ns) and values; raises WrongMessageError when they are not there."""
+
+
 class Feed:
-    """Hands each vector on `topic` to `take(stamp in ns, values)`; wrong messages are counted.
+    """Hands each vector that `reader` finds on `topic` to `take(stamp in ns, values)`.
+
+    Wrong messages are counted, and named now and then.
 
     It asks for reliable delivery, and settles for best effort when a publisher offers no more.
     """
 
     def __init__(
-        self, node: Node, topic: str, names: Sequence[str], take: Callable[[int, Array], None]
+        self, node: Node, topic: str, reader: Reader, take: Callable[[int, Array], None]
     ) -> None:
         self.topic = topic
         self.received = 0
@@ -30,7 +41,7 @@ class Feed:
         self.last_refusal = ''
         self._refused_last = False
         self._node = node
-        self._reader = VectorReader(names)
+        self._reader = reader
         self._take = take
         self._arrival: float | None = None
         self._rate_since = (time.monotonic(), 0)
@@ -59,7 +70,7 @@ class Feed:
 
     def _subscribe(self, qos: QoSProfile) -> None:
         self._subscription = self._node.create_subscription(
-            JointState,
+            self._reader.kind,
             self.topic,
             self._drain,
             qos,
@@ -74,7 +85,7 @@ class Feed:
         self._node.destroy_subscription(self._subscription)
         self._subscribe(STREAM_BEST_EFFORT)
 
-    def _drain(self, message: JointState) -> None:
+    def _drain(self, message: Any) -> None:
         """Read the message, and those waiting behind it: a turn of the executor costs far more."""
         subscription = self._subscription
         self._read(message)
@@ -85,7 +96,7 @@ class Feed:
                     break
                 self._read(taken[0])
 
-    def _read(self, message: JointState) -> None:
+    def _read(self, message: Any) -> None:
         self.received += 1
         try:
             stamp, values = self._reader.read(message)

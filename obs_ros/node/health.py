@@ -139,7 +139,9 @@ def _judge(
             return Level.WARN, f'waiting for {feed.topic}{refused}', 'waiting'
     for name, feed in feeds.items():
         if feed.silence > stale_after:
-            outcome = (Outcome.STALE_OUTPUT if name == 'output' else Outcome.STALE_INPUT).value
+            outcome = (
+                Outcome.STALE_OUTPUT if name.startswith('output') else Outcome.STALE_INPUT
+            ).value
             if feed.refuses:
                 message = f'its messages are refused: {feed.last_refusal}'
             else:

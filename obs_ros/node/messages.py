@@ -31,6 +31,11 @@ def time_message(stamp: int) -> Time:
     return Time(sec=stamp // 1_000_000_000, nanosec=stamp % 1_000_000_000)
 
 
+def nanoseconds(stamp: Time) -> int:
+    """Return a message's stamp in ns."""
+    return int(stamp.sec * 1_000_000_000 + stamp.nanosec)
+
+
 def named_vector(stamp: int, names: Sequence[str], values: Iterable[float]) -> JointState:
     """Return the values, by name, as a message stamped `stamp` (ns)."""
     message = JointState(name=list(names), position=list(values))
@@ -41,6 +46,8 @@ def named_vector(stamp: int, names: Sequence[str], values: Iterable[float]) -> J
 class VectorReader:
     """Reads vectors with the entries `names` out of messages that may have them in any order."""
 
+    kind = JointState
+
     def __init__(self, names: Sequence[str]) -> None:
         self._names = list(names)
 
@@ -49,8 +56,7 @@ class VectorReader:
 
         Raises WrongMessageError, its reason one of `wrong_length`, `unknown_name`, `missing_name`.
         """
-        stamp = message.header.stamp
-        nanoseconds = stamp.sec * 1_000_000_000 + stamp.nanosec
+        stamp = nanoseconds(message.header.stamp)
         names = message.name
         if len(names) != len(message.position):
             raise WrongMessageError(
@@ -58,9 +64,9 @@ class VectorReader:
             )
         values = np.array(message.position)
         if names == self._names:
-            return nanoseconds, values
+            return stamp, values
         order = self._order(names)
-        return nanoseconds, values[order]
+        return stamp, values[order]
 
     def _order(self, names: Sequence[str]) -> list[int]:
         for name in names:

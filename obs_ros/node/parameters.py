@@ -58,6 +58,10 @@ class Parameters:
                 ignore_override=True,
             )
 
+    def unknown(self, prefix: str) -> list[str]:
+        """Return the names with that prefix that the user gave, but no knob has."""
+        return sorted(name for name in self._given if name.startswith(prefix))
+
     def watch(
         self, propose: Callable[[Mapping[str, Value]], Any], adopt: Callable[[Any], None]
     ) -> None:

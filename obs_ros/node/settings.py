@@ -25,6 +25,11 @@ CHOICE = (
         'observer', 'sliding_window', 'observer: a built-in name or package.module:CLASS',
         read_only=True,
     ),
+    Knob(
+        'merge_wait', 0.1,
+        'wall time that samples wait for older ones on other topics, where `signals` name several',
+        's', lower=0.0, upper=60.0, read_only=True,
+    ),
 )  # fmt: skip
 
 # A change of these needs no new observer. Immediate observers have no deadline.
