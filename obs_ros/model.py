@@ -8,10 +8,14 @@ from typing import Any, Literal, get_args
 
 import numpy as np
 
+from obs_ros import trial
 from obs_ros.registry import suggest
+from obs_ros.typing import Array
 
 Interpolation = Literal['hold', 'linear', 'mean']
 Integrator = Literal['rk4', 'euler']
+
+CANDIDATES = 16  # with which a model is tried
 
 # f(t, x, u, p) -> one entry per state or output; entries are floats, or arrays over candidates.
 PlantFunction = Callable[[Any, Any, Any, Any], tuple[Any, ...]]
@@ -66,8 +70,8 @@ class Model:
     candidate, and compiled. `max_step` (s) is the longest integration step: longer sample intervals
     are split evenly.
 
-    Raises ValueError when names clash, a step is not positive or a function returns the wrong
-    number of entries.
+    Raises ValueError when names clash, a step is not positive, or a function fails, returns
+    something else than one number for each entry, or is finite nowhere; with the line at fault.
     """
 
     name: str
@@ -98,36 +102,33 @@ class Model:
                 f'model {self.name!r}: integrator {self.integrator!r} is none of '
                 f'{", ".join(get_args(Integrator))}'
             )
-        for function, count in (('dynamics', len(self.states)), ('output', len(self.outputs))):
+        for function, entries in (('dynamics', self.states), ('output', self.outputs)):
             # A function that its author compiled already is taken as written.
             plain = getattr(getattr(self, function), 'py_func', getattr(self, function))
             object.__setattr__(self, function, plain)
-            self._try(plain, function, count)
+            self._try(plain, function, entries)
 
-    def _try(self, function: PlantFunction, kind: str, count: int) -> None:
-        """Call a function once with arrays over two candidates, as searches do."""
+    def _try(self, function: PlantFunction, kind: str, entries: Sequence[Variable]) -> None:
+        """Call a function once with arrays over candidates, as searches do."""
         if not isinstance(function, FunctionType):
             raise ValueError(
                 f'model {self.name!r}: {kind} must be a plain function, not {function}'
             )
-        x, u, p = (
-            tuple(np.full(2, inside(variable)) for variable in group)
-            for group in (self.states, self.inputs, self.parameters)
+        rng = np.random.default_rng(0)
+        arguments = (
+            0.0,
+            *(
+                tuple(_around(variable, rng) for variable in group)
+                for group in (self.states, self.inputs, self.parameters)
+            ),
         )
+        vectors = {'x': names(self.states), 'u': names(self.inputs), 'p': names(self.parameters)}
         try:
-            with np.errstate(all='ignore'):
-                returned = function(0.0, x, u, p)
-        except Exception as error:
-            hint = ' (no `if` on values: use np.where)' if 'ambiguous' in str(error) else ''
-            raise ValueError(
-                f'model {self.name!r}: {kind} fails on arrays over candidates: {error}{hint}'
-            ) from error
-        shapes = {np.shape(entry) for entry in returned} if isinstance(returned, tuple) else {None}
-        if not shapes <= {(), (2,)} or len(returned) != count:
-            raise ValueError(
-                f'model {self.name!r}: {kind} must return a tuple of {count} entries, one number '
-                f'for each candidate, not {returned!r}'
-            )
+            returned = trial.called(function, arguments, vectors)
+            trial.check_returned(function, returned, names(entries), CANDIDATES)
+            trial.check_finite(function, arguments, returned, names(entries), vectors)
+        except ValueError as error:
+            raise ValueError(f'model {self.name!r}: {kind} {error}') from error
 
     @property
     def unknowns(self) -> tuple[Variable, ...]:
@@ -165,3 +166,14 @@ def inside(variable: Variable) -> float:
     if math.isinf(upper):
         return lower + 1.0
     return upper - 1.0 if math.isinf(lower) else 0.5 * (lower + upper)
+
+
+def _around(variable: Variable, rng: np.random.Generator) -> Array:
+    """Return values (CANDIDATES,) to try: the nominal one, or else the middle and others inside."""
+    middle = inside(variable)
+    if variable.nominal is not None:
+        return np.full(CANDIDATES, middle)
+    width = variable.upper - variable.lower
+    share = rng.uniform(-0.5, 0.5, CANDIDATES)
+    share[0] = 0.0
+    return np.asarray(middle + share * (width if math.isfinite(width) else 1.0))

@@ -2,7 +2,9 @@
 
 import difflib
 import importlib
+import traceback
 from collections.abc import Mapping
+from pathlib import Path
 
 
 def lookup(kind: str, name: str, table: Mapping[str, str]) -> object:
@@ -25,6 +27,9 @@ def lookup(kind: str, name: str, table: Mapping[str, str]) -> object:
         module = importlib.import_module(module_name)
     except ModuleNotFoundError as error:
         raise ValueError(f'{kind} {name!r}: {error}; is its package installed?') from error
+    except Exception as error:
+        what = '' if isinstance(error, ValueError) else f'{type(error).__name__}: '
+        raise ValueError(f'{kind} {name!r}: {what}{error}{_line(error)}') from error
     if not hasattr(module, attribute):
         hint = suggest(attribute, [n for n in dir(module) if not n.startswith('_')])
         raise ValueError(f'{kind} {name!r}: module {module_name} has no {attribute!r}: {hint}')
@@ -37,3 +42,13 @@ def suggest(name: str, known: Mapping[str, object] | list[str] | tuple[str, ...]
     if close:
         return 'did you mean ' + ' or '.join(repr(match) for match in close) + '?'
     return 'known are ' + (', '.join(sorted(known)) or 'none')
+
+
+def _line(error: Exception) -> str:
+    """Say on which line of the user's a module failed while it was imported."""
+    own, found = Path(__file__).parent, ''
+    for frame in traceback.extract_tb(error.__traceback__):
+        path = Path(frame.filename)
+        if not frame.filename.startswith('<') and own not in path.parents:
+            found = f' ({path.name}:{frame.lineno})'
+    return '' if isinstance(error, SyntaxError) else found  # whose text says so

@@ -49,6 +49,25 @@ def test_a_module_that_lacks_one_of_its_own_imports_says_which(tmp_path, monkeyp
         lookup('number', 'registry_broken:A', TABLE)
 
 
+@pytest.mark.parametrize(
+    ('text', 'message'),
+    [
+        ('x = 1\ndef f(:\n', 'SyntaxError: invalid syntax (registry_wrong.py, line 2)'),
+        ('x = 1\ny = z\n', "NameError: name 'z' is not defined (registry_wrong.py:2)"),
+        (
+            'from obs_ros import Variable\n\nA = Variable("a b")\n',
+            "number 'registry_wrong:A': variable name 'a b' is not an identifier "
+            '(registry_wrong.py:3)',
+        ),
+    ],
+)
+def test_a_module_that_fails_says_where(tmp_path, monkeypatch, text: str, message: str) -> None:
+    (tmp_path / 'registry_wrong.py').write_text(text)
+    monkeypatch.syspath_prepend(tmp_path)
+    with pytest.raises(ValueError, match=re.escape(message)):
+        lookup('number', 'registry_wrong:A', TABLE)
+
+
 def test_suggestions_prefer_close_matches_and_else_list_all() -> None:
     known = ('memetic', 'chaotic_de')
     assert suggest('mimetic', known) == "did you mean 'memetic'?"
