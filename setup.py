@@ -36,6 +36,7 @@ setup(
     zip_safe=True,
     entry_points={
         'console_scripts': [
+            'check_model = obs_ros.start:check_model',
             'estimator = obs_ros.start:estimator',
             'simulator = obs_ros.start:simulator',
         ],

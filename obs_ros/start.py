@@ -15,6 +15,11 @@ def simulator() -> int:
     return _run('plant_sim.node')
 
 
+def check_model() -> int:
+    """Look at a model, without ROS."""
+    return _run('obs_ros.check_model')
+
+
 def _run(module: str) -> int:
     # Importing ROS takes seconds; until it handles signals there is nothing to clean up.
     for number in (signal.SIGINT, signal.SIGTERM):

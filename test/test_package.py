@@ -11,7 +11,7 @@ from ament_index_python.packages import get_package_prefix
 from catkin_pkg.package import parse_package
 
 ROOT = Path(__file__).resolve().parents[1]
-EXECUTABLES = ('estimator', 'simulator')
+EXECUTABLES = ('check_model', 'estimator', 'simulator')
 ROS_SIDE = ('obs_ros.node', 'plant_sim.node')
 # Text that generated modules are made of: read, never imported.
 TEMPLATES = {'obs_ros.rollout.kernels'}

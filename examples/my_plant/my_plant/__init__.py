@@ -1,0 +1,1 @@
+"""A plant of your own, for obs_ros."""
