@@ -1,0 +1,108 @@
+"""Nobody but whoever starts a node decides what code runs in it."""
+
+import ast
+from pathlib import Path
+
+import pytest
+
+ROOT = Path(__file__).resolve().parents[1]
+SOURCES = sorted(f for package in ('obs_ros', 'plant_sim') for f in (ROOT / package).rglob('*.py'))
+CALLS = {'eval', 'exec', 'compile', '__import__', 'execfile'}
+MODULES = {'pickle', 'cPickle', 'dill', 'cloudpickle', 'joblib', 'marshal', 'shelve', 'subprocess'}
+# Of os, numpy and yaml: shells, and readers that may build any object.
+ATTRIBUTES = {
+    'system', 'popen', 'execv', 'execvp', 'spawnv', 'unsafe_load', 'full_load', 'UnsafeLoader',
+    'FullLoader', 'allow_pickle',
+}  # fmt: skip
+
+
+def forbidden(text):
+    """What evaluates, unpickles or calls a shell, with its line."""
+    for node in ast.walk(ast.parse(text)):
+        found = None
+        if isinstance(node, ast.Call) and isinstance(node.func, ast.Name):
+            found = node.func.id if node.func.id in CALLS else None
+        elif isinstance(node, ast.Attribute):
+            plain = isinstance(node.value, ast.Name)
+            is_yaml_load = plain and node.value.id == 'yaml' and node.attr == 'load'
+            found = node.attr if node.attr in ATTRIBUTES or is_yaml_load else None
+        elif isinstance(node, ast.keyword):
+            found = node.arg if node.arg in ATTRIBUTES else None
+        elif isinstance(node, ast.Import):
+            found = next((a.name for a in node.names if a.name.split('.')[0] in MODULES), None)
+        elif isinstance(node, ast.ImportFrom):
+            found = node.module if (node.module or '').split('.')[0] in MODULES else None
+        if found:
+            yield f'{found} in line {node.lineno}'
+
+
+@pytest.mark.parametrize('file', SOURCES, ids=lambda file: str(file.relative_to(ROOT)))
+def test_nothing_is_evaluated_or_unpickled(file):
+    assert not list(forbidden(file.read_text()))
+
+
+@pytest.mark.parametrize(
+    'text',
+    ['eval("1")', 'exec(x)', 'import pickle', 'from pickle import loads', 'import os.path, marshal',
+     'os.system("ls")', 'np.load(f, allow_pickle=True)', 'yaml.load(f)', 'yaml.unsafe_load(f)'],
+)  # fmt: skip
+def test_the_search_finds_what_it_is_for(text):
+    assert list(forbidden(text))
+
+
+@pytest.fixture
+def planted(tmp_path, monkeypatch):
+    """A module that leaves a file behind when it is imported."""
+    trace = tmp_path / 'imported'
+    (tmp_path / 'planted').mkdir()
+    for name in ('__init__', 'msg', 'code'):
+        text = f'import pathlib\npathlib.Path({str(trace)!r}).touch()\n'
+        (tmp_path / 'planted' / f'{name}.py').write_text(text)
+    monkeypatch.syspath_prepend(tmp_path)
+    return trace
+
+
+ATTEMPTS = [
+    ('model', 'planted.code:MODEL'),
+    ('observer', 'planted.code:Observer'),
+    ('signals.h1.topic', '/planted'),
+    ('signals.h1.type', 'planted/msg/Type'),
+    ('signals.h1.field', 'planted'),
+    ('signals.Q1.stamp', 'arrival'),
+    ('signals.h9.type', 'planted/msg/Type'),
+    ('merge_wait', 5.0),
+]
+
+
+@pytest.mark.parametrize(('name', 'value'), ATTEMPTS, ids=[name for name, _ in ATTEMPTS])
+def test_no_remote_caller_makes_the_estimator_import(ros, planted, name, value):
+    """Through the services, as `ros2 param set` does."""
+    from rcl_interfaces.srv import SetParameters, SetParametersAtomically
+    from rclpy.parameter import Parameter
+
+    from obs_ros.node.estimator import Estimator
+
+    node = ros.start(Estimator, observer='node.fakes:FakeObserver')
+    before = {k: v.value for k, v in node.get_parameters_by_prefix('').items()}
+    change = [Parameter(name, value=value).to_parameter_msg()]
+    for kind, service in (
+        (SetParameters, 'set_parameters'),
+        (SetParametersAtomically, 'set_parameters_atomically'),
+    ):
+        answer = ros.call(f'/estimator/{service}', kind, parameters=change)
+        result = answer.results[0] if kind is SetParameters else answer.result
+        assert not result.successful and result.reason
+    assert not planted.exists()
+    assert {k: str(v.value) for k, v in node.get_parameters_by_prefix('').items()} == {
+        k: str(v) for k, v in before.items()
+    }
+
+
+def test_no_remote_caller_makes_the_simulator_import(ros, planted):
+    from ros import set_parameter
+
+    from plant_sim.node import Simulator
+
+    node = ros.start(Simulator, enabled=False)
+    assert not set_parameter(node, 'scenario', 'planted.code:SCENARIO').successful
+    assert not planted.exists() and node.get_parameter('scenario').value == 'three_tank'
