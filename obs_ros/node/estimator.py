@@ -69,7 +69,7 @@ class Estimator(Node):
         parameters.declare(observer_knobs(self.model, parameters.values['observer']))
         parameters.declare(signal_knobs(self.model))
         bound = bindings(self.model, parameters.values, parameters.unknown('signals.'))
-        check_bindings(self, bound)
+        check_bindings(self, self.model, bound)
         self._publish_info = publish_info(self)
         self._publisher = EstimatePublisher(self, self.model)
         parameters.watch(self._propose, self._adopt)

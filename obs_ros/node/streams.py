@@ -21,6 +21,8 @@ from obs_ros.node.messages import VectorReader, WrongMessageError, nanoseconds
 from obs_ros.record import Sample
 from obs_ros.typing import Array
 
+NAMED_VECTOR = 'sensor_msgs/msg/JointState'
+
 
 class FieldReader:
     """Reads the bound entries of a vector (width,) out of one kind of message, the others NaN.
@@ -146,9 +148,14 @@ class Streams:
             merge.release(time.monotonic())
 
 
-def check_bindings(node: Node, bound: Mapping[str, Binding]) -> None:
+def check_bindings(node: Node, model: Model, bound: Mapping[str, Binding]) -> None:
     """Raise ValueError unless every binding has a topic, a type and a field that can be."""
-    seen: dict[str, Binding] = {}
+    # By topic: who named it first, with which type and stamp.
+    seen = {
+        node.resolve_topic_name(f'plant/{stream}'): (f'plant/{stream}', NAMED_VECTOR, HEADER)
+        for stream, group in (('input', model.inputs), ('output', model.outputs))
+        if any(name not in bound for name in names(group))
+    }
     for binding in bound.values():
         name = f'signals.{binding.name}'
         with _blaming(f'{name}.topic'):
@@ -164,11 +171,11 @@ def check_bindings(node: Node, bound: Mapping[str, Binding]) -> None:
                 'take the time at which messages arrive'
             )
         topic = node.resolve_topic_name(binding.topic)
-        other = seen.setdefault(topic, binding)
-        if (other.type, other.stamp) != (binding.type, binding.stamp):
+        other, *those = seen.setdefault(topic, (name, binding.type, binding.stamp))
+        if those != [binding.type, binding.stamp]:
             raise ValueError(
-                f'{name} and signals.{other.name} name one topic, {topic}, with different types or '
-                f'stamps: {binding.type} by {binding.stamp}, {other.type} by {other.stamp}'
+                f'{name} and {other} are one topic, {topic}, with different types or stamps: '
+                f'{binding.type} by {binding.stamp}, {those[0]} by {those[1]}'
             )
 
 

@@ -180,6 +180,37 @@ def test_a_window_of_two_rates_finds_the_valves(ros):
     assert list(vector(found[0]).values()) == pytest.approx(valves, rel=1e-5)
 
 
+def test_an_immediate_observer_takes_topics_of_two_rates(ros):
+    """An EKF: every whole and every partial sample is a step, in order, though batches arrive."""
+    estimator = ros.start(
+        Estimator,
+        **bind('h1', '/h1', JOINTS, 'position[a]'),
+        **bind('h2', '/h2', JOINTS, 'position[a]'),
+        observer='ekf',
+        merge_wait=60.0,
+        **dict.fromkeys(('noise__h1', 'noise__h2'), 0.01),
+    )
+    ros.spin_until(lambda: estimator.progress.ready, timeout=60.0)
+    found = ros.listen('/estimator/state')
+    one, two = speak(ros, '/h1', JointState), speak(ros, '/h2', JointState)
+    feeds = ros.speak('/plant/input')
+    t = np.arange(121.0)
+    h = tank_outputs(t, (50.0, 40.0, 45.0), (0.9, 0.7, 0.8))
+    feeds(0.0, ['Q1', 'Q2'], [30.0, 30.0])
+    ros.spin_until(lambda: estimator._feeds['input'].received)
+    for k in range(t.size):
+        one(named_vector(k * 10**9, ['a'], [h[k, 0]]))
+    ros.spin_until(lambda: estimator._feeds['output./h1'].received == t.size)
+    for k in range(0, t.size, 3):
+        two(named_vector(k * 10**9, ['a'], [h[k, 1]]))
+    ros.spin_until(lambda: len(found) == t.size)
+    assert [m.header.stamp.sec for m in found] == t.tolist()
+    last = vector(found[-1])
+    assert (last['h1'], last['h2']) == pytest.approx(h[-1], abs=0.05)
+    counts = estimator._observer.counts
+    assert counts['late'] == counts['duplicate'] == counts['reset'] == 0
+
+
 @pytest.mark.parametrize(
     ('binding', 'reason'),
     [
@@ -200,9 +231,13 @@ def test_a_window_of_two_rates_finds_the_valves(ros):
         (bind('h11', '/a', JOINTS, 'position[0]'), "no output or input 'h11'"),
         ({'signals__h1__topc': '/a'}, "no parameter 'signals.h1.topc': did you mean 'topic'"),
         (
+            bind('h1', 'plant/input', FLOAT, 'data', stamp='arrival'),
+            'signals.h1 and plant/input are one topic, /plant/input, with different types',
+        ),
+        (
             bind('h1', '/a', JOINTS, 'position[0]')
             | bind('h2', '/a', FLOAT, 'data', stamp='arrival'),
-            'name one topic, /a, with different types',
+            'signals.h2 and signals.h1 are one topic, /a, with different types',
         ),
     ],
 )  # fmt: skip
