@@ -86,6 +86,13 @@ def test_what_it_promises_is_what_estimates_then_say(run):
         assert limit == pytest.approx(2.0 * told[name], rel=0.05), name
 
 
+def test_the_tutorial_quotes_it(run):
+    text = (ROOT / 'docs' / 'your-own-plant.md').read_text()
+    (arguments,) = re.findall(r'ros2 run obs_ros check_model (.+)', text)
+    (quoted,) = re.findall(r'stiffness to \+-(\S+) of 9\.81', text)
+    assert limits(run(*arguments.split())[1])['stiffness'] == pytest.approx(float(quoted), rel=0.05)
+
+
 def test_what_a_window_cannot_tell_is_named_with_what_would(run):
     hanging, moved = ('--window', '4', '--noise', 'angle=0.002'), ('--input', 'torque=2')
     _, text, _ = run(PENDULUM, *hanging)

@@ -17,15 +17,12 @@ def output(t, x, u, p):
 
 PENDULUM = Model(
     name='pendulum',
-    states=(
-        Variable('angle', unit='rad', lower=-3.0, upper=3.0),
-        Variable('rate', unit='rad/s', lower=-9.0, upper=9.0),
-    ),
-    inputs=(Variable('torque', unit='1/s2', nominal=0.0),),
-    outputs=(Variable('angle', unit='rad'),),
+    states=(Variable('angle', 'rad', lower=-3, upper=3), Variable('rate', 'rad/s', -9, 9)),
+    inputs=(Variable('torque', '1/s2', nominal=0),),
+    outputs=(Variable('angle', 'rad'),),
     parameters=(
-        Variable('stiffness', unit='1/s2', lower=1.0, upper=30.0, nominal=9.81),
-        Variable('friction', unit='1/s', lower=0.0, upper=2.0, nominal=0.1),
+        Variable('stiffness', '1/s2', lower=1, upper=30, nominal=9.81),
+        Variable('friction', '1/s', lower=0, upper=2, nominal=0.1),
     ),
     dynamics=dynamics,
     output=output,
