@@ -25,12 +25,13 @@ setup(
     packages=find_packages(include=['obs_ros', 'obs_ros.*', 'plant_sim', 'plant_sim.*']),
     data_files=data_files,
     python_requires='>=3.11',
-    install_requires=['numpy>=1.26', 'scipy>=1.11'],
+    install_requires=['numpy>=1.26', 'pyyaml', 'scipy>=1.11'],
     extras_require={
         'fast': ['numba'],
         'plot': ['matplotlib'],
         'design': ['cvxpy', 'clarabel'],
         'peers': ['casadi', 'cma', 'do-mpc', 'filterpy', 'pygmo', 'pymoo'],
+        'replay': ['matplotlib', 'rosbags'],
         'test': ['pytest'],
     },
     zip_safe=True,
@@ -38,6 +39,7 @@ setup(
         'console_scripts': [
             'check_model = obs_ros.start:check_model',
             'estimator = obs_ros.start:estimator',
+            'replay = obs_ros.start:replay',
             'simulator = obs_ros.start:simulator',
         ],
     },

@@ -20,6 +20,11 @@ def check_model() -> int:
     return _run('obs_ros.check_model')
 
 
+def replay() -> int:
+    """Run the observer over a recording, without ROS."""
+    return _run('obs_ros.replay.command')
+
+
 def _run(module: str) -> int:
     # Importing ROS takes seconds; until it handles signals there is nothing to clean up.
     for number in (signal.SIGINT, signal.SIGTERM):

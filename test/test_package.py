@@ -11,7 +11,7 @@ from ament_index_python.packages import get_package_prefix
 from catkin_pkg.package import parse_package
 
 ROOT = Path(__file__).resolve().parents[1]
-EXECUTABLES = ('check_model', 'estimator', 'simulator')
+EXECUTABLES = ('check_model', 'estimator', 'replay', 'simulator')
 ROS_SIDE = ('obs_ros.node', 'plant_sim.node')
 # Text that generated modules are made of: read, never imported.
 TEMPLATES = {'obs_ros.rollout.kernels'}
@@ -20,7 +20,7 @@ MANIFEST = parse_package(ROOT / 'package.xml')
 DECLARED = {dependency.name for dependency in MANIFEST.exec_depends}
 ROS_PACKAGES = {name for name in DECLARED if not name.startswith('python3-')}
 ROSDEP_KEYS = {'numpy': 'python3-numpy', 'scipy': 'python3-scipy', 'yaml': 'python3-yaml'}
-OPTIONAL = {'cvxpy', 'numba', 'matplotlib'}
+OPTIONAL = {'cvxpy', 'numba', 'matplotlib', 'rosbags'}
 
 
 def source_files(package):

@@ -3,25 +3,18 @@
 import time
 from collections import Counter
 from collections.abc import Callable
-from typing import Any, Protocol
+from typing import Any
 
 from rclpy.event_handler import SubscriptionEventCallbacks
 from rclpy.node import Node
 from rclpy.qos import QoSProfile
 
-from obs_ros.node.messages import STREAM, STREAM_BEST_EFFORT, WrongMessageError
+from obs_ros.node.message_types import message_type
+from obs_ros.node.messages import STREAM, STREAM_BEST_EFFORT
+from obs_ros.node.readers import Reader, WrongMessageError
 from obs_ros.typing import Array
 
 _BATCH = 500  # messages read before other callbacks get their turn
-
-
-class Reader(Protocol):
-    """Makes a stamp and a vector out of a message of the class `kind`."""
-
-    kind: type
-
-    def read(self, message: Any) -> tuple[int, Array]:
-        """Return stamp (ns) and values; raises WrongMessageError when they are not there."""
 
 
 class Feed:
@@ -70,7 +63,7 @@ class Feed:
 
     def _subscribe(self, qos: QoSProfile) -> None:
         self._subscription = self._node.create_subscription(
-            self._reader.kind,
+            message_type(self._reader.type),
             self.topic,
             self._drain,
             qos,

@@ -93,7 +93,7 @@ def observer_knobs(model: Model, name: str) -> tuple[Knob, ...]:
 
     Raises ValueError when there is no such observer.
     """
-    observer = load_observer(name)
+    observer: Any = load_observer(name)
     if not observer.immediate:
         return (*LIVE, *COMMON, *model_knobs(model))
     initial = tuple(
@@ -149,7 +149,7 @@ def build_observer(model: Model, values: Mapping[str, Any]) -> Observer:
 
     Raises ValueError for what single knobs could not tell, with the name and the value.
     """
-    observer = load_observer(values['observer'])
+    observer: Any = load_observer(values['observer'])
     common = {
         'parameters': _names(values['parameters']),
         'states': _names(values['states']),
@@ -166,8 +166,11 @@ def build_observer(model: Model, values: Mapping[str, Any]) -> Observer:
     }
     if observer.immediate:
         settings = _under(_prefix(values['observer']), values)
-        return observer(model, **common, initial=_given('initial.', values), **settings)
-    return observer(
+        immediate: Observer = observer(
+            model, **common, initial=_given('initial.', values), **settings
+        )
+        return immediate
+    windowed: Observer = observer(
         model,
         **common,
         duration=values['window.duration'],
@@ -182,6 +185,7 @@ def build_observer(model: Model, values: Mapping[str, Any]) -> Observer:
         learn_noise=values['learn_noise'],
         fitness=values['fitness'],
     )
+    return windowed
 
 
 def differs(values: Mapping[str, Value], from_values: Mapping[str, Value]) -> bool:

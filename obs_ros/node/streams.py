@@ -3,74 +3,22 @@
 import time
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
-from typing import Any
 
-import numpy as np
 from rclpy.clock import Clock, ClockType
 from rclpy.exceptions import InvalidTopicNameException
 from rclpy.node import Node
 from rclpy.validate_topic_name import validate_topic_name
 
-from obs_ros.field_path import FieldError
 from obs_ros.merge import Merge
 from obs_ros.model import Model, names
 from obs_ros.node.bindings import HEADER, Binding
 from obs_ros.node.feed import Feed
 from obs_ros.node.message_types import fields_of, message_type
-from obs_ros.node.messages import VectorReader, WrongMessageError, nanoseconds
+from obs_ros.node.readers import topic_readers
 from obs_ros.record import Sample
 from obs_ros.typing import Array
 
 NAMED_VECTOR = 'sensor_msgs/msg/JointState'
-
-
-class FieldReader:
-    """Reads the bound entries of a vector (width,) out of one kind of message, the others NaN.
-
-    A message may lack some of them, as those of robots whose joints report by turns; one that has
-    none raises WrongMessageError, with the reason of a FieldError. `now` tells the stamp (ns) where
-    the header does not.
-    """
-
-    def __init__(
-        self, bound: Mapping[int, Binding], width: int, now: Callable[[], int] | None
-    ) -> None:
-        self.kind = message_type(next(iter(bound.values())).type)
-        self._bound = dict(bound)
-        self._width = width
-        self._now = now
-
-    def read(self, message: Any) -> tuple[int, Array]:
-        """Return stamp (ns) and values (width,)."""
-        stamp = nanoseconds(message.header.stamp) if self._now is None else self._now()
-        values = np.full(self._width, np.nan)
-        errors: list[FieldError] = []
-        for place, binding in self._bound.items():
-            try:
-                values[place] = binding.scale * binding.path.read(message) + binding.offset
-            except FieldError as error:
-                errors.append(error)
-        if len(errors) == len(self._bound):
-            raise WrongMessageError(errors[0].reason, str(errors[0]))
-        return stamp, values
-
-
-class NamedReader:
-    """Reads named entries of a vector (width,) out of named vectors, the others NaN."""
-
-    kind = VectorReader.kind
-
-    def __init__(self, entries: Mapping[int, str], width: int) -> None:
-        self._reader = VectorReader(list(entries.values()))
-        self._places = list(entries)
-        self._width = width
-
-    def read(self, message: Any) -> tuple[int, Array]:
-        """Return stamp (ns) and values (width,); raises WrongMessageError."""
-        stamp, found = self._reader.read(message)
-        values = np.full(self._width, np.nan)
-        values[self._places] = found
-        return stamp, values
 
 
 class Streams:
@@ -115,30 +63,23 @@ class Streams:
         take: Callable[[int, Array], None],
     ) -> list[tuple[str, Feed]]:
         """Return the feeds of a stream, each with its name in the diagnostics."""
-        width, default = len(entries), f'plant/{stream}'
-        named = {i: name for i, name in enumerate(entries) if name not in bound}
-        if len(named) == width:
-            reader = VectorReader(entries)
-            return [(stream, Feed(self._node, default, reader, take))] if width else []
-        by_topic: dict[str, dict[int, Binding]] = {}
-        for i, name in enumerate(entries):
-            if name in bound:
-                topic = self._node.resolve_topic_name(bound[name].topic)
-                by_topic.setdefault(topic, {})[i] = bound[name]
-        merge = Merge(width, self._wait, take)
+        default = f'plant/{stream}'
+        readers = topic_readers(entries, bound, default, self._node.resolve_topic_name, self._now)
+        if not any(name in bound for name in entries):
+            return [(stream, Feed(self._node, topic, reader, take)) for topic, reader in readers]
+        merge = Merge(len(entries), self._wait, take)
         self._merges.append(merge)
 
         def put(stamp: int, values: Array) -> None:
             merge.add(stamp, values, time.monotonic())
 
-        feeds = []
-        for topic, those in by_topic.items():
-            now = None if next(iter(those.values())).stamp == HEADER else self._now
-            feed = Feed(self._node, topic, FieldReader(those, width, now), put)
-            feeds.append((f'{stream}.{topic}', feed))
-        if named:
-            feeds.append((stream, Feed(self._node, default, NamedReader(named, width), put)))
-        return feeds
+        return [
+            (
+                stream if topic == default else f'{stream}.{topic}',
+                Feed(self._node, topic, reader, put),
+            )
+            for topic, reader in readers
+        ]
 
     def _now(self) -> int:
         return int(self._node.get_clock().now().nanoseconds)

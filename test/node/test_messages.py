@@ -3,7 +3,8 @@ import array
 import pytest
 from sensor_msgs.msg import JointState
 
-from obs_ros.node.messages import VectorReader, WrongMessageError, named_vector
+from obs_ros.node.messages import named_vector
+from obs_ros.node.readers import VectorReader, WrongMessageError
 
 STAMP = 1_700_000_000_123_456_789
 

@@ -1,0 +1,152 @@
+"""Vectors out of messages, whoever decoded them: ROS, or a reader of recordings. Knows no ROS."""
+
+from collections.abc import Callable, Mapping, Sequence
+from typing import Any, Protocol
+
+import numpy as np
+
+from obs_ros.field_path import FieldError
+from obs_ros.node.bindings import HEADER, Binding
+from obs_ros.registry import suggest
+from obs_ros.typing import Array
+
+NAMED_VECTOR = 'sensor_msgs/msg/JointState'
+
+
+class WrongMessageError(ValueError):
+    """A message that does not carry the vector asked for; `reason` is short, for counting."""
+
+    def __init__(self, reason: str, text: str) -> None:
+        super().__init__(text)
+        self.reason = reason
+
+
+class Reader(Protocol):
+    """Makes a stamp and a vector out of a message of the type called `type`."""
+
+    type: str
+
+    def read(self, message: Any) -> tuple[int, Array]:
+        """Return stamp (ns) and values; raises WrongMessageError when they are not there."""
+
+
+def nanoseconds(stamp: Any) -> int:
+    """Return a message's stamp in ns."""
+    return int(stamp.sec * 1_000_000_000 + stamp.nanosec)
+
+
+class VectorReader:
+    """Reads vectors with the entries `names` out of messages that may have them in any order."""
+
+    type = NAMED_VECTOR
+
+    def __init__(self, names: Sequence[str]) -> None:
+        self._names = list(names)
+
+    def read(self, message: Any) -> tuple[int, Array]:
+        """Return stamp (ns) and values (len(names),).
+
+        Raises WrongMessageError, its reason one of `wrong_length`, `unknown_name`, `missing_name`.
+        """
+        stamp = nanoseconds(message.header.stamp)
+        names = message.name
+        if len(names) != len(message.position):
+            raise WrongMessageError(
+                'wrong_length', f'{len(names)} names but {len(message.position)} positions'
+            )
+        values = np.array(message.position)
+        if names == self._names:
+            return stamp, values
+        order = self._order(names)
+        return stamp, values[order]
+
+    def _order(self, names: Sequence[str]) -> list[int]:
+        for name in names:
+            if name not in self._names:
+                raise WrongMessageError(
+                    'unknown_name', f'unknown name {name!r}: {suggest(name, self._names)}'
+                )
+        for name in self._names:
+            if name not in names:
+                raise WrongMessageError('missing_name', f'{name!r} is missing')
+        if len(names) != len(self._names):
+            raise WrongMessageError('wrong_length', f'a name stands twice: {list(names)}')
+        return [names.index(name) for name in self._names]
+
+
+class FieldReader:
+    """Reads the bound entries of a vector (width,) out of one kind of message, the others NaN.
+
+    A message may lack some of them, as those of robots whose joints report by turns; one that has
+    none raises WrongMessageError, with the reason of a FieldError. `now` tells the stamp (ns) where
+    the header does not.
+    """
+
+    def __init__(
+        self, bound: Mapping[int, Binding], width: int, now: Callable[[], int] | None
+    ) -> None:
+        self.type = next(iter(bound.values())).type
+        self._bound = dict(bound)
+        self._width = width
+        self._now = now
+
+    def read(self, message: Any) -> tuple[int, Array]:
+        """Return stamp (ns) and values (width,)."""
+        stamp = nanoseconds(message.header.stamp) if self._now is None else self._now()
+        values = np.full(self._width, np.nan)
+        errors: list[FieldError] = []
+        for place, binding in self._bound.items():
+            try:
+                values[place] = binding.scale * binding.path.read(message) + binding.offset
+            except FieldError as error:
+                errors.append(error)
+        if len(errors) == len(self._bound):
+            raise WrongMessageError(errors[0].reason, str(errors[0]))
+        return stamp, values
+
+
+class NamedReader:
+    """Reads named entries of a vector (width,) out of named vectors, the others NaN."""
+
+    type = NAMED_VECTOR
+
+    def __init__(self, entries: Mapping[int, str], width: int) -> None:
+        self._reader = VectorReader(list(entries.values()))
+        self._places = list(entries)
+        self._width = width
+
+    def read(self, message: Any) -> tuple[int, Array]:
+        """Return stamp (ns) and values (width,); raises WrongMessageError."""
+        stamp, found = self._reader.read(message)
+        values = np.full(self._width, np.nan)
+        values[self._places] = found
+        return stamp, values
+
+
+def topic_readers(
+    entries: Sequence[str],
+    bound: Mapping[str, Binding],
+    default: str,
+    resolve: Callable[[str], str],
+    now: Callable[[], int],
+) -> list[tuple[str, Reader]]:
+    """Return the topics that bring the entries of a vector, with a reader for each.
+
+    Entries with a binding come from there, the others by name from the topic `default`, which
+    stands last. `resolve` makes full names of topics, `now` tells the time (ns) of an arrival.
+    """
+    width = len(entries)
+    named = {i: name for i, name in enumerate(entries) if name not in bound}
+    if len(named) == width:
+        return [(default, VectorReader(entries))] if width else []
+    by_topic: dict[str, dict[int, Binding]] = {}
+    for i, name in enumerate(entries):
+        if name in bound:
+            by_topic.setdefault(resolve(bound[name].topic), {})[i] = bound[name]
+    readers: list[tuple[str, Reader]] = []
+    for topic, those in by_topic.items():
+        by_header = next(iter(those.values())).stamp == HEADER
+        readers.append((topic, FieldReader(those, width, None if by_header else now)))
+    if named:
+        readers.append((default, NamedReader(named, width)))
+    return readers

@@ -1,0 +1,185 @@
+"""A rosbag2 recording, in SQLite or MCAP, read without ROS."""
+
+import math
+from collections import Counter
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from contextlib import contextmanager
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+from obs_ros.merge import Merge
+from obs_ros.model import Model, names
+from obs_ros.node.bindings import HEADER, Binding
+from obs_ros.node.readers import Reader, WrongMessageError, topic_readers
+from obs_ros.record import Sample
+from obs_ros.registry import suggest
+from obs_ros.replay.extras import require
+from obs_ros.typing import Array
+
+LARGEST_MESSAGE = 1_000_000  # bytes
+STREAMS = ('input', 'output')
+
+
+@dataclass(frozen=True)
+class Binder:
+    """What says where in a bag the signals are: topics of `output` and `input`, and bindings.
+
+    Relative names of topics are those of a node called `node`, as they were when it listened;
+    samples of one stream from several topics wait for each other `wait` s of recorded time.
+    """
+
+    node: str
+    topics: Mapping[str, str]
+    bound: Mapping[str, Binding]
+    wait: float
+
+    def resolve(self, topic: str) -> str:
+        """Return the full name of a topic."""
+        if topic.startswith('/'):
+            return topic
+        base = self.node if topic.startswith('~') else self.node.rpartition('/')[0]
+        return f'{base}/{topic.removeprefix("~/")}'
+
+
+class Bag:
+    """Samples out of the messages on the topics wanted, in the order in which they were recorded.
+
+    Messages are read as the node reads them: named vectors on plant/output and plant/input, or
+    fields of whatever `signals` names. The time is that in the header, or that of the recording
+    where `signals` says `arrival`. What does not fit is counted by reason in `refused`.
+
+    Raises ValueError for topics that are missing or of another type, and for what is no bag.
+    """
+
+    def __init__(self, path: Path, binder: Binder, model: Model) -> None:
+        self.refused: Counter[str] = Counter()
+        self.done = 0.0
+        self.remarks: Sequence[str] = []
+        self._path = path
+        self._highlevel = require('rosbags.highlevel', 'reading a bag')
+        self._typesys = require('rosbags.typesys', 'reading a bag')
+        self._recorded = 0  # ns, of the message that is read
+        self._ready: list[Sample] = []
+        self._merges: list[Merge] = []
+        for role in binder.topics:
+            if role not in STREAMS:
+                raise ValueError(f'--topic {role}=: {suggest(role, STREAMS)}')
+        # By topic: whatever reads it, with what takes that; one topic may have both streams.
+        self._readers: dict[str, list[tuple[str, Reader, Callable[[int, Array], None]]]] = {}
+        for stream, variables in zip(STREAMS, (model.inputs, model.outputs), strict=True):
+            self._listen(stream, names(variables), binder)
+        with self._open() as reader:
+            self._connections(reader)
+
+    def __iter__(self) -> Iterator[Sample]:
+        """Yield the samples; raises ValueError, with file, topic and number, at a broken one."""
+        with self._open() as reader:
+            connections = self._connections(reader)
+            total = max(1, sum(connection.msgcount for connection in connections))
+            messages = self._checked(reader.messages(connections=connections))
+            for number, (connection, recorded, raw) in enumerate(messages, 1):
+                self.done = min(1.0, number / total)
+                place = f'{self._path}, message {number}, on {connection.topic}'
+                if len(raw) > LARGEST_MESSAGE:
+                    raise ValueError(f'{place}: {len(raw)} bytes, more than {LARGEST_MESSAGE}')
+                try:
+                    message = reader.deserialize(raw, connection.msgtype)
+                except Exception as error:  # the library's own kinds are not all that it raises
+                    raise ValueError(f'{place}: cannot be decoded: {error}') from error
+                self._recorded = recorded
+                yield from self._samples(connection.topic, message)
+        for merge in self._merges:
+            merge.release(math.inf)
+        yield from self._taken()
+
+    def _listen(self, stream: str, entries: tuple[str, ...], binder: Binder) -> None:
+        """Note which topics bring the entries of a stream, and what becomes of their messages."""
+
+        def take(stamp: int, values: Array) -> None:
+            values_of = {'u': values} if stream == 'input' else {'y': values}
+            self._ready.append(Sample(stamp, **values_of))
+
+        default = binder.resolve(binder.topics.get(stream, f'plant/{stream}'))
+        readers = topic_readers(
+            entries, binder.bound, default, binder.resolve, lambda: self._recorded
+        )
+        put = take
+        if any(name in binder.bound for name in entries):
+            merge = Merge(len(entries), binder.wait, take)
+            self._merges.append(merge)
+
+            def put(stamp: int, values: Array) -> None:
+                merge.add(stamp, values, self._recorded / 1e9)
+
+        for topic, reader in readers:
+            self._readers.setdefault(topic, []).append((stream, reader, put))
+        self._needs_header = {
+            binder.resolve(each.topic) for each in binder.bound.values() if each.stamp == HEADER
+        }
+
+    def _samples(self, topic: str, message: Any) -> Iterator[Sample]:
+        for stream, reader, put in self._readers[topic]:
+            try:
+                stamp, values = reader.read(message)
+            except WrongMessageError as error:
+                self.refused[f'{stream}.{error.reason}'] += 1
+                continue
+            put(stamp, values)
+        yield from self._taken()
+
+    def _taken(self) -> list[Sample]:
+        taken, self._ready = self._ready, []
+        return taken
+
+    @contextmanager
+    def _open(self) -> Iterator[Any]:
+        """Open the bag; it brings its types, and where it does not, those of Jazzy are taken."""
+        store = self._typesys.get_typestore(self._typesys.Stores.ROS2_JAZZY)
+        try:
+            reader = self._highlevel.AnyReader([self._path], default_typestore=store)
+            reader.open()
+        except Exception as error:  # a broken file raises whatever its bytes lead to
+            raise ValueError(f'{self._path}: cannot be read as a bag: {_words(error)}') from error
+        try:
+            yield reader
+        finally:
+            reader.close()
+
+    def _connections(self, reader: Any) -> list[Any]:
+        """Return the connections of the topics wanted; raises ValueError where one is missing."""
+        types = {connection.topic: connection.msgtype for connection in reader.connections}
+        for topic, readers in self._readers.items():
+            stream, wanted = readers[0][0], {reader.type for _, reader, _ in readers}
+            if topic not in types:
+                raise ValueError(
+                    f'{self._path}: there is no topic {topic}: {suggest(topic, types)}; '
+                    f'another one is named with --topic {stream}=TOPIC or signals.<name>.topic'
+                )
+            if {types[topic]} != wanted:
+                raise ValueError(
+                    f'{self._path}: {topic} has {types[topic]}, not {" and ".join(sorted(wanted))}'
+                )
+            fields = [name for name, _ in reader.typestore.fielddefs[types[topic]][1]]
+            if topic in self._needs_header and 'header' not in fields:
+                raise ValueError(f'{topic}: {types[topic]} has no header with a stamp; '
+                                 "signals.<name>.stamp must be 'arrival'")  # fmt: skip
+        return [each for each in reader.connections if each.topic in self._readers]
+
+    def _checked(self, messages: Iterator[Any]) -> Iterator[Any]:
+        """Pass messages on; raises ValueError where the file ends or breaks in between."""
+        number = 0
+        while True:
+            try:
+                message = next(messages)
+            except StopIteration:
+                return
+            except Exception as error:  # as above
+                where = f'{self._path}, after message {number}'
+                raise ValueError(f'{where}: {_words(error)}') from error
+            number += 1
+            yield message
+
+
+def _words(error: Exception) -> str:
+    return ' '.join(str(error).split()) or type(error).__name__

@@ -1,0 +1,115 @@
+"""How well an estimate foretells what comes after it, which no fit can flatter."""
+
+import math
+from collections import deque
+from dataclasses import dataclass
+
+import numpy as np
+
+from obs_ros.align import align
+from obs_ros.estimate import Estimate
+from obs_ros.model import Model
+from obs_ros.record import Record, Sample
+from obs_ros.rollout import kernels_for
+from obs_ros.rollout.grid import Grid
+from obs_ros.stream import InputStream, Stream
+from obs_ros.typing import Array
+
+
+@dataclass(frozen=True)
+class Forecast:
+    """What came of the forecast of one estimate, counted by `index` from 0.
+
+    `rms` (r,) is the root mean square of outputs less those foretold, in their units, and `held`
+    (r,) the same of the last output held all the time; NaN where there was nothing to compare.
+    """
+
+    index: int
+    rms: Array
+    held: Array
+
+
+class Forecaster:
+    """Runs the model on from each estimate through the next `horizon` s, inputs as they came.
+
+    State and parameters are those at the estimate's newest output; the outputs after it, which it
+    has not seen, are compared. A forecast is judged when outputs and inputs have passed its end. At
+    most `capacity` samples of each stream wait; a forecast whose beginning had to go is given up.
+    Stamps more than `reach` s ahead of all others are strays, as they are to the window.
+    """
+
+    def __init__(self, model: Model, horizon: float, reach: float, capacity: int) -> None:
+        self._model = model
+        self._horizon, self._reach = round(horizon * 1e9), round(reach * 1e9)
+        self._capacity = capacity
+        self._outputs = Stream(len(model.outputs), capacity)
+        self._inputs = InputStream(len(model.inputs), capacity)
+        self._kinds = [variable.interpolation for variable in model.inputs]
+        self._open: deque[tuple[int, int, Array, Array]] = (
+            deque()
+        )  # index, stamp, state, parameters
+
+    def push(self, sample: Sample) -> None:
+        """Take a sample that the observer gets too."""
+        newest = [s.newest for s in (self._inputs, self._outputs) if s.newest is not None]
+        if newest and sample.stamp > max(newest) + self._reach:
+            return
+        for stream, values in ((self._inputs, sample.u), (self._outputs, sample.y)):
+            if values is None or not stream.width:
+                continue
+            known = np.where(np.isfinite(values), values, np.nan)
+            if stream.newest is None or sample.stamp > stream.newest:
+                stream.append(sample.stamp, known)
+            else:
+                stream.insert(sample.stamp, known)
+            if len(stream) > self._capacity:
+                stream.drop(1)
+
+    def add(self, index: int, estimate: Estimate) -> None:
+        """Let an estimate foretell, unless it is not usable."""
+        if estimate.usable and estimate.stamp is not None:
+            x, p = (
+                np.array(list(values.values()), dtype=np.float64)
+                for values in (estimate.state, estimate.parameters)
+            )
+            self._open.append((index, estimate.stamp, x, p))
+
+    def judge(self) -> list[Forecast]:
+        """Return the forecasts that can be judged since the last call."""
+        found = []
+        while self._open and self._passed(self._open[0][1] + self._horizon):
+            index, stamp, x, p = self._open.popleft()
+            self._outputs.drop_until(stamp - 1)
+            self._inputs.drop_until(stamp - 1)
+            if not len(self._outputs) or self._outputs.stamps[0] != stamp:
+                continue
+            end = stamp + self._horizon
+            record = align(self._outputs, self._inputs, end, self._kinds)
+            if record is not None and not np.isnan(record.u[0]).any():
+                found.append(self._compare(index, record, x, p))
+        return found
+
+    def reset(self) -> None:
+        """Forget samples and open forecasts, after a break of the timeline."""
+        self._outputs.clear()
+        self._inputs.clear()
+        self._open.clear()
+
+    def _passed(self, end: int) -> bool:
+        newest = [stream.newest for stream in (self._outputs, self._inputs) if stream.width]
+        return all(stamp is not None and stamp >= end for stamp in newest)
+
+    def _compare(self, index: int, record: Record, x: Array, p: Array) -> Forecast:
+        grid = Grid.of(self._model, record, np.ones(len(self._model.outputs)))
+        with np.errstate(all='ignore'):
+            outputs = kernels_for(self._model).trajectories(grid, x[:, None], p[:, None])[1]
+            foretold = outputs[:, :, 0]
+            error = np.where(np.isfinite(foretold), record.y - foretold, math.inf)
+            error[np.isnan(record.y)] = math.nan
+            return Forecast(index, _rms(error[1:]), _rms((record.y - record.y[0])[1:]))
+
+
+def _rms(errors: Array) -> Array:
+    """Return the root mean square (r,) of errors (K, r); NaN = nothing measured."""
+    columns = [column[~np.isnan(column)] for column in errors.T]
+    return np.array([math.sqrt(np.mean(c**2)) if c.size else math.nan for c in columns])

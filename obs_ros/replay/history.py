@@ -1,0 +1,89 @@
+"""What came of a replay, small enough to be kept whatever was replayed."""
+
+import math
+from array import array
+from collections import Counter
+from collections.abc import Iterable, Sequence
+
+import numpy as np
+
+from obs_ros.estimate import Estimate, Jump
+from obs_ros.model import Model, names
+from obs_ros.replay.forecast import Forecast
+from obs_ros.typing import Array, IntArray
+
+MOST_JUMPS = 1000  # kept; all are counted
+
+
+class History:
+    """Numbers of the estimates, in their order; NaN where there is none.
+
+    Of the arrays, `values` and `deviations` (K, n + q) are those of states, then parameters;
+    `residuals`, `forecasts` and `held` (K, r) are root mean squares by output (see `Forecast`),
+    `rms` (K,) over all outputs.
+    """
+
+    def __init__(self, model: Model) -> None:
+        self.model = model
+        self.outcomes: Counter[str] = Counter()
+        self.messages: dict[str, str] = {}  # the last of each outcome
+        self.weak: Counter[str] = Counter()
+        self.jumps: list[Jump] = []  # when they were announced
+        self.jump_count = 0
+        self.solve_time = 0.0  # s, all together
+        self._unknowns, self._outputs = names(model.unknowns), names(model.outputs)
+        self._stamps = array('q')
+        self._outcomes: list[str] = []
+        kinds = ('values', 'deviations', 'residuals', 'forecasts', 'held', 'rms')
+        self._numbers = {kind: array('d') for kind in kinds}
+
+    def __len__(self) -> int:
+        return len(self._stamps)
+
+    def add(self, estimate: Estimate) -> int:
+        """Note an estimate; return its index."""
+        values = {**estimate.state, **estimate.parameters}
+        outcome = estimate.outcome.value
+        self.outcomes[outcome] += 1
+        self.messages[outcome] = estimate.message
+        self.weak.update(estimate.weak)
+        new = [jump for jump in estimate.jumps if jump.new]
+        self.jump_count += len(new)
+        self.jumps += new[: MOST_JUMPS - len(self.jumps)]
+        self.solve_time += estimate.solve_time
+        self._stamps.append(estimate.stamp or 0)
+        self._outcomes.append(outcome)
+        rows: dict[str, Iterable[float]] = {
+            'values': (values[name] for name in self._unknowns),
+            'deviations': (estimate.stddev.get(name, math.nan) for name in self._unknowns),
+            'residuals': (estimate.output_rms.get(name, math.nan) for name in self._outputs),
+            'forecasts': (math.nan for _ in self._outputs),
+            'held': (math.nan for _ in self._outputs),
+            'rms': (estimate.residual_rms,),
+        }
+        for kind, row in rows.items():
+            self._numbers[kind].extend(row)
+        return len(self) - 1
+
+    def judged(self, forecasts: Sequence[Forecast]) -> None:
+        """Note what came of forecasts."""
+        width = len(self._outputs)
+        for forecast in forecasts:
+            place = slice(width * forecast.index, width * (forecast.index + 1))
+            self._numbers['forecasts'][place] = array('d', forecast.rms)
+            self._numbers['held'][place] = array('d', forecast.held)
+
+    @property
+    def stamps(self) -> IntArray:
+        """Stamps (K,) in ns."""
+        return np.array(self._stamps, dtype=np.int64)
+
+    @property
+    def outcome_of(self) -> Sequence[str]:
+        """The outcome of each estimate."""
+        return self._outcomes
+
+    def rows(self, kind: str) -> Array:
+        """Return the numbers of one kind, a row for each estimate."""
+        numbers = np.array(self._numbers[kind], dtype=np.float64)
+        return numbers.reshape(len(self), -1) if len(self) else numbers.reshape(0, 1)

@@ -1,0 +1,63 @@
+"""The node's parameters without the node."""
+
+import re
+from collections.abc import Iterable, Mapping
+from dataclasses import dataclass
+from typing import Any
+
+from obs_ros.model import Model
+from obs_ros.models import load_model
+from obs_ros.node.bindings import Binding, bindings, signal_knobs
+from obs_ros.node.knob import Knob, Value
+from obs_ros.node.settings import CHOICE, observer_knobs
+from obs_ros.registry import suggest
+
+# What every node has, and a replay has no use for.
+FOREIGN = re.compile(r'use_sim_time|start_type_description_service|qos_overrides\..*')
+
+
+@dataclass(frozen=True)
+class Setup:
+    """A model, all parameters by name, and remarks on those given that mean nothing.
+
+    `bound` are the signals bound to fields of messages, by name; see `Binding`.
+    """
+
+    model: Model
+    values: Mapping[str, Value]
+    bound: Mapping[str, Binding]
+    remarks: tuple[str, ...]
+
+    @property
+    def merge_wait(self) -> float:
+        """Time in s that samples of one stream on several topics wait for each other."""
+        wait = self.values['merge_wait']
+        assert isinstance(wait, float)
+        return wait
+
+
+def setup(given: Mapping[str, Any]) -> Setup:
+    """Return what the node would start with, given these parameters.
+
+    Raises ValueError for a value that is wrong.
+    """
+
+    def coerced(knobs: Iterable[Knob]) -> dict[str, Value]:
+        return {knob.name: knob.coerce(given.get(knob.name, knob.default)) for knob in knobs}
+
+    values = coerced(CHOICE)
+    model = load_model(str(values['model']))
+    values |= coerced(observer_knobs(model, str(values['observer'])))
+    values |= coerced(signal_knobs(model))
+    unknown = [name for name in sorted(given) if name not in values]
+    signals = [name for name in unknown if name.startswith('signals.')]
+    return Setup(
+        model,
+        values,
+        bindings(model, values, signals),
+        tuple(
+            f'there is no parameter {name!r}: {suggest(name, values)}'
+            for name in unknown
+            if not FOREIGN.fullmatch(name)
+        ),
+    )

@@ -1,0 +1,213 @@
+"""A page of Markdown on what a replay has shown."""
+
+import math
+import warnings
+from collections.abc import Iterable, Iterator, Sequence
+
+import numpy as np
+
+from obs_ros.model import Variable
+from obs_ros.replay.engine import Account
+from obs_ros.replay.recording import Recording
+from obs_ros.replay.settings import Setup
+from obs_ros.typing import Array
+
+SHOWN = 50  # jumps, notes and combinations, at most
+
+
+def summary(
+    name: str, setup: Setup, account: Account, recording: Recording, *, deadline: bool
+) -> str:
+    """Return the page; `name` is that of the recording."""
+    parts = [
+        f'# Replay of {name}',
+        *_head(setup, account, deadline),
+        *_outcomes(account),
+        *_estimates(account),
+        *_jumps(account),
+        *_misfit(account),
+        *_samples(account, recording),
+    ]
+    return '\n\n'.join(parts) + '\n'
+
+
+def _head(setup: Setup, account: Account, deadline: bool) -> Iterator[str]:
+    values = setup.values
+    facts = [f'model `{setup.model.name}`', f'observer `{values["observer"]}`']
+    if account.horizon is not None:
+        period = values['window.period'] or values['window.duration']
+        facts.append(f'windows of {values["window.duration"]:g} s, one every {period:g} s')
+    facts.append(f'seed {values["seed"]}')
+    if account.horizon is not None:
+        facts.append(f'deadline {values["deadline"]:g} s' if deadline else 'no deadline')
+    yield f'{"; ".join(facts)}.'
+    yield (
+        f'{account.recorded:.6g} s of recording, {account.samples} samples and '
+        f'{len(account.history)} estimates in {account.wall_time:.3g} s: '
+        f'**{account.speed:.3g} times real time**; before that, {account.compile_time:.2g} s to '
+        'compile the model.'
+    )
+
+
+def _outcomes(account: Account) -> Iterator[str]:
+    history = account.history
+    yield '## Outcomes'
+    if not len(history):
+        yield (
+            'There was no estimate: no window closed. Both streams must reach the end of the first '
+            'one; is `window.duration` shorter than the recording?'
+            if account.horizon is not None
+            else 'There was no estimate: no output came with every input known.'
+        )
+        return
+    yield _table(
+        ('outcome', 'estimates', 'the last of them says'),
+        [
+            (f'`{outcome}`', f'{count}', _cell(history.messages[outcome]))
+            for outcome, count in history.outcomes.most_common()
+        ],
+    )
+    if history.weak:
+        lines = [
+            f'- {words}: {count} estimates' for words, count in history.weak.most_common(SHOWN)
+        ]
+        yield 'What windows did not tell:\n\n' + '\n'.join(lines)
+
+
+def _estimates(account: Account) -> Iterator[str]:
+    history = account.history
+    if not len(history):
+        return
+    values, deviations = history.rows('values'), history.rows('deviations')
+    n = len(history.model.states)
+    for title, first, variables in (
+        ('Parameters', n, history.model.parameters),
+        ('States, at the end of each window', 0, history.model.states),
+    ):
+        if not variables:
+            continue
+        rows = []
+        for place, variable in enumerate(variables, first):
+            value, deviation = values[:, place], deviations[:, place]
+            known = np.flatnonzero(np.isfinite(value))
+            if not known.size:
+                rows.append((variable.name, _unit(variable), *['none'] * 6))
+                continue
+            ends = [_with_deviation(value[k], deviation[k]) for k in (known[0], known[-1])]
+            low, high = np.quantile(value[known], (0.05, 0.95))
+            rows.append((
+                variable.name, _unit(variable), *ends, _figure(np.median(value[known])),
+                _figure(median(deviation)), f'{_figure(low)} to {_figure(high)}',
+                f'{np.isfinite(deviation).sum()} of {len(history)}',
+            ))  # fmt: skip
+        yield f'## {title}'
+        yield _table(
+            ('', 'unit', 'first', 'last', 'median', 'median sd', '5 to 95 %', 'with sd'), rows
+        )
+    yield (
+        'First and last are with one standard deviation; `?`: it is not determined or withheld. '
+        'Medians are over the estimates. Where estimates vary much more than their standard '
+        'deviations say, the parameters move or the model leaves something out.'
+    )
+
+
+def _jumps(account: Account) -> Iterator[str]:
+    history = account.history
+    if account.horizon is None:
+        return
+    yield f'## Jumps: {history.jump_count}'
+    lines = []
+    for jump in history.jumps[:SHOWN]:
+        others = f' (or: {"; ".join(jump.alternatives)})' if jump.alternatives else ''
+        lines.append(f'- {jump}{others}')
+    if history.jump_count > len(lines):
+        lines.append(f'- and {history.jump_count - len(lines)} more, in the table of estimates')
+    yield '\n'.join(lines) if lines else 'No window showed one.'
+
+
+def _misfit(account: Account) -> Iterator[str]:
+    history = account.history
+    if not len(history):
+        return
+    if account.horizon is None:
+        yield '## What each output brought that was not expected'
+        rms = history.rows('rms')[:, 0]
+        known = rms[np.isfinite(rms)]
+        if not known.size:
+            yield 'The observer tells no innovations.'
+            return
+        yield (
+            f'Root mean square of the innovation over all outputs: {_figure(median(rms))} in the '
+            f'median, {_figure(np.quantile(known, 0.95))} at 95 %, {_figure(known.max())} at most.'
+        )
+        return
+    yield '## Residuals and forecasts'
+    residuals, forecasts, held = (history.rows(k) for k in ('residuals', 'forecasts', 'held'))
+    judged = np.isfinite(held).any(axis=1) | ~np.isnan(forecasts).all(axis=1)
+    rows = []
+    for place, variable in enumerate(history.model.outputs):
+        figures = [
+            figure(column[:, place])
+            for column, figure in (
+                (residuals, median), (residuals, largest), (forecasts, median),
+                (forecasts, largest), (held, median),
+            )
+        ]  # fmt: skip
+        rows.append((variable.name, _unit(variable), *map(_figure, figures)))
+    yield _table(
+        ('output', 'unit', 'residual, median', 'largest', 'forecast error, median', 'largest',
+         'last value held'), rows,
+    )  # fmt: skip
+    yield (
+        f'Root mean squares over a window. A forecast runs the model on from an estimate through '
+        f'the next {account.horizon:g} s, whose outputs that estimate has not seen, with the '
+        f'inputs as they came: {judged.sum()} of {len(history)} could be compared. The last column '
+        'is the median error of the last output held instead; a model that is worth having is '
+        'better than that.'
+    )
+
+
+def _samples(account: Account, recording: Recording) -> Iterator[str]:
+    counts = {**recording.refused, **account.counts}
+    if account.failed:
+        counts['failed'] = account.failed
+    yield '## Dropped, mended and skipped'
+    found = [(f'`{reason}`', f'{count}') for reason, count in counts.items() if count]
+    yield _table(('reason', 'count'), found) if found else 'Nothing.'
+    notes = [*recording.remarks, *account.notes]
+    if notes:
+        lines = [f'- {_cell(note)}' for note in notes[:SHOWN]]
+        yield '\n'.join(lines)
+
+
+def median(values: Array) -> float:
+    """Return the median of those that are not NaN; NaN if none is."""
+    with warnings.catch_warnings():
+        warnings.simplefilter('ignore', RuntimeWarning)
+        return float(np.nanmedian(values))
+
+
+def largest(values: Array) -> float:
+    """Return the largest of those that are not NaN; NaN if none is."""
+    return float(np.nanmax(values, initial=-math.inf)) if (~np.isnan(values)).any() else math.nan
+
+
+def _figure(value: float) -> str:
+    return '?' if math.isnan(value) else f'{value:.4g}'
+
+
+def _with_deviation(value: float, deviation: float) -> str:
+    return f'{_figure(value)} ± {"?" if math.isnan(deviation) else f"{deviation:.2g}"}'
+
+
+def _unit(variable: Variable) -> str:
+    return '' if variable.unit == '1' else variable.unit
+
+
+def _cell(text: str) -> str:
+    return ' '.join(text.split()).replace('|', '\\|')
+
+
+def _table(header: Sequence[str], rows: Iterable[Sequence[str]]) -> str:
+    lines = [header, ['---'] * len(header), *rows]
+    return '\n'.join('| ' + ' | '.join(cells) + ' |' for cells in lines)

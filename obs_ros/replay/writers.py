@@ -1,0 +1,91 @@
+"""Estimates written down as they come: as a table, and as a bag."""
+
+import csv
+from collections.abc import Callable, Iterator, Mapping
+from contextlib import contextmanager
+from pathlib import Path
+
+import numpy as np
+
+from obs_ros.estimate import Estimate
+from obs_ros.model import Model, names
+from obs_ros.replay.extras import require
+from obs_ros.vectors import TOPICS, vectors
+
+Take = Callable[[Estimate, int], None]
+
+TYPE = 'sensor_msgs/msg/JointState'
+NODE = '/estimator'
+
+
+@contextmanager
+def table_writer(path: Path, model: Model) -> Iterator[Take]:
+    """Return what writes a row for each estimate: time, outcome, values, deviations, residuals.
+
+    Numbers are written so that they are read back bit by bit.
+    """
+    unknowns, outputs = names(model.unknowns), names(model.outputs)
+    header = [
+        't', 'stamp_ns', 't0', 'outcome', *unknowns, *(f'{name}_stddev' for name in unknowns),
+        *(f'residual_rms.{name}' for name in outputs), 'residual_rms', 'cost', 'skipped', 'jumps',
+        'message',
+    ]  # fmt: skip
+    with path.open('w', newline='', encoding='utf-8') as file:
+        rows = csv.writer(file, lineterminator='\n')
+        rows.writerow(header)
+
+        def take(estimate: Estimate, skipped: int) -> None:
+            values = {**estimate.state, **estimate.parameters}
+            numbers = (
+                *(values[name] for name in unknowns),
+                *(estimate.stddev.get(name, np.nan) for name in unknowns),
+                *(estimate.output_rms.get(name, np.nan) for name in outputs),
+                estimate.residual_rms,
+                estimate.cost,
+            )
+            rows.writerow([
+                repr(estimate.t1), estimate.stamp, repr(estimate.t0), estimate.outcome.value,
+                *(repr(float(number)) for number in numbers), skipped,
+                '; '.join(str(jump) for jump in estimate.jumps if jump.new), estimate.message,
+            ])  # fmt: skip
+
+        yield take
+
+
+@contextmanager
+def bag_writer(path: Path, model: Model) -> Iterator[Take]:
+    """Return what writes each estimate to a bag (MCAP), on the topics of the node.
+
+    All is recorded at the time of the newest output used, jumps too, whose own time is in their
+    stamp. What a clock has measured is left out: the same estimates give the same bytes.
+
+    Raises MissingPackageError.
+    """
+    rosbag2 = require('rosbags.rosbag2', 'writing a bag')
+    typesys = require('rosbags.typesys', 'writing a bag')
+    store = typesys.get_typestore(typesys.Stores.ROS2_JAZZY)
+    time_type, header_type, joint_state = (
+        store.types[name] for name in ('builtin_interfaces/msg/Time', 'std_msgs/msg/Header', TYPE)
+    )
+    with rosbag2.Writer(path, version=9, storage_plugin=rosbag2.StoragePlugin.MCAP) as bag:
+        connections = {
+            topic: bag.add_connection(f'{NODE}/{topic}', TYPE, typestore=store) for topic in TOPICS
+        }
+
+        def write(topic: str, stamp: int, recorded: int, values: Mapping[str, float]) -> None:
+            time = time_type(sec=stamp // 10**9, nanosec=stamp % 10**9)
+            message = joint_state(
+                header=header_type(stamp=time, frame_id=''),
+                name=list(values),
+                position=np.array([float(value) for value in values.values()]),
+                velocity=np.empty(0),
+                effort=np.empty(0),
+            )
+            bag.write(connections[topic], recorded, store.serialize_cdr(message, TYPE))
+
+        def take(estimate: Estimate, skipped: int) -> None:
+            recorded = estimate.stamp or 0
+            for topic, stamp, values in vectors(estimate, model, {'skipped': float(skipped)}):
+                write(topic, stamp, recorded, values)
+
+        yield take
