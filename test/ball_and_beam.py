@@ -51,17 +51,27 @@ def real_recording() -> Path:
 
 def made_up(rows: int = 300, seed: int = 1, noise: float = 1e-4):
     """Return t (K,), u (K,) and y (K,) of a rig with a = 5, b = 0.3, c = 0.1, noise in m."""
+    t, u, r, _ = motion(rows)
+    return t, u, r + noise * np.random.default_rng(seed).standard_normal(rows)
+
+
+def motion(rows: int):
+    """Return t (K,) in s, u (K,) in rad, r (K,) in m and v (K,) in m/s, all without noise.
+
+    The beam holds the ball near the middle and shakes it; between samples its angle is linear.
+    """
     t = 0.1 * np.arange(rows)
-    u = 0.2 * np.sin(1.7 * t) + 0.1 * np.cos(0.6 * t)
-    r, v, y = 0.1, 0.0, []
+    shake = 0.15 * np.sin(1.7 * t) + 0.1 * np.cos(0.6 * t)
+    u, place, speed = np.zeros(rows), np.zeros(rows), np.zeros(rows)
+    r, v, last = 0.1, 0.0, 0.0
     for k in range(rows):
-        y.append(r)
-        if k + 1 < rows:
-            for j in range(50):
-                angle = u[k] + (j + 0.5) / 50 * (u[k + 1] - u[k])
-                rate = 5.0 * np.sin(angle) - 0.3 * v + 0.1
-                r, v = r + 0.002 * v + 0.5 * 0.002**2 * rate, v + 0.002 * rate
-    return t, u, np.array(y) + noise * np.random.default_rng(seed).standard_normal(rows)
+        place[k], speed[k], u[k] = r, v, last
+        last = shake[k] - 0.4 * r - 0.3 * v
+        for j in range(50):
+            angle = u[k] + (j + 0.5) / 50 * (last - u[k])
+            rate = 5.0 * np.sin(angle) - 0.3 * v + 0.1
+            r, v = r + 0.002 * v + 0.5 * 0.002**2 * rate, v + 0.002 * rate
+    return t, u, place, speed
 
 
 def write_table(path: Path, t, u, y) -> Path:
