@@ -59,11 +59,11 @@ def test_topics_may_have_other_names(tmp_path):
     with BagMaker(tmp_path / 'bag') as bag:
         bag.vector('/line/plant/output', S, S, y=1.0)
         bag.vector('/commands', S, S, u=2.0)
-    with pytest.raises(ValueError, match='no topic /plant/input: .* --topic input=TOPIC'):
+    with pytest.raises(ValueError, match=r'no topic /plant/input: .* --topic input=TOPIC'):
         read(tmp_path / 'bag')
     _, samples = read(tmp_path / 'bag', topics={'input': '/commands'}, node='/line/estimator')
     assert samples == [(S, None, [1.0]), (S, [2.0], None)]
-    with pytest.raises(ValueError, match='--topic outptu=: did you mean'):
+    with pytest.raises(ValueError, match=r'--topic outptu=: did you mean'):
         read(tmp_path / 'bag', topics={'outptu': '/x'})
 
 
@@ -86,9 +86,9 @@ def test_fields_of_any_message_are_bound_as_in_the_node(tmp_path):
         for entry in ((k * S, [5.0 * k], None), (k * S + 3, None, [float(k)]))
     ]  # fmt: skip
     assert read(tmp_path / 'bag', given)[1] == expected
-    with pytest.raises(ValueError, match='/angle: std_msgs/msg/Float64 has no header'):
+    with pytest.raises(ValueError, match=r'/angle: std_msgs/msg/Float64 has no header'):
         read(tmp_path / 'bag', {**given, 'signals.u.stamp': 'header'})
-    with pytest.raises(ValueError, match='/angle has std_msgs/msg/Float64, not std_msgs/msg/Int8'):
+    with pytest.raises(ValueError, match=r'/angle has std_msgs/msg/Float64, not std_msgs/msg/Int8'):
         read(tmp_path / 'bag', {**given, 'signals.u.type': 'std_msgs/msg/Int8'})
 
 
@@ -120,7 +120,7 @@ def test_a_broken_bag_is_refused_with_its_place(tmp_path, storage):
     whole = file.read_bytes()
     for kept in (0, 5, 100, len(whole) // 2, len(whole) - 20):
         file.write_bytes(whole[:kept])
-        with pytest.raises(ValueError, match='bag'):
+        with pytest.raises(ValueError, match=r'bag'):
             read(file)
 
 
@@ -130,7 +130,7 @@ def test_a_broken_message_is_named(tmp_path):
         bag.vector('/plant/output', S, S, y=0.5)
         bag.vector('/plant/input', S, S, u=0.5)
         bag.raw('/plant/output', 2 * S, kind, b'\x00\x01\x00\x00' + b'\xff' * 30)
-    with pytest.raises(ValueError, match='message 3, on /plant/output: cannot be decoded'):
+    with pytest.raises(ValueError, match=r'message 3, on /plant/output: cannot be decoded'):
         read(tmp_path / 'bag')
     with BagMaker(tmp_path / 'large') as bag:
         bag.vector('/plant/input', S, S, u=0.5)
@@ -151,5 +151,5 @@ def test_options_that_do_not_suit_are_refused(tmp_path):
     ):
         with pytest.raises(ValueError, match=message):
             open_recording(Source(tmp_path / name, **options), setup(MODEL))
-    with pytest.raises(FileNotFoundError, match="b.csv does not exist: did you mean 'a.csv'"):
+    with pytest.raises(FileNotFoundError, match=r"b.csv does not exist: did you mean 'a.csv'"):
         open_recording(Source(tmp_path / 'b.csv'), setup(MODEL))

@@ -12,7 +12,7 @@ TRUTH = {'a': 5.0, 'b': 0.3, 'c': 0.1}
 T, U, Y = made_up()
 
 
-def samples(rows=len(T)):
+def samples(rows=300):
     for k in range(rows):
         yield Sample(round(T[k] * 1e9), u=U[k : k + 1])
         yield Sample(round(T[k] * 1e9), y=Y[k : k + 1])

@@ -63,7 +63,7 @@ def test_a_node_is_named_in_many_ways(tmp_path, key):
 def test_namespaces_may_nest(tmp_path):
     path = write(tmp_path, 'line:\n  estimator:\n    ros__parameters: {a: 1}\n')
     assert read_parameters(path, '/line/estimator') == {'a': 1}
-    with pytest.raises(ValueError, match='nothing for the node /estimator; .*: /line/estimator'):
+    with pytest.raises(ValueError, match=r'nothing for the node /estimator; .*: /line/estimator'):
         read_parameters(path)
 
 
@@ -109,7 +109,7 @@ def test_settings_are_checked_by_the_rows_of_the_node():
     assert chosen.model.name == 'three_tank'
     (remark,) = chosen.remarks
     assert "no parameter 'window.duratoin': did you mean 'window.duration'" in remark
-    with pytest.raises(ValueError, match='window.duration must be > 0 s, not -1'):
+    with pytest.raises(ValueError, match=r'window.duration must be > 0 s, not -1'):
         setup({'window.duration': -1.0})
-    with pytest.raises(ValueError, match="no output or input 'h9'"):
+    with pytest.raises(ValueError, match=r"no output or input 'h9'"):
         setup({'signals.h9.topic': '/x'})
