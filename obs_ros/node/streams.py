@@ -14,11 +14,9 @@ from obs_ros.model import Model, names
 from obs_ros.node.bindings import HEADER, Binding
 from obs_ros.node.feed import Feed
 from obs_ros.node.message_types import fields_of, message_type
-from obs_ros.node.readers import topic_readers
+from obs_ros.node.readers import NAMED_VECTOR, topic_readers
 from obs_ros.record import Sample
 from obs_ros.typing import Array
-
-NAMED_VECTOR = 'sensor_msgs/msg/JointState'
 
 
 class Streams:
