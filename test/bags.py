@@ -7,13 +7,15 @@ import pytest
 class BagMaker:
     """Writes messages of Jazzy into a new bag; times are recorded times in ns."""
 
-    def __init__(self, path, storage='MCAP'):
+    def __init__(self, path, storage='MCAP', compression='NONE'):
         rosbag2 = pytest.importorskip('rosbags.rosbag2')
         typesys = pytest.importorskip('rosbags.typesys')
         self.store = typesys.get_typestore(typesys.Stores.ROS2_JAZZY)
         plugin = rosbag2.StoragePlugin[storage]
         self.path = path
         self._writer = rosbag2.Writer(path, version=9, storage_plugin=plugin)
+        mode, kind = rosbag2.CompressionMode[compression], rosbag2.CompressionFormat.ZSTD
+        self._writer.set_compression(mode, kind)
         self._connections = {}
 
     def __enter__(self):

@@ -20,7 +20,7 @@ class History:
 
     Of the arrays, `values` and `deviations` (K, n + q) are those of states, then parameters;
     `residuals`, `forecasts` and `held` (K, r) are root mean squares by output (see `Forecast`),
-    `rms` (K,) over all outputs.
+    `rms` (K, 1) over all outputs.
     """
 
     def __init__(self, model: Model) -> None:
@@ -34,8 +34,12 @@ class History:
         self._unknowns, self._outputs = names(model.unknowns), names(model.outputs)
         self._stamps = array('q')
         self._outcomes: list[str] = []
-        kinds = ('values', 'deviations', 'residuals', 'forecasts', 'held', 'rms')
-        self._numbers = {kind: array('d') for kind in kinds}
+        width, r = len(self._unknowns), len(self._outputs)
+        self._widths = {
+            'values': width, 'deviations': width,
+            'residuals': r, 'forecasts': r, 'held': r, 'rms': 1,
+        }  # fmt: skip
+        self._numbers = {kind: array('d') for kind in self._widths}
 
     def __len__(self) -> int:
         return len(self._stamps)
@@ -86,4 +90,4 @@ class History:
     def rows(self, kind: str) -> Array:
         """Return the numbers of one kind, a row for each estimate."""
         numbers = np.array(self._numbers[kind], dtype=np.float64)
-        return numbers.reshape(len(self), -1) if len(self) else numbers.reshape(0, 1)
+        return numbers.reshape(-1, self._widths[kind])

@@ -36,6 +36,19 @@ def test_samples_come_as_they_were_recorded(tmp_path, storage):
     assert read(file)[1][:2] == expected
 
 
+@pytest.mark.parametrize(
+    ('storage', 'compression'),
+    [('MCAP', 'STORAGE'), ('MCAP', 'MESSAGE'), ('MCAP', 'FILE'), ('SQLITE3', 'FILE')],
+)
+def test_bags_may_be_compressed(tmp_path, storage, compression):
+    with BagMaker(tmp_path / 'bag', storage, compression) as bag:
+        for k in range(100):
+            bag.vector('/plant/input', k * S, k * S, u=0.1)
+            bag.vector('/plant/output', k * S + 1, k * S, y=float(k))
+    _, samples = read(tmp_path / 'bag')
+    assert [y for _, _, y in samples[1::2]] == [[float(k)] for k in range(100)]
+
+
 def test_names_count_and_not_their_order(tmp_path):
     with BagMaker(tmp_path / 'bag') as bag:
         bag.vector('/plant/output', S, S, h2=2.0, h1=1.0)
