@@ -82,7 +82,9 @@ def advice(objective: Objective, state: Array, p: Array, chosen: IntArray) -> st
     for first, last in pairwise([0, *gates]):
         part = jacobian[first:last].reshape(-1, unknowns.dimension)
         information = information + part.T @ part
-        deviations.append(np.sqrt(np.diagonal(np.linalg.inv(information))[chosen]))
+        # Where an outgrown column leaves a variance below 0, nothing is known: NaN is not enough.
+        with np.errstate(invalid='ignore'):
+            deviations.append(np.sqrt(np.diagonal(np.linalg.inv(information))[chosen]))
     names = ' and '.join(unknowns.names[i] for i in chosen)
     enough = np.flatnonzero((np.array(deviations) < UNDETERMINED).all(axis=1))
     if not enough.size:

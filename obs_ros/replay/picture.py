@@ -57,7 +57,8 @@ def _curves(plt: Any, account: Account, first: int, variables: Any, path: Path, 
         unit = '' if variable.unit == '1' else f' ({variable.unit})'
         ax.set_ylabel(f'{variable.name}{unit}')
         _limit(ax, value, deviation, (variable.lower, variable.upper))
-    _legend(plt, figure, any(set(j.sizes) & {v.name for v in variables} for j in history.jumps))
+    jumps = any(set(jump.sizes) & {v.name for v in variables} for jump in history.jumps)
+    _legend(figure, dots=times.size <= MARKED, jumps=jumps)
     _finish(plt, figure, axes, account, path)
 
 
@@ -143,17 +144,22 @@ def _limit(ax: Any, value: Array, deviation: Array, bounds: tuple[float, float])
     ax.set_ylim(low - room, high + room)
 
 
-def _legend(plt: Any, figure: Any, jumps: bool) -> None:
+def _legend(figure: Any, *, dots: bool, jumps: bool) -> None:
     lines = require('matplotlib.lines', 'drawing')
     style = {'linestyle': '', 'color': '0.3', 'markersize': 4}
-    entries = [
-        lines.Line2D([], [], marker='o', label='confirmed', **style),
-        lines.Line2D([], [], marker='o', markerfacecolor='white', label='in doubt', **style),
-        lines.Line2D([], [], marker='x', label='no standard deviation', **style),
-    ]
+    entries = (
+        [
+            lines.Line2D([], [], marker='o', label='confirmed', **style),
+            lines.Line2D([], [], marker='o', markerfacecolor='white', label='in doubt', **style),
+            lines.Line2D([], [], marker='x', label='no standard deviation', **style),
+        ]
+        if dots
+        else []
+    )
     if jumps:
         entries.append(lines.Line2D([], [], color='#b01030', linestyle='--', label='jump found'))
-    figure.legend(handles=entries, loc='outside upper right', ncols=len(entries), frameon=False)
+    if entries:
+        figure.legend(handles=entries, loc='outside upper right', ncols=len(entries), frameon=False)
 
 
 def _finish(plt: Any, figure: Any, axes: Any, account: Account, path: Path) -> None:

@@ -55,9 +55,11 @@ def open_recording(source: Source, chosen: Setup) -> Recording:
     """
     path = source.path
     if not path.exists():
-        near = suggest(path.name, [p.name for p in path.parent.iterdir()]) if (
-            path.parent.is_dir()) else f'there is no folder {path.parent}'  # fmt: skip
-        raise FileNotFoundError(f'{path} does not exist: {near}')
+        there = [each.name for each in path.parent.iterdir()] if path.parent.is_dir() else []
+        hint = suggest(path.name, there)
+        raise FileNotFoundError(
+            f'{path} does not exist' + (f': {hint}' if hint.startswith('did') else '')
+        )
     if path.is_dir() or path.suffix in BAG_SUFFIXES:
         if source.columns or source.period is not None:
             raise ValueError(f'{path} is a bag: columns and a period are for tables')

@@ -82,7 +82,11 @@ def _estimates(account: Account) -> Iterator[str]:
     n = len(history.model.states)
     for title, first, variables in (
         ('Parameters', n, history.model.parameters),
-        ('States, at the end of each window', 0, history.model.states),
+        (
+            'States' if account.horizon is None else 'States, at the end of each window',
+            0,
+            history.model.states,
+        ),
     ):
         if not variables:
             continue
