@@ -112,4 +112,5 @@ class Forecaster:
 def _rms(errors: Array) -> Array:
     """Return the root mean square (r,) of errors (K, r); NaN = nothing measured."""
     columns = [column[~np.isnan(column)] for column in errors.T]
-    return np.array([math.sqrt(np.mean(c**2)) if c.size else math.nan for c in columns])
+    with np.errstate(over='ignore'):
+        return np.array([math.sqrt(np.mean(c**2)) if c.size else math.nan for c in columns])

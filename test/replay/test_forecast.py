@@ -71,6 +71,15 @@ def test_a_forecast_that_diverges_is_infinitely_wrong():
     assert forecaster.judge()[0].rms[0] == math.inf
 
 
+def test_a_sensor_gone_mad_is_infinitely_wrong_too():
+    forecaster = Forecaster(BALL, 2.0, 4.0, 1000)
+    push(forecaster, 0, 31)
+    forecaster.add(0, estimate(30, Y[30], V[30]))
+    forecaster.push(Sample(31 * STEP, y=np.array([1e200])))
+    push(forecaster, 32, 60)
+    assert forecaster.judge()[0].rms[0] == math.inf
+
+
 def test_memory_is_bounded_and_strays_do_not_count():
     forecaster = Forecaster(BALL, 2.0, 4.0, 10)
     push(forecaster, 0, 31)
