@@ -79,7 +79,11 @@ def parse_assignment(text: str) -> tuple[str, Any]:
 def parse(text: bytes, where: str) -> Any:
     """Return what the YAML says; raises ValueError with `where` and the line."""
     try:
-        return yaml.load(text, Loader=_Loader)
+        loader = _Loader(text)
+        try:
+            return loader.get_single_data()
+        finally:
+            loader.dispose()
     except yaml.MarkedYAMLError as error:
         mark = error.problem_mark or error.context_mark
         line = f':{mark.line + 1}' if mark else ''
