@@ -6,8 +6,8 @@ from dataclasses import dataclass
 from typing import Any
 
 from obs_ros.field_path import FieldPath
+from obs_ros.knob import Knob
 from obs_ros.model import Model, names
-from obs_ros.node.knob import Knob
 from obs_ros.registry import suggest
 
 HEADER, ARRIVAL = 'header', 'arrival'

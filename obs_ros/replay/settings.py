@@ -5,10 +5,10 @@ from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 from typing import Any
 
+from obs_ros.knob import Knob, Value
 from obs_ros.model import Model
 from obs_ros.models import load_model
 from obs_ros.node.bindings import Binding, bindings, signal_knobs
-from obs_ros.node.knob import Knob, Value
 from obs_ros.node.settings import CHOICE, observer_knobs
 from obs_ros.registry import suggest
 
