@@ -57,6 +57,16 @@ class Record:
             object.__setattr__(self, name, array)
         object.__setattr__(self, 'stamp', None if stamp is None else index(stamp))
 
+    def with_outputs(self, y: Array) -> 'Record':
+        """Return the record with other outputs (K, r), and the stamp of the newest of them."""
+        stamp = self.stamp
+        if stamp is not None:
+            newest, left = (
+                float(self.t[np.isfinite(each).any(axis=1)][-1]) for each in (self.y, y)
+            )
+            stamp -= round((newest - left) * 1e9)
+        return Record(self.t, self.u, y, stamp)
+
 
 def check_times(t: Array) -> None:
     """Raise ValueError unless t (K,) holds two or more finite times in s that strictly rise."""

@@ -2,7 +2,7 @@
 
 import time
 from collections.abc import Iterable, Mapping
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from typing import Any
 
 import numpy as np
@@ -50,6 +50,7 @@ def solve_window(
     bounds: Mapping[str, tuple[float, float]] | None = None,
     noise: Mapping[str, float] | None = None,
     previous: Estimate | None = None,
+    initial: Mapping[str, float] | None = None,
     fitness: Fitness = 'least_squares',
     search_options: Mapping[str, Any] | None = None,
     backend: Backend | None = None,
@@ -70,6 +71,8 @@ def solve_window(
     bounds : (lower, upper) by name, instead of the model's.
     noise : standard deviation by output, in its unit; those not given come from the residual.
     previous : the estimate of an earlier window, raced against fresh candidates.
+    initial : values by name of a start to race instead, where there is no previous estimate; what
+        is not given starts in the middle of its box.
     fitness : `least_squares`, `euclidean` or `correlation`; the last two only for `chaotic_de`.
     backend : `numba` or `numpy`; None takes Numba where it is installed.
 
@@ -84,6 +87,7 @@ def solve_window(
         fixed=fixed,
         bounds=bounds,
         noise=noise,
+        initial=initial,
         fitness=fitness,
         backend=backend,
     )
@@ -102,6 +106,7 @@ class Solver:
     noise: Mapping[str, float]
     fitness: Fitness
     backend: Backend | None
+    initial: Mapping[str, float] = field(default_factory=dict)
 
     @classmethod
     def of(
@@ -115,6 +120,7 @@ class Solver:
         fixed: Mapping[str, float] | None = None,
         bounds: Mapping[str, tuple[float, float]] | None = None,
         noise: Mapping[str, float] | None = None,
+        initial: Mapping[str, float] | None = None,
         fitness: Fitness = 'least_squares',
         backend: Backend | None = None,
     ) -> 'Solver':
@@ -137,7 +143,10 @@ class Solver:
             if not (np.isfinite(sd) and sd > 0.0):
                 raise ValueError(f'noise of {name}: standard deviation {sd} is not positive')
         check_backend(backend)
-        return cls(unknowns, method, settings, dict(noise or {}), fitness, backend)
+        unknowns.check_initial(initial or {})
+        return cls(
+            unknowns, method, settings, dict(noise or {}), fitness, backend, dict(initial or {})
+        )
 
     @property
     def model(self) -> Model:
@@ -216,16 +225,18 @@ class Solver:
         )
 
     def warm_start(self, record: Record, previous: Estimate | None) -> Array | None:
-        """Return the point (d,) that the previous estimate expects; None without a usable one."""
-        if previous is None:
-            return None
+        """Return the point (d,) that the previous estimate expects, or else the initial values.
+
+        None where there is neither.
+        """
+        if previous is None or not previous.usable:
+            given = dict.fromkeys(self.unknowns.names, np.nan) | dict(self.initial)
+            return self.unknowns.point(given) if self.initial else None
         if tuple(previous.state) != names(self.model.states):
             raise ValueError(
                 f'the previous estimate is not of model {self.model.name!r}: '
                 f'its states are {", ".join(previous.state)}'
             )
-        if not previous.usable:
-            return None
         start = carried(self.kernels, previous, record)
         return self.unknowns.point({**previous.parameters, **start})
 

@@ -117,6 +117,15 @@ class Unknowns:
         n = len(self.model.states)
         return everything[:n], everything[n:]
 
+    def check_initial(self, values: Mapping[str, float]) -> None:
+        """Raise ValueError unless the values to start from are finite and of what is estimated."""
+        for name, value in values.items():
+            self.model.variable(name)
+            if name not in self.names:
+                raise ValueError(f'{name} cannot have an initial value: it is not estimated')
+            if not np.isfinite(value):
+                raise ValueError(f'{name} starts from {value}, which is not a finite number')
+
     def prepare(self) -> None:
         """Compile what `perturbed` needs, or load it compiled."""
         middle = np.full((1, self.dimension), 0.5)

@@ -16,6 +16,7 @@ from obs_ros.estimate import Estimate
 from obs_ros.models import load_model
 from obs_ros.node.bindings import bindings, signal_knobs
 from obs_ros.node.diagnostics import Health, publish_health
+from obs_ros.node.forecast import Forecast
 from obs_ros.node.health import Progress, examine
 from obs_ros.node.info import model_info, publish_info, settings_info
 from obs_ros.node.parameters import Parameters
@@ -38,6 +39,7 @@ class Estimator(Node):
     Callbacks only append samples. A worker thread compiles the model once and then solves; of the
     windows that close meanwhile it takes the newest, the others are counted as skipped. Immediate
     observers take their step in the callback instead, and samples are counted until they can.
+    Between windows the state is predicted from sample to sample, in the callback as well.
 
     Raises ValueError when parameters given at start are wrong.
     """
@@ -54,6 +56,7 @@ class Estimator(Node):
         # Arrival (steady clock, s) of the sample that closed the newest window, until it is solved.
         self._due: float | None = None
         self._solving = 0.0  # the same of the window that is being solved
+        self._forecast: Forecast | None = None
         self._guard = self.create_guard_condition(self._collect)
         self._worker = Worker(notify=self._guard.trigger)
         try:
@@ -71,7 +74,9 @@ class Estimator(Node):
         bound = bindings(self.model, parameters.values, parameters.unknown('signals.'))
         check_bindings(self, self.model, bound)
         self._publish_info = publish_info(self)
-        self._publisher = EstimatePublisher(self, self.model)
+        self._publisher = EstimatePublisher(
+            self, self.model, predicting='predict' in parameters.values
+        )
         parameters.watch(self._propose, self._adopt)
         self._streams = Streams(
             self, self.model, bound, parameters.values['merge_wait'], self._absorb
@@ -100,16 +105,34 @@ class Estimator(Node):
 
     def _adopt(self, proposal: tuple[Mapping[str, Any], Observer | None]) -> None:
         self._settings, observer = proposal
+        self._predict()
         if observer is None:
             return
         if self._prepared:
-            self.get_logger().info('parameters changed: a new observer starts with new samples')
+            self.get_logger().info('parameters changed: the next window is for a new observer')
+            if not observer.inherit(self._observer):
+                self._due = None
         self._worker.discard()
-        self._observer, self._break, self._due = observer, None, None
+        self._observer, self._break = observer, observer.last_break
         self._prepared = False
         self.progress.restart()
         self._publish_info({**model_info(self.model), **settings_info(self._settings)})
         self._proceed()
+
+    def _predict(self) -> None:
+        """Begin to predict, or cease, as the settings say."""
+        if self._settings.get('predict') and self._forecast is None:
+            self._forecast = Forecast(self.model, self._publisher.publish_prediction)
+            self._prepared = False
+        elif not self._settings.get('predict'):
+            self._forecast = None
+        if self._forecast is not None:
+            self._forecast.rate = self._settings['predict.rate']
+
+    def _prepare(self) -> float:
+        """Compile what is not compiled yet, in the worker; return the seconds that it took."""
+        seconds = self._observer.prepare()
+        return seconds if self._forecast is None else seconds + self._forecast.prepare()
 
     def _absorb(self, sample: Sample) -> None:
         if not self.progress.enabled:
@@ -117,9 +140,12 @@ class Estimator(Node):
         if self._observer.immediate:
             self._step(sample)
             return
+        arrival = time.monotonic()
         if self._observer.absorb(sample):
-            self._due = time.monotonic()
+            self._due = arrival
         self._watch_timeline()
+        if self._forecast is not None:
+            self._forecast.absorb(sample, arrival, silent=bool(self._mixed))
         if self._due is not None:
             self._proceed()
 
@@ -155,7 +181,7 @@ class Estimator(Node):
                 self.get_logger().info(
                     f'compiling model {self.model.name!r}; the first time it takes several seconds'
                 )
-            self._worker.start('prepare', self._observer.prepare)
+            self._worker.start('prepare', self._prepare)
         elif self._due is not None:
             deadline = self._settings['deadline']
             self._worker.start('estimate', partial(self._observer.estimate, deadline))
@@ -185,10 +211,19 @@ class Estimator(Node):
             f'cannot {finished.kind}: {self.progress.error}', throttle_duration_sec=5.0
         )
 
+    @property
+    def _mixed(self) -> str:
+        """The topics on which several publishers take turns: nothing can be told from those."""
+        return ' and '.join(feed.topic for feed in self._feeds.values() if feed.mixed)
+
     def _publish(self, estimate: Estimate, arrival: float) -> None:
         latency = time.monotonic() - arrival
-        published = self._publisher.publish(estimate, latency, self._observer.counts['skipped'])
+        published = not self._mixed and self._publisher.publish(
+            estimate, latency, self._observer.counts['skipped']
+        )
         self.progress.conclude(estimate, latency, published)
+        if self._forecast is not None:
+            self._forecast.start(estimate)
 
     def _on_reset(self, _: Trigger.Request, response: Trigger.Response) -> Trigger.Response:
         self._reset('asked to')
@@ -215,13 +250,16 @@ class Estimator(Node):
     def _forget_solve(self) -> None:
         self._due = None
         self.progress.estimate = None
+        if self._forecast is not None:
+            self._forecast.forget()
         if self._worker.running == 'estimate':
             self._worker.discard()
 
     def _examine(self) -> Health:
         return examine(
-            self.progress, self._feeds, self._settings, self._observer.counts, self._break
-        )
+            self.progress, self._feeds, self._settings, self._observer.counts, self._break,
+            self._forecast,
+        )  # fmt: skip
 
 
 def main() -> int:

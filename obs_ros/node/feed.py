@@ -2,18 +2,22 @@
 
 import time
 from collections import Counter
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
+from copy import copy
 from typing import Any
 
 from rclpy.event_handler import SubscriptionEventCallbacks
 from rclpy.node import Node
-from rclpy.qos import QoSProfile
+from rclpy.qos import QoSPolicyKind, QoSProfile, ReliabilityPolicy, qos_policy_name_from_kind
+from rclpy.qos_overriding_options import QoSOverridingOptions
 
 from obs_ros.node.message_types import message_type
-from obs_ros.node.messages import STREAM, STREAM_BEST_EFFORT
+from obs_ros.node.messages import OVERRIDABLE, STREAM
 from obs_ros.node.readers import Reader, WrongMessageError
+from obs_ros.node.turns import Turns
 from obs_ros.typing import Array
 
+RELIABILITY = int(QoSPolicyKind.RELIABILITY)
 _BATCH = 500  # messages read before other callbacks get their turn
 
 
@@ -32,18 +36,36 @@ class Feed:
         self.received = 0
         self.refused: Counter[str] = Counter()
         self.last_refusal = ''
+        self.unheard = ''  # why a publisher is not heard, if one is not
+        self.stamp: int | None = None  # of the last right message, ns
+        self.turns = Turns()
         self._refused_last = False
         self._node = node
         self._reader = reader
         self._take = take
         self._arrival: float | None = None
         self._rate_since = (time.monotonic(), 0)
-        self._subscribe(STREAM)
+        self._subscribe(STREAM, OVERRIDABLE)
 
     @property
     def silence(self) -> float | None:
         """Wall time since the last right message in s; None before the first."""
         return None if self._arrival is None else time.monotonic() - self._arrival
+
+    @property
+    def publishers(self) -> int:
+        """How many publishers there are; one that was killed is counted for some time yet."""
+        return self._node.count_publishers(self._subscription.topic_name)
+
+    @property
+    def mixed(self) -> bool:
+        """Whether publishers take turns, so that their samples mix."""
+        return self.turns.taken and self.publishers > 1
+
+    @property
+    def reliable(self) -> bool:
+        """Whether lost messages are sent again."""
+        return self._subscription.qos_profile.reliability == ReliabilityPolicy.RELIABLE
 
     @property
     def refuses(self) -> bool:
@@ -61,36 +83,46 @@ class Feed:
         if self._arrival is not None:
             self._arrival = time.monotonic()
 
-    def _subscribe(self, qos: QoSProfile) -> None:
+    def _subscribe(self, qos: QoSProfile, overriding: QoSOverridingOptions | None = None) -> None:
         self._subscription = self._node.create_subscription(
             message_type(self._reader.type),
             self.topic,
             self._drain,
-            qos,
+            copy(qos),  # the overrides are written into it
             event_callbacks=SubscriptionEventCallbacks(incompatible_qos=self._settle),
+            qos_overriding_options=overriding,
         )
 
-    def _settle(self, _: object) -> None:
-        self._node.get_logger().warning(
-            f'{self._subscription.topic_name}: a publisher offers best effort only; '
-            'messages may get lost'
-        )
-        self._node.destroy_subscription(self._subscription)
-        self._subscribe(STREAM_BEST_EFFORT)
+    def _settle(self, event: Any) -> None:
+        """Ask for less where that helps; else say why a publisher is not heard."""
+        kind, topic = event.last_policy_kind, self._subscription.topic_name
+        asked = self._subscription.qos_profile
+        if kind == RELIABILITY and asked.reliability != ReliabilityPolicy.BEST_EFFORT:
+            self._node.get_logger().warning(
+                f'{topic}: a publisher offers best effort only; messages may get lost'
+            )
+            self._node.destroy_subscription(self._subscription)
+            asked.reliability = ReliabilityPolicy.BEST_EFFORT
+            self._subscribe(asked)
+            return
+        policy = qos_policy_name_from_kind(kind).lower()
+        self.unheard = f'a publisher of {self.topic} is not heard: its QoS {policy} is another'
+        self._node.get_logger().warning(self.unheard)
 
-    def _drain(self, message: Any) -> None:
+    def _drain(self, message: Any, info: Mapping[str, Any]) -> None:
         """Read the message, and those waiting behind it: a turn of the executor costs far more."""
         subscription = self._subscription
-        self._read(message)
+        self._read(message, info)
         with subscription.handle:
             for _ in range(_BATCH):
                 taken = subscription.handle.take_message(subscription.msg_type, subscription.raw)
                 if taken is None:
                     break
-                self._read(taken[0])
+                self._read(*taken)
 
-    def _read(self, message: Any) -> None:
+    def _read(self, message: Any, info: Mapping[str, Any]) -> None:
         self.received += 1
+        self.turns.note(info['publication_sequence_number'])
         try:
             stamp, values = self._reader.read(message)
         except WrongMessageError as error:
@@ -102,4 +134,5 @@ class Feed:
             )
             return
         self._arrival, self._refused_last = time.monotonic(), False
+        self.stamp = stamp
         self._take(stamp, values)

@@ -4,9 +4,11 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any
 
+from obs_ros.acceleration import cache_trouble
 from obs_ros.estimate import Estimate, Jump, Outcome
 from obs_ros.node.diagnostics import Health, Level
 from obs_ros.node.feed import Feed
+from obs_ros.node.forecast import Forecast
 from obs_ros.node.worker import Finished
 
 MOST = 0.4  # of all messages, in both streams together
@@ -59,6 +61,7 @@ def examine(
     settings: Mapping[str, Any],
     counts: Mapping[str, int],
     last_break: str | None,
+    forecast: Forecast | None = None,
 ) -> Health:
     """Return the worst that is known, and every figure."""
     level, message, outcome = _judge(
@@ -93,12 +96,27 @@ def examine(
         if progress.jump.alternatives:
             figures['last_jump.or'] = '; '.join(progress.jump.alternatives)
     for name, feed in feeds.items():
-        figures |= {f'{name}.received': feed.received, f'{name}.rate_hz': feed.rate()}
+        figures |= {
+            f'{name}.received': feed.received,
+            f'{name}.rate_hz': feed.rate(),
+            f'{name}.publishers': feed.publishers,
+            f'{name}.reliable': feed.reliable,
+            f'{name}.lost': feed.turns.lost,
+        }
         figures |= {f'{name}.{reason}': count for reason, count in feed.refused.items()}
         if feed.last_refusal:
             figures[f'{name}.last_refusal'] = feed.last_refusal
     figures |= {f'samples.{reason}': n for reason, n in counts.items() if reason != 'skipped'}
     figures['skipped'] = counts.get('skipped', 0)
+    if forecast is not None:
+        figures |= {'predicted': forecast.published, 'prediction_diverged': forecast.diverged}
+        if forecast.horizon is not None:
+            figures |= {
+                'prediction_horizon_s': forecast.horizon,
+                'prediction_latency_s': forecast.latency,
+            }
+    if trouble := cache_trouble():
+        figures['kernel_cache'] = trouble
     if last_break:
         figures['last_break'] = last_break
     return Health(level, message, figures)
@@ -107,6 +125,14 @@ def examine(
 def _obstacle(feeds: Mapping[str, Feed], counts: Mapping[str, int], window: float | None) -> str:
     """Say what keeps the first window from ever closing, if anything does."""
     received = sum(feed.received for feed in feeds.values())
+    stamps = {name: feed.stamp for name, feed in feeds.items() if feed.stamp is not None}
+    if len(stamps) == 2 and window is not None:
+        ahead = (stamps['input'] - stamps['output']) / 1e9
+        if abs(ahead) > window:
+            return (
+                f'plant/input is stamped {abs(ahead):.6g} s {"after" if ahead > 0 else "before"} '
+                'plant/output: do both publishers use one clock?'
+            )
     if counts.get('overflow', 0) and window is not None:
         return (
             f'a window of {window:g} s holds more samples than window.capacity: '
@@ -135,6 +161,8 @@ def _judge(
         return Level.WARN, 'compiling the model', 'compiling'
     for feed in feeds.values():
         if feed.silence is None:
+            if feed.unheard:
+                return Level.WARN, f'waiting for {feed.topic}: {feed.unheard}', 'waiting'
             refused = f'; refused: {feed.last_refusal}' if feed.last_refusal else ''
             return Level.WARN, f'waiting for {feed.topic}{refused}', 'waiting'
     for name, feed in feeds.items():
@@ -142,11 +170,19 @@ def _judge(
             outcome = (
                 Outcome.STALE_OUTPUT if name.startswith('output') else Outcome.STALE_INPUT
             ).value
-            if feed.refuses:
+            if feed.unheard:
+                message = feed.unheard
+            elif feed.refuses:
                 message = f'its messages are refused: {feed.last_refusal}'
             else:
                 message = f'no {feed.topic} for more than {stale_after:g} s: does a publisher run?'
             return Level.STALE, f'{outcome}: {message}', outcome
+    for feed in feeds.values():
+        if feed.mixed:
+            return Level.WARN, (
+                f'{feed.topic} comes from {feed.publishers} publishers in turns, whose samples '
+                'mix: estimates are withheld until one is left'
+            ), 'mixed'  # fmt: skip
     if progress.estimate is None:
         if obstacle := _obstacle(feeds, counts, window):
             return Level.WARN, obstacle, 'collecting'

@@ -1,22 +1,36 @@
 """An estimate as messages."""
 
+from collections.abc import Mapping
+from copy import copy
+
 from rclpy.node import Node
 from sensor_msgs.msg import JointState
 
 from obs_ros.estimate import Estimate
 from obs_ros.model import Model
-from obs_ros.node.messages import STREAM, named_vector
+from obs_ros.node.messages import OVERRIDABLE, STREAM, named_vector
 from obs_ros.vectors import TOPICS, publishable, vectors
 
 
 class EstimatePublisher:
-    """Publishes ~/state, ~/parameters, their standard deviations, ~/jump and ~/solver."""
+    """Publishes ~/state, ~/parameters, their standard deviations, ~/jump and ~/solver.
 
-    def __init__(self, node: Node, model: Model) -> None:
+    And ~/prediction, with `predicting`.
+    """
+
+    def __init__(self, node: Node, model: Model, *, predicting: bool) -> None:
         self._model = model
         self._publishers = {
-            topic: node.create_publisher(JointState, f'~/{topic}', STREAM) for topic in TOPICS
+            topic: node.create_publisher(
+                JointState, f'~/{topic}', copy(STREAM), qos_overriding_options=OVERRIDABLE
+            )
+            for topic in (*TOPICS, *(('prediction',) if predicting else ()))
         }
+
+    def publish_prediction(self, stamp: int, state: Mapping[str, float]) -> None:
+        """Publish the states at `stamp` (ns)."""
+        message = named_vector(stamp, tuple(state), state.values())
+        self._publishers['prediction'].publish(message)
 
     def publish(self, estimate: Estimate, latency: float, skipped: int) -> bool:
         """Publish the estimate, stamped like its newest output; `latency` in s.

@@ -32,12 +32,17 @@ CHOICE = (
     ),
 )  # fmt: skip
 
-# A change of these needs no new observer. Immediate observers have no deadline.
+# A change of these needs no new observer. Immediate observers need neither deadline nor prediction.
 LIVE = (
     Knob('deadline', 1.0, 'wall time for one solve, best so far when it ends', 's', positive=True),
     Knob(
         'stale_after', 5.0, 'wall time without samples after which a stream is stale', 's',
         positive=True,
+    ),
+    Knob('predict', True, 'publish ~/prediction, the state carried on to the newest output'),
+    Knob(
+        'predict.rate', 0.0, 'predictions per s of sample time at most; 0: one for every output',
+        'Hz', lower=0.0,
     ),
 )  # fmt: skip
 
@@ -95,20 +100,22 @@ def observer_knobs(model: Model, name: str) -> tuple[Knob, ...]:
     """
     observer: Any = load_observer(name)
     if not observer.immediate:
-        return (*LIVE, *COMMON, *model_knobs(model))
-    initial = tuple(
-        Knob(
-            f'initial.{v.name}', math.nan,
-            f"{v.name} at the start; nan: the observer's own, nominal or mid of bounds", v.unit,
-            nan=True,
-        )
-        for v in model.unknowns
-    )  # fmt: skip
+        start = 'in a start that the next window races against the others; nan: mid of bounds'
+        return (*LIVE, *COMMON, *model_knobs(model), *initial_knobs(model, start))
+    start = "at the start; nan: the observer's own, nominal or mid of bounds"
     return (
         *(knob for knob in (*LIVE, *COMMON) if knob.name in SHARED),
         *knobs(observer.Settings, _prefix(name)),
         *model_knobs(model, "the observer's own"),
-        *initial,
+        *initial_knobs(model, start),
+    )
+
+
+def initial_knobs(model: Model, start: str) -> tuple[Knob, ...]:
+    """Return the parameters that say where the estimates begin; `start` tells what that means."""
+    return tuple(
+        Knob(f'initial.{v.name}', math.nan, f'{v.name} {start}', v.unit, nan=True)
+        for v in model.unknowns
     )
 
 
@@ -164,11 +171,10 @@ def build_observer(model: Model, values: Mapping[str, Any]) -> Observer:
         },
         'seed': values['seed'],
     }
+    common['initial'] = _given('initial.', values)
     if observer.immediate:
         settings = _under(_prefix(values['observer']), values)
-        immediate: Observer = observer(
-            model, **common, initial=_given('initial.', values), **settings
-        )
+        immediate: Observer = observer(model, **common, **settings)
         return immediate
     windowed: Observer = observer(
         model,

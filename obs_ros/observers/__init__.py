@@ -1,7 +1,7 @@
 """The observers, by name, and what they have in common."""
 
 from collections.abc import Mapping
-from typing import ClassVar, Protocol
+from typing import Any, ClassVar, Protocol
 
 from obs_ros.estimate import Estimate
 from obs_ros.model import Model
@@ -42,6 +42,12 @@ class Observer(Protocol):
 
     def estimate(self, deadline: float | None = None) -> Estimate | None:
         """Return the newest estimate, at most `deadline` s from now; None when nothing is due."""
+
+    def inherit(self, other: Any) -> bool:
+        """Take over what is of use from one of its class that it replaces, such as samples.
+
+        Returns whether an estimate is due.
+        """
 
     def reset(self) -> None:
         """Forget all samples and estimates."""

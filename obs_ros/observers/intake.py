@@ -1,22 +1,25 @@
 """Samples as they come, made fit for observers that go from output to output."""
 
-import math
+from collections.abc import Mapping
 from operator import index
 
 import numpy as np
 
+from obs_ros.measurable import COUNTS as MEASURABLE
+from obs_ros.measurable import limits, measured
 from obs_ros.model import Model
 from obs_ros.observers.held_inputs import HeldInputs
 from obs_ros.record import Sample
 from obs_ros.stream import STAMP_LIMIT
+from obs_ros.stuck import Repeats
 from obs_ros.timeline import Suspects, describe_break
 from obs_ros.typing import Array
 
 COUNTS = {
     'late': 'outputs older than the newest: dropped; inputs: dropped too, or in force from now on',
     'duplicate': 'samples dropped: their stream has that stamp already, and the first one counts',
-    'nan': 'samples with some entries NaN or infinite, which count as not measured',
-    'all_nan': 'samples dropped: every entry NaN or infinite',
+    **MEASURABLE,
+    'stuck': 'outputs with entries that a stuck sensor repeats, which count as not measured',
     'ahead': 'samples dropped: a stray stamp, far ahead of the newest one',
     'out_of_range': f'samples dropped: a stamp beyond +-{STAMP_LIMIT} ns',
     'early': 'outputs dropped: not every input had a value yet',
@@ -34,11 +37,20 @@ class Intake:
 
     An output must be newer than the last; an input that comes late is in force from the last output
     on. Stamps that jump back, or ahead by more than `longest_gap` s, are believed when five samples
-    of a stream in a row tell of them: all is forgotten then, and `last_break` says so.
+    of a stream in a row tell of them: all is forgotten then, and `last_break` says so. What a stuck
+    sensor repeats counts as not measured; `repeats` tells which are. `noise` tells of which outputs
+    the noise is known.
     """
 
-    def __init__(self, model: Model, longest_gap: float) -> None:
+    def __init__(
+        self, model: Model, longest_gap: float, noise: Mapping[str, float] | None = None
+    ) -> None:
         self.inputs = HeldInputs(model)
+        # Outputs whose noise is known cannot stand still; see `stuck`.
+        self.repeats = Repeats([variable.name in (noise or {}) for variable in model.outputs])
+        self._limits = {
+            'input': limits(model, model.inputs), 'output': limits(model, model.outputs)
+        }  # fmt: skip
         self.counts = dict.fromkeys(COUNTS, 0)
         self.last_break: str | None = None
         self._width = {'input': len(model.inputs), 'output': len(model.outputs)}
@@ -51,6 +63,7 @@ class Intake:
         for suspects in self._suspects.values():
             self.counts['ahead'] += suspects.clear()
         self.inputs.clear()
+        self.repeats.clear()
         self._newest: dict[str, int | None] = {'input': None, 'output': None}
         self._first, self._count = 0, 0  # outputs of this timeline
         self._begun: int | None = None  # the newest output handed out
@@ -70,10 +83,11 @@ class Intake:
         if not -STAMP_LIMIT < stamp < STAMP_LIMIT:
             self.counts['out_of_range'] += 1
             return due
-        if u is not None:
-            self._receive('input', stamp, u, due)
-        if y is not None:
-            self._receive('output', stamp, y, due)
+        for stream, values in (('input', u), ('output', y)):
+            if values is not None:
+                values = measured(values, self._limits[stream], self.counts)
+            if values is not None:
+                self._place(stream, stamp, values, due)
         return due
 
     def _checked(self, stream: str, values: Array | None) -> Array | None:
@@ -85,17 +99,6 @@ class Intake:
         if array.shape != (width,):
             raise ValueError(f'sample has {stream}s of shape {array.shape}, not ({width},)')
         return array if width else None
-
-    def _receive(self, stream: str, stamp: int, values: Array, due: list[Output]) -> None:
-        """Place the sample with NaN for infinity, unless no finite value is left."""
-        if not math.isfinite(sum(values.tolist())):
-            finite = np.isfinite(values)
-            if not finite.any():
-                self.counts['all_nan'] += 1
-                return
-            self.counts['nan'] += not finite.all()
-            values = np.where(finite, values, np.nan)
-        self._place(stream, stamp, values, due)
 
     def _place(self, stream: str, stamp: int, values: Array, due: list[Output]) -> None:
         newest = self._newest[stream]
@@ -123,6 +126,12 @@ class Intake:
         if not self._count:
             self._first = stamp
         self._count += 1
+        if stuck := self.repeats.note(values):
+            self.counts['stuck'] += 1
+            values = values.copy()
+            values[list(stuck)] = np.nan
+            if np.isnan(values).all():
+                return
         if self.inputs.known_at(stamp):
             self._begun = stamp
             due.append((stamp, values))

@@ -18,6 +18,7 @@ from obs_ros.rollout import Backend, check_backend
 from obs_ros.rollout.path import Path
 from obs_ros.rollout.stepper import Stepper, stepper_for
 from obs_ros.solve import random_generator
+from obs_ros.stuck import words
 from obs_ros.typing import Array
 from obs_ros.unknowns import Unknowns
 
@@ -115,10 +116,10 @@ class RecursiveObserver:
         self._names = names(self.model.states), names(self.model.parameters)
         self._unknowns = names(self.model.unknowns)
         self._before: Instant | None = None
-        self._due = self._diverged = False
+        self._due = self._diverged = self._blind = False
         self._taken, self._remark, self._step_time = 0, '', 0.0
         self._counts = dict.fromkeys(('reset_non_finite', *self.reasons, 'skipped'), 0)
-        self._intake = Intake(self.model, self.settings.longest_gap)
+        self._intake = Intake(self.model, self.settings.longest_gap, self.noise)
         self._forget()
 
     @classmethod
@@ -159,7 +160,10 @@ class RecursiveObserver:
         for stamp, y in outputs:
             self._counts['skipped'] += self._due
             self._advance(stamp, y)
-        return bool(outputs)
+        # With every sensor stuck no step is taken, and that has to be told.
+        self._blind = not outputs and sample.y is not None and self._taken > 0 and self._all_stuck
+        self._due |= self._blind
+        return bool(outputs) or self._blind
 
     def estimate(self, deadline: float | None = None) -> Estimate | None:
         """Return the estimate at the newest output; None if it was returned before."""
@@ -169,16 +173,21 @@ class RecursiveObserver:
         assert self._before is not None
         now, (states, parameters) = self._before, self._names
         x, p, stddev = self.x.tolist(), self.p.tolist(), self.stddev.tolist()
-        if self._diverged:
+        if self._diverged or self._blind:
             x, p, stddev = ([math.nan] * len(each) for each in (x, p, stddev))
+        outcome = Outcome.DIVERGED if self._diverged else Outcome.CONVERGED
+        message = f'{self._taken} outputs since the start{self._remark}'
+        if stuck := self._intake.repeats.stuck:
+            outcome = Outcome.STALE_OUTPUT
+            message = f'{words(self.model, stuck)}; {message}'
         state = dict(zip(states, x, strict=True))
         return Estimate(
             parameters=dict(zip(parameters, p, strict=True)),
             initial_state=state,
             state=state,
             stddev=dict(zip(self._unknowns, stddev, strict=True)),
-            outcome=Outcome.DIVERGED if self._diverged else Outcome.CONVERGED,
-            message=f'{self._taken} outputs since the start{self._remark}',
+            outcome=outcome,
+            message=message,
             t0=now.t,
             t1=now.t,
             residual_rms=_rms(self.innovation.tolist()),
@@ -187,10 +196,18 @@ class RecursiveObserver:
             figures=self.figures.copy(),
         )
 
+    def inherit(self, other: 'RecursiveObserver') -> bool:
+        """Take nothing over from the observer that this one replaces: it starts as it is told."""
+        return False
+
     def reset(self) -> None:
         """Forget all samples and estimates, but not the counts."""
         self._intake.reset()
         self._forget()
+
+    @property
+    def _all_stuck(self) -> bool:
+        return len(self._intake.repeats.stuck) == len(self.model.outputs)
 
     @property
     def counts(self) -> Mapping[str, int]:
@@ -245,7 +262,7 @@ class RecursiveObserver:
 
     def _forget(self) -> None:
         self._before = None
-        self._due = self._diverged = False
+        self._due = self._diverged = self._blind = False
         self._taken, self._remark, self._step_time = 0, '', 0.0
         self._set_out()
 
@@ -265,12 +282,8 @@ def _initial_values(unknowns: Unknowns, given: Mapping[str, float]) -> Array:
         middle = 0.5 * (low + high)
         values[i] = middle if nominal is None else min(max(nominal, low), high)
     order = list(names(model.unknowns))
+    unknowns.check_initial(given)
     for name, value in given.items():
-        model.variable(name)
-        if name not in unknowns.names:
-            raise ValueError(f'{name} cannot have an initial value: it is not estimated')
-        if not math.isfinite(value):
-            raise ValueError(f'{name} starts from {value}, which is not a finite number')
         values[order.index(name)] = value
     return values
 

@@ -6,6 +6,7 @@ from typing import Any, ClassVar
 
 from obs_ros.deadline import Deadline
 from obs_ros.estimate import Estimate
+from obs_ros.measurable import limits
 from obs_ros.model import Model
 from obs_ros.models import load_model
 from obs_ros.record import Record, Sample
@@ -49,10 +50,13 @@ class SlidingWindowObserver:
             n_outputs=len(self.model.outputs),
             capacity=capacity,
             interpolation=[variable.interpolation for variable in self.model.inputs],
+            limits=(limits(self.model, self.model.inputs), limits(self.model, self.model.outputs)),
         )
+        self._geometry = duration, period, capacity
         random_generator(seed)  # refuses a bad one now
         self._seed = seed
         self._skipped = 0
+        self._stuck = 0  # values
         # Shared by the thread that absorbs and the one that estimates.
         self._lock = threading.Lock()
         self._due: Record | None = None
@@ -89,12 +93,28 @@ class SlidingWindowObserver:
             rng = random_generator(self._seed, self._solved)
         if record is None:
             return None
+        before = windows.stuck
         estimate = windows.solve(record, rng, Deadline(deadline))
+        self._stuck += windows.stuck - before
         with self._lock:
             if epoch != self._epoch:
                 return None
             self._solved += 1
         return estimate
+
+    def inherit(self, other: 'SlidingWindowObserver') -> bool:
+        """Go on with the samples and counts of the observer that this one replaces.
+
+        Only where the windows are the same. What the other has learned is left to it. Returns
+        whether a window is due.
+        """
+        if self._geometry != other._geometry:
+            return False
+        self._window, self._stuck = other._window, other._stuck
+        with other._lock:
+            self._skipped, self._due = other._skipped, other._due
+            other._due = None
+        return self._due is not None
 
     def reset(self) -> None:
         """Forget all samples and estimates, but not the counts."""
@@ -104,7 +124,7 @@ class SlidingWindowObserver:
     @property
     def counts(self) -> Mapping[str, int]:
         """What was dropped, mended or skipped so far, by reason."""
-        return {**self._window.counts, 'skipped': self._skipped}
+        return {**self._window.counts, 'stuck': self._stuck, 'skipped': self._skipped}
 
     @property
     def last_break(self) -> str | None:

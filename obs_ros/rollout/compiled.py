@@ -15,6 +15,7 @@ from typing import Any
 import numba
 import numpy as np
 
+from obs_ros.acceleration import note_cache_trouble, storing
 from obs_ros.model import Model
 from obs_ros.rollout.functions import fingerprint, rebuilt
 from obs_ros.rollout.grid import Grid
@@ -146,8 +147,11 @@ def load_module(model: Model) -> ModuleType:
         if path is None or not any(path.parent.glob('__pycache__/*.nbi')):
             log.info('compiling the kernels of model %r: several seconds, once', model.name)
         if path is None:
-            path = FilePath(tempfile.mkdtemp(prefix='obs_ros_')) / f'{name}.py'
-            path.write_text(text)
+            module = ModuleType(name)
+            bind(module, model, cached)
+            exec(compile(text, f'<{name}>', 'exec'), module.__dict__)
+            sys.modules[name] = module
+            return module
         spec = importlib.util.spec_from_file_location(name, path)
         assert spec is not None and spec.loader is not None
         module = importlib.util.module_from_spec(spec)
@@ -164,7 +168,9 @@ def bind(module: ModuleType, model: Model, cached: bool) -> None:
     module.__dict__.update(
         jit=inline,
         jit_sum=numba.njit(forceinline=True, fastmath=FASTMATH | {'reassoc'}, **OPTIONS),
-        entry=numba.njit(fastmath=FASTMATH, cache=cached, **OPTIONS),
+        entry=lambda kernel: storing(
+            numba.njit(fastmath=FASTMATH, cache=cached, **OPTIONS)(kernel)
+        ),
         dynamics=inline(rebuilt(model.dynamics, inline)),
         output=inline(rebuilt(model.output, inline)),
     )
@@ -235,7 +241,7 @@ def stored(name: str, text: str) -> FilePath | None:
             return path if any(path.parent.glob('__pycache__/*.nbi')) else None
         os.utime(path.parent)
     except OSError as error:
-        log.warning('kernel cache %s: %s; compiling in every process', path.parent, error)
+        note_cache_trouble(path.parent, error)
         return None
     return path
 

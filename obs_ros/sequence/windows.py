@@ -11,12 +11,12 @@ from dataclasses import replace
 import numpy as np
 
 from obs_ros.deadline import Deadline
-from obs_ros.estimate import Estimate, Jump
+from obs_ros.estimate import Estimate, Jump, Outcome
 from obs_ros.mismatch import like_noise, too_small
 from obs_ros.model import names
 from obs_ros.objective import Objective
 from obs_ros.record import Record
-from obs_ros.report import Certainty, report
+from obs_ros.report import NEGLIGIBLE, Certainty, empty, report
 from obs_ros.search.levenberg_marquardt import levenberg_marquardt
 from obs_ros.search.memetic import FULL_ITERATIONS
 from obs_ros.search.result import Found
@@ -28,6 +28,7 @@ from obs_ros.sequence.profile import widened_by_profile
 from obs_ros.sequence.race import Hypothesis, Race, inverse, weigh
 from obs_ros.sequence.regimes import Layout, Regimes, interval_of
 from obs_ros.solve import Solver, whitened
+from obs_ros.stuck import Mask, stuck, words
 from obs_ros.typing import Array
 
 SAME_TIME = 0.05  # window; jumps found nearer to each other than that, or
@@ -49,17 +50,41 @@ class Windows:
         self._previous: Estimate | None = None
         self._announced: list[Jump] = []
         self._explained: Hypothesis | None = None  # the previous window's
+        self.stuck = 0  # values that stuck sensors repeated
 
     def solve(self, record: Record, rng: np.random.Generator, deadline: Deadline) -> Estimate:
         """Estimate the next window; see `solve_window`."""
-        solver = self._solver
-        if not solver.method.needs_squares:
-            estimate = solver.solve(record, rng, deadline, self._previous)
+        repeated = stuck(record.y, self._noisy(record))
+        if not repeated.any():
+            return self._solve_measured(record, rng, deadline)
+        self.stuck += int(repeated.sum())
+        said = words(self._solver.model, np.flatnonzero(repeated.any(axis=0)))
+        left = np.where(repeated, np.nan, record.y)
+        if np.isnan(left).all():
+            return empty(self._solver.model, record, Outcome.STALE_OUTPUT, said)
+        estimate = self._solve_measured(record.with_outputs(left), rng, deadline)
+        outcome = Outcome.STALE_OUTPUT if estimate.usable else estimate.outcome
+        return replace(estimate, outcome=outcome, message=f'{said}; {estimate.message}')
+
+    def _solve_measured(
+        self, record: Record, rng: np.random.Generator, deadline: Deadline
+    ) -> Estimate:
+        if not self._solver.method.needs_squares:
+            estimate = self._solver.solve(record, rng, deadline, self._previous)
         else:
             estimate = self._solve(record, rng, deadline)
         if estimate.usable:
             self._previous = estimate
         return estimate
+
+    def _noisy(self, record: Record) -> Mask:
+        """Return of which outputs (r,) the noise is known and more than rounding."""
+        scale = self._noise.scale()
+        if scale is None:
+            given = self._solver.noise
+            return np.array([name in given for name in names(self._solver.model.outputs)])
+        size = np.nanmax(np.abs(record.y), axis=0, initial=0.0)
+        return np.asarray(scale > NEGLIGIBLE * size)
 
     def _solve(self, record: Record, rng: np.random.Generator, deadline: Deadline) -> Estimate:
         begin = time.perf_counter()

@@ -72,6 +72,9 @@ class FakeObserver:
             stamp=newest,
         )
 
+    def inherit(self, other: 'FakeObserver') -> bool:
+        return False
+
     def reset(self) -> None:
         self.resets += 1
         self.outputs.clear()

@@ -5,6 +5,7 @@ import pytest
 from obs_ros.estimate import Estimate, Outcome
 from obs_ros.node.diagnostics import Level
 from obs_ros.node.health import Progress, examine
+from obs_ros.node.turns import Turns
 from obs_ros.node.worker import Finished
 
 SETTINGS = {
@@ -23,6 +24,12 @@ class FakeFeed:
     refused: dict = field(default_factory=dict)
     last_refusal: str = ''
     refuses: bool = False
+    publishers: int = 1
+    mixed: bool = False
+    reliable: bool = True
+    unheard: str = ''
+    stamp: int | None = None
+    turns: Turns = field(default_factory=Turns)
 
     def rate(self):
         return 2.5
@@ -129,8 +136,14 @@ def test_figures_are_there_from_the_start():
         'compile_time_s': 0.0,
         'output.received': 4,
         'output.rate_hz': 2.5,
+        'output.publishers': 1,
+        'output.reliable': True,
+        'output.lost': 0,
         'input.received': 4,
         'input.rate_hz': 2.5,
+        'input.publishers': 1,
+        'input.reliable': True,
+        'input.lost': 0,
         'skipped': 0,
     }
 

@@ -38,7 +38,7 @@ def test_every_output_is_answered_with_an_estimate_and_the_observers_figures(ros
     bench.input(1, FEEDS, (30, 30))
     ros.spin_until(lambda: bench.estimator._feeds['input'].received)
     for t in range(1, 21):
-        bench.output(t, LEVELS, (t, 0))
+        bench.output(t, LEVELS, (t, -t))
     ros.spin_until(lambda: len(bench.state) == 20 and len(bench.solver) == 20)
     assert [m.header.stamp.sec for m in bench.state] == list(range(1, 21))
     assert [m.position[0] for m in bench.state] == list(range(1, 21))
