@@ -76,10 +76,11 @@ class Ros:
         self.spin_until(lambda: self.node.count_publishers(topic))
         return messages
 
-    def speak(self, topic: str, qos: Any = STREAM) -> Callable[..., None]:
-        """Return a function (seconds, names, values) that publishes, once somebody listens."""
+    def speak(self, topic: str, qos: Any = STREAM, *, heard: bool = True) -> Callable[..., None]:
+        """Return a function (seconds, names, values) that publishes, once it is `heard`."""
         publisher = self.node.create_publisher(JointState, topic, qos)
-        self.spin_until(publisher.get_subscription_count)
+        if heard:
+            self.spin_until(publisher.get_subscription_count)
         return lambda t, names, values: publisher.publish(
             named_vector(round(t * 1e9), names, [float(v) for v in values])
         )
@@ -102,12 +103,18 @@ class Ros:
 
         return self.spin_until(found, timeout)[-1]
 
+    def stop(self, node: Node) -> None:
+        """End a node."""
+        closed = getattr(node, 'close', lambda: True)
+        assert any(closed() for _ in range(100)), 'a thread does not end'
+        self.executor.remove_node(node)
+        self._nodes.remove(node)
+        node.destroy_node()
+
     def close(self) -> None:
         """End all nodes, and the context."""
-        for node in self._nodes:
-            closed = getattr(node, 'close', lambda: True)
-            assert any(closed() for _ in range(100)), 'a thread does not end'
-            node.destroy_node()
+        for node in tuple(self._nodes):
+            self.stop(node)
         self.executor.shutdown()
         self.context.try_shutdown()
         self._claim.close()

@@ -145,7 +145,7 @@ class Estimator(Node):
             self._due = arrival
         self._watch_timeline()
         if self._forecast is not None:
-            self._forecast.absorb(sample, arrival, silent=bool(self._mixed))
+            self._forecast.absorb(sample, arrival, silent=bool(self._mixed) or self._stale)
         if self._due is not None:
             self._proceed()
 
@@ -215,6 +215,12 @@ class Estimator(Node):
     def _mixed(self) -> str:
         """The topics on which several publishers take turns: nothing can be told from those."""
         return ' and '.join(feed.topic for feed in self._feeds.values() if feed.mixed)
+
+    @property
+    def _stale(self) -> bool:
+        """Whether a stream has stopped, so that what the plant is fed is not known."""
+        after = self._settings['stale_after']
+        return any((feed.silence or 0.0) > after for feed in self._feeds.values())
 
     def _publish(self, estimate: Estimate, arrival: float) -> None:
         latency = time.monotonic() - arrival

@@ -16,7 +16,7 @@ from obs_ros.mismatch import like_noise, too_small
 from obs_ros.model import names
 from obs_ros.objective import Objective
 from obs_ros.record import Record
-from obs_ros.report import NEGLIGIBLE, Certainty, empty, report
+from obs_ros.report import Certainty, empty, report
 from obs_ros.search.levenberg_marquardt import levenberg_marquardt
 from obs_ros.search.memetic import FULL_ITERATIONS
 from obs_ros.search.result import Found
@@ -27,8 +27,8 @@ from obs_ros.sequence.prior import Posterior, Prior
 from obs_ros.sequence.profile import widened_by_profile
 from obs_ros.sequence.race import Hypothesis, Race, inverse, weigh
 from obs_ros.sequence.regimes import Layout, Regimes, interval_of
+from obs_ros.sequence.trust import Doubt, without_stuck
 from obs_ros.solve import Solver, whitened
-from obs_ros.stuck import Mask, stuck, words
 from obs_ros.typing import Array
 
 SAME_TIME = 0.05  # window; jumps found nearer to each other than that, or
@@ -50,21 +50,21 @@ class Windows:
         self._previous: Estimate | None = None
         self._announced: list[Jump] = []
         self._explained: Hypothesis | None = None  # the previous window's
+        self._doubt = Doubt()
         self.stuck = 0  # values that stuck sensors repeated
 
     def solve(self, record: Record, rng: np.random.Generator, deadline: Deadline) -> Estimate:
         """Estimate the next window; see `solve_window`."""
-        repeated = stuck(record.y, self._noisy(record))
-        if not repeated.any():
-            return self._solve_measured(record, rng, deadline)
-        self.stuck += int(repeated.sum())
-        said = words(self._solver.model, np.flatnonzero(repeated.any(axis=0)))
-        left = np.where(repeated, np.nan, record.y)
-        if np.isnan(left).all():
-            return empty(self._solver.model, record, Outcome.STALE_OUTPUT, said)
-        estimate = self._solve_measured(record.with_outputs(left), rng, deadline)
+        model = self._solver.model
+        sound = without_stuck(model, record, self._solver.noise, self._noise.scale())
+        self.stuck += sound.repeated
+        if sound.record is None:
+            return empty(model, record, Outcome.STALE_OUTPUT, sound.said)
+        estimate = self._solve_measured(sound.record, rng, deadline)
+        if not sound.repeated:
+            return estimate
         outcome = Outcome.STALE_OUTPUT if estimate.usable else estimate.outcome
-        return replace(estimate, outcome=outcome, message=f'{said}; {estimate.message}')
+        return replace(estimate, outcome=outcome, message=f'{sound.said}; {estimate.message}')
 
     def _solve_measured(
         self, record: Record, rng: np.random.Generator, deadline: Deadline
@@ -76,15 +76,6 @@ class Windows:
         if estimate.usable:
             self._previous = estimate
         return estimate
-
-    def _noisy(self, record: Record) -> Mask:
-        """Return of which outputs (r,) the noise is known and more than rounding."""
-        scale = self._noise.scale()
-        if scale is None:
-            given = self._solver.noise
-            return np.array([name in given for name in names(self._solver.model.outputs)])
-        size = np.nanmax(np.abs(record.y), axis=0, initial=0.0)
-        return np.asarray(scale > NEGLIGIBLE * size)
 
     def _solve(self, record: Record, rng: np.random.Generator, deadline: Deadline) -> Estimate:
         begin = time.perf_counter()
@@ -130,7 +121,8 @@ class Windows:
         self._announced = [jump for jump in self._announced if jump.time > start - duration]
         self._announced += [jump for jump in jumps if jump.new]
         if found.accepted and race.finished:
-            self._learn(certainty, jumps)
+            fits = self._learn(certainty, jumps)
+            estimate = self._doubt.weigh(estimate, fits) if known else estimate
         return estimate
 
     def _continued(
@@ -215,8 +207,11 @@ class Windows:
             for jump in self._announced
         )
 
-    def _learn(self, certainty: Certainty, jumps: tuple[Jump, ...]) -> None:
-        """Remember what an accepted window says; one that nothing explains teaches nothing."""
+    def _learn(self, certainty: Certainty, jumps: tuple[Jump, ...]) -> bool:
+        """Remember what an accepted window says; one that nothing explains teaches nothing.
+
+        Returns whether it was explained.
+        """
         best, history = certainty.hypothesis, self._history
         objective, z = best.regimes.objective, best.point
         grid, n = objective.grid, objective.unknowns.n_states
@@ -226,7 +221,7 @@ class Windows:
         (self._noise.doubt if odd else self._noise.accept)(left)
         self._explained = None
         if not like_noise(best.squares, freedom):
-            return
+            return False
         self._explained = best
         places = {name: i for i, name in enumerate(objective.unknowns.names)}
         start = float(grid.t[0])
@@ -243,12 +238,13 @@ class Windows:
             history.jumps.append(known)
         history.prune(start)
         if certainty.drifting:
-            return
+            return True
         final = best.layout.final(z)[n:]
         covariance = certainty.covariance[np.ix_(final, final)]
         if certainty.bent:  # the valley is not where correlations say that it is
             covariance = np.diag(np.diagonal(covariance))
         history.add(Entry(float(grid.t[-1]), z[final], covariance))
+        return True
 
 
 def clear(sizes: Mapping[str, float], deviations: Mapping[str, float]) -> bool:

@@ -1,0 +1,106 @@
+"""An estimator in a process of its own, fed from here and watched by its /diagnostics."""
+
+import os
+import signal
+import subprocess
+import sys
+import time
+from collections.abc import Callable, Sequence
+from pathlib import Path
+from typing import Any
+
+
+class Live:
+    """The process, a node to talk to it, and the newest figures that it has told.
+
+    Close it in the end; `close` returns exit code, what it has written to stderr, and the seconds
+    from the signal to its end.
+    """
+
+    def __init__(self, domain: int, *settings: str) -> None:
+        os.environ |= {'ROS_DOMAIN_ID': str(domain), 'ROS_AUTOMATIC_DISCOVERY_RANGE': 'LOCALHOST'}
+        import rclpy
+        from diagnostic_msgs.msg import DiagnosticArray
+        from rclpy.executors import SingleThreadedExecutor
+        from rclpy.node import Node
+        from sensor_msgs.msg import JointState
+
+        from obs_ros.node.messages import STREAM
+
+        arguments = [word for setting in settings for word in ('-p', setting)]
+        self.process = subprocess.Popen(
+            [sys.executable, '-m', 'obs_ros.node.estimator', '--ros-args', *arguments],
+            cwd=Path(__file__).parents[1],
+            stderr=subprocess.PIPE,
+            text=True,
+        )
+        self.figures: dict[str, str] = {}
+        self.told = 0
+        self._context = rclpy.Context()
+        rclpy.init(context=self._context)
+        self.node = Node('live', context=self._context)
+        self._executor = SingleThreadedExecutor(context=self._context)
+        self._executor.add_node(self.node)
+
+        def remember(array: DiagnosticArray) -> None:
+            status = array.status[0]
+            self.figures = {entry.key: entry.value for entry in status.values}
+            self.figures['message'] = status.message
+            self.told += 1
+
+        self.node.create_subscription(DiagnosticArray, '/diagnostics', remember, 10)
+        self.publishers = {
+            stream: self.node.create_publisher(JointState, f'plant/{stream}', STREAM)
+            for stream in ('input', 'output')
+        }
+        self.spin_until(
+            lambda: (
+                self.figures.get('ready') == 'true'
+                and all(p.get_subscription_count() for p in self.publishers.values())
+            ),
+            60.0,
+        )
+
+    def listen(self, topic: str, take: Callable[[Any], None]) -> None:
+        """Hand every vector on a topic to `take`."""
+        from sensor_msgs.msg import JointState
+
+        from obs_ros.node.messages import STREAM
+
+        self.node.create_subscription(JointState, topic, take, STREAM)
+
+    def send(self, stream: str, stamp: int, names: Sequence[str], values: Sequence[float]) -> None:
+        """Publish a vector stamped `stamp` (ns)."""
+        from obs_ros.node.messages import named_vector
+
+        self.publishers[stream].publish(named_vector(stamp, names, values))
+
+    def spin(self) -> None:
+        """Take what has come, without waiting."""
+        self._executor.spin_once(timeout_sec=0.0)
+
+    def spin_until(self, predicate: Callable[[], Any], timeout: float) -> bool:
+        """Spin until the predicate holds; return whether it did within `timeout` s."""
+        end = time.monotonic() + timeout
+        while not predicate():
+            if time.monotonic() > end or self.process.poll() is not None:
+                return False
+            self._executor.spin_once(timeout_sec=0.1)
+        return True
+
+    def memory(self) -> float:
+        """Resident memory of the process in MB."""
+        status = Path(f'/proc/{self.process.pid}/status').read_text()
+        line = next(line for line in status.splitlines() if line.startswith('VmRSS'))
+        return int(line.split()[1]) / 1024.0
+
+    def close(self) -> tuple[int, str, float]:
+        """End the process as Ctrl-C does."""
+        begin = time.monotonic()
+        self.process.send_signal(signal.SIGINT)
+        _, written = self.process.communicate(timeout=30.0)
+        took = time.monotonic() - begin
+        self._executor.shutdown()
+        self.node.destroy_node()
+        self._context.try_shutdown()
+        return self.process.returncode, written, took
