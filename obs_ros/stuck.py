@@ -62,8 +62,9 @@ def long_runs(column: Array) -> list[tuple[int, int]]:
 
 def words(model: Model, outputs: Iterable[int]) -> str:
     """Say which outputs (by their numbers) are stuck, and what is done about it."""
-    found = ' and '.join(names(model.outputs)[i] for i in outputs)
-    return f'{found} repeats the same value, as a stuck sensor does, and counts as not measured'
+    chosen = [names(model.outputs)[i] for i in outputs]
+    found = ' and '.join(chosen) + (' repeat' if len(chosen) > 1 else ' repeats')
+    return f'{found} the same value, as a stuck sensor does: not taken for measured'
 
 
 class Repeats:

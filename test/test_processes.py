@@ -8,6 +8,7 @@ from pathlib import Path
 import pytest
 import yaml
 from ament_index_python.packages import PackageNotFoundError, get_package_prefix
+from diagnostic_msgs.msg import DiagnosticArray
 from ros import figures, vector
 from std_msgs.msg import String
 from std_srvs.srv import SetBool
@@ -15,6 +16,11 @@ from std_srvs.srv import SetBool
 from obs_ros.node.messages import LATCHED
 
 TRUTH = {'p1': 1.0, 'p2': 1.0, 'p3': 1.0}
+WINDOW = 200  # s of plant time, where nodes are killed
+ARGUMENTS = {
+    'simulator': ('speed:=200', 'plant.p1:=1.0', 'plant.p2:=1.0', 'plant.p3:=1.0'),
+    'estimator': (f'window.duration:={WINDOW}', 'noise.h1:=0.01', 'noise.h2:=0.01'),
+}
 
 
 def executable(name: str) -> str:
@@ -75,6 +81,65 @@ def test_the_installed_nodes_estimate_the_tanks_and_end_in_peace(ros, start):
     for process in nodes:
         process.send_signal(signal.SIGINT)
     for process in nodes:
-        _, stderr = process.communicate(timeout=10.0)
-        assert process.returncode == 0
-        assert all('[INFO]' in line for line in stderr.splitlines()), stderr
+        ended_in_peace(process)
+
+
+def ended_in_peace(process, words=('[INFO]',)):
+    _, stderr = process.communicate(timeout=10.0)
+    assert process.returncode == 0
+    assert all(any(word in line for word in words) for line in stderr.splitlines()), stderr
+
+
+@pytest.mark.parametrize(
+    ('killed', 'started'),
+    [
+        (('simulator',), ('simulator',)),
+        (('estimator',), ('estimator',)),
+        (('simulator', 'estimator'), ('estimator', 'simulator')),
+        (('estimator', 'simulator'), ('simulator', 'estimator')),
+    ],
+    ids=['simulator', 'estimator', 'both, estimator first', 'both, simulator first'],
+)
+def test_a_node_that_is_killed_and_started_again_is_met_within_a_window(
+    ros, start, killed, started
+):
+    def begin(name):
+        return start(name, *(word for value in ARGUMENTS[name] for word in ('-p', value)))
+
+    nodes = {name: begin(name) for name in ARGUMENTS}
+    estimates, outputs = ros.listen('/estimator/parameters'), ros.listen('/plant/output')
+    ros.spin_until(lambda: estimates, timeout=60.0)
+
+    for name in killed:
+        nodes[name].kill()
+        nodes[name].wait()
+    ros.executor.spin_once(timeout_sec=0.0)
+    arrays = ros.listen('/diagnostics', DiagnosticArray)
+    for name in started:
+        nodes[name] = begin(name)
+    if 'estimator' in killed:
+        ros.spin_until(lambda: is_ready(arrays), timeout=60.0)
+    if 'simulator' in killed:
+        # Plant time starts again at 0, or the estimator comes to it later.
+        ros.spin_until(lambda: seconds(outputs[-1]) < 1000, timeout=60.0)
+    del estimates[:], outputs[:]
+    first = seconds(ros.spin_until(lambda: outputs, timeout=30.0)[0])
+    # What an estimator that lived on had begun may still come.
+    met = ros.spin_until(
+        lambda: [e for e in estimates if first <= seconds(e) <= first + 3 * WINDOW], timeout=60.0
+    )[0]
+    assert seconds(met) <= first + WINDOW + 2
+    assert vector(met) == pytest.approx(TRUTH, abs=0.02)
+    for process in nodes.values():
+        process.send_signal(signal.SIGINT)
+    for process in nodes.values():
+        ended_in_peace(process, ('[INFO]', 'start anew: '))
+
+
+def seconds(message):
+    return message.header.stamp.sec
+
+
+def is_ready(arrays):
+    statuses = [array.status[0] for array in arrays if array.status[0].name == '/estimator']
+    return statuses and figures(statuses[-1])['ready'] == 'true'

@@ -107,6 +107,8 @@ class Estimator(Node):
         self._settings, observer = proposal
         self._predict()
         if observer is None:
+            if not self._prepared:
+                self._proceed()
             return
         if self._prepared:
             self.get_logger().info('parameters changed: the next window is for a new observer')

@@ -1,0 +1,42 @@
+"""Short forms of the soak and the fuzz: the estimator as a process, fed a lot and fed rubbish."""
+
+import random
+
+import pytest
+
+pytest.importorskip('rclpy')
+
+from ros import own_domain
+
+from benchmarks.fuzz import fuzzed
+from benchmarks.live import Live
+from benchmarks.soak import GROWTH, soaked
+
+
+@pytest.fixture
+def live(monkeypatch):
+    domain, claim = own_domain()
+    for name in ('ROS_DOMAIN_ID', 'ROS_AUTOMATIC_DISCOVERY_RANGE'):
+        monkeypatch.setenv(name, '')  # put back afterwards what it sets
+    live = Live(domain, 'window.duration:=20.0')
+    yield live
+    if live.process.poll() is None:
+        live.process.kill()
+        live.process.wait()
+    claim.close()
+
+
+def test_a_short_soak_loses_nothing_and_keeps_its_memory(live):
+    found = soaked(live, 4000, 1000.0)
+    assert found.lost == 0 and found.growth < GROWTH
+    assert int(found.figures['published']) >= 10 and int(found.figures['predicted']) > 3000
+    assert found.figures['failed'] == '0'
+    assert found.code == 0 and not found.traceback
+
+
+def test_rubbish_is_counted_and_survived(live):
+    found = fuzzed(live, 2000, random.Random(7))
+    assert found.uncounted == 0 and found.non_finite == 0
+    assert found.figures['failed'] == '0'
+    assert found.last == pytest.approx({'p1': 1.0, 'p2': 1.0, 'p3': 1.0}, abs=0.05)
+    assert found.code == 0 and not found.traceback
