@@ -3,6 +3,7 @@ from dataclasses import dataclass, field
 import pytest
 
 from obs_ros.estimate import Estimate, Outcome
+from obs_ros.node import health
 from obs_ros.node.diagnostics import Level
 from obs_ros.node.health import Progress, examine
 from obs_ros.node.turns import Turns
@@ -214,3 +215,55 @@ def test_refused_messages_are_not_taken_for_silence():
     level, outcome, message = judged(streams=streams)
     assert (level, outcome) == (Level.STALE, 'stale_output')
     assert message == "stale_output: its messages are refused: unknown name 'theta'"
+
+
+def test_publishers_that_take_turns_are_told_before_the_outcome():
+    streams = feeds()
+    streams['output'].mixed, streams['output'].publishers = True, 2
+    level, outcome, message = judged(streams=streams)
+    assert (level, outcome) == (Level.WARN, 'mixed')
+    assert message.startswith('plant/output comes from 2 publishers in turns')
+
+
+@pytest.mark.parametrize('silence', [None, 9.0])
+def test_a_publisher_that_is_not_heard_is_the_reason_of_silence(silence):
+    streams = feeds(input=silence)
+    streams['input'].unheard = 'a publisher of plant/input is not heard: why'
+    message = judged(streams=streams)[2]
+    assert message.endswith(': a publisher of plant/input is not heard: why')
+    assert (
+        judged(streams=feeds() | {'output': FakeFeed('plant/output', unheard='x')})[0] is Level.OK
+    )
+
+
+@pytest.mark.parametrize(('ahead', 'way'), [(1500, 'after'), (-1500, 'before')])
+def test_streams_stamped_by_two_clocks_are_told(ahead, way):
+    streams = feeds()
+    streams['output'].stamp, streams['input'].stamp = 2000 * 10**9, (2000 + ahead) * 10**9
+    level, _, message = judged(estimate=None, streams=streams)
+    assert level is Level.WARN
+    assert message == (
+        f'plant/input is stamped 1500 s {way} plant/output: do both publishers use one clock?'
+    )
+    streams['input'].stamp = 2900 * 10**9
+    assert judged(estimate=None, streams=streams)[0] is Level.OK
+
+
+def test_predictions_have_figures_and_so_has_a_cache_that_fails(monkeypatch):
+    @dataclass
+    class FakeForecast:
+        published: int = 7
+        diverged: int = 1
+        horizon: float | None = 2.5
+        latency: float = 0.25
+
+    def seen(forecast):
+        return examine(Progress(), feeds(), SETTINGS, {}, None, forecast).figures
+
+    figures = seen(FakeForecast())
+    assert (figures['predicted'], figures['prediction_diverged']) == (7, 1)
+    assert (figures['prediction_horizon_s'], figures['prediction_latency_s']) == (2.5, 0.25)
+    assert 'prediction_horizon_s' not in seen(FakeForecast(horizon=None))
+    assert 'predicted' not in seen(None) and 'kernel_cache' not in seen(None)
+    monkeypatch.setattr(health, 'cache_trouble', lambda: 'disk full')
+    assert seen(None)['kernel_cache'] == 'disk full'

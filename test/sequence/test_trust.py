@@ -10,7 +10,8 @@ from obs_ros.sequence.trust import EARNED, Doubt, without_stuck
 def found(t1: float) -> Estimate:
     return Estimate(
         parameters={'p': 1.0}, initial_state={'x': 2.0}, state={'x': 3.0},
-        stddev={'x': 0.1, 'p': 0.2}, initial_stddev={'x': 0.1}, outcome=Outcome.CONVERGED, message='as told', t0=0.0, t1=t1,
+        stddev={'x': 0.1, 'p': 0.2}, initial_stddev={'x': 0.1}, outcome=Outcome.CONVERGED,
+        message='as told', t0=0.0, t1=t1,
     )  # fmt: skip
 
 
@@ -39,7 +40,7 @@ def test_after_a_first_window_that_does_not_fit_trust_is_earned_by_many_in_a_row
 def test_doubt_starts_anew_with_every_window_that_does_not_fit():
     doubt = Doubt()
     for k in range(EARNED):
-        doubt.weigh(found(k), k != EARNED - 1)
+        doubt.weigh(found(k), k not in (0, EARNED - 1))
     assert 'ended at 19 s' in doubt.weigh(found(99.0), True).message
 
 
