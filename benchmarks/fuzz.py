@@ -6,6 +6,7 @@ and its estimate must be right.
 
 import math
 import random
+import time
 from collections.abc import Mapping
 from typing import Any, NamedTuple
 
@@ -17,7 +18,7 @@ NAMES = (*OUTPUT, *INPUT, 'h3', 'p1', '', 'h1 ', 'ĥ1', 'h' * 1000, '\n', '{}', 
 VALUES = (math.nan, math.inf, -math.inf, 1e308, -1e308, 5e-324, 0.0, -0.0, 1e20, 1.0, -7.5)
 SECONDS = (0, -1, 1, -(2**31), 2**31 - 1, 1_700_000_000)
 NANOSECONDS = (0, 999_999_999, 1_000_000_000, 2**32 - 1)
-BATCH = 200
+BATCH, PAUSE = 200, 0.2  # messages; s after them, as queues are bounded
 DURATION = 300  # samples of the sound run, at its end
 EPOCH = 2**31 * 10**9 - 10**15  # ns; later than the others, and still a stamp
 
@@ -67,6 +68,7 @@ def fuzzed(live: Live, count: int, rng: random.Random) -> Fuzzed:
         progress.step()
         if k % BATCH == BATCH - 1:
             live.spin()
+            time.sleep(PAUSE)
     live.spin_until(received, 60.0)
     during = len(estimates)
     for stamp, u, y in samples(DURATION):

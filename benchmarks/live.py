@@ -4,6 +4,7 @@ import os
 import signal
 import subprocess
 import sys
+import tempfile
 import time
 from collections.abc import Callable, Sequence
 from pathlib import Path
@@ -28,10 +29,12 @@ class Live:
         from obs_ros.node.messages import STREAM
 
         arguments = [word for setting in settings for word in ('-p', setting)]
+        # Not a pipe: nobody reads it, and a node that talks much would wait for that.
+        self._written = tempfile.TemporaryFile('w+')
         self.process = subprocess.Popen(
             [sys.executable, '-m', 'obs_ros.node.estimator', '--ros-args', *arguments],
             cwd=Path(__file__).parents[1],
-            stderr=subprocess.PIPE,
+            stderr=self._written,
             text=True,
         )
         self.figures: dict[str, str] = {}
@@ -98,8 +101,11 @@ class Live:
         """End the process as Ctrl-C does."""
         begin = time.monotonic()
         self.process.send_signal(signal.SIGINT)
-        _, written = self.process.communicate(timeout=30.0)
+        self.process.wait(timeout=30.0)
         took = time.monotonic() - begin
+        self._written.seek(0)
+        written = self._written.read()
+        self._written.close()
         self._executor.shutdown()
         self.node.destroy_node()
         self._context.try_shutdown()

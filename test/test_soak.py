@@ -23,6 +23,7 @@ def live(monkeypatch):
     if live.process.poll() is None:
         live.process.kill()
         live.process.wait()
+    live._written.close()
     claim.close()
 
 

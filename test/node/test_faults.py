@@ -154,14 +154,14 @@ def scaled(stream: str, factors: tuple[float, float]) -> Callable[[Run], Run]:
     return lambda messages: of(stream, messages, change)
 
 
-def stuck(*places: int) -> Callable[[Run], Run]:
-    """Levels stand still from the second window on."""
+def stuck(*places: int, since: int = WINDOW) -> Callable[[Run], Run]:
+    """Levels stand still, by default from the second window on."""
 
     def spoil(messages: Run) -> Run:
         held = messages[2 * WINDOW + 1].values
 
         def change(k: int, m: Message) -> list[Message]:
-            values = [held[i] if i in places and k > WINDOW else v for i, v in enumerate(m.values)]
+            values = [held[i] if i in places and k > since else v for i, v in enumerate(m.values)]
             return [m._replace(values=tuple(values))]
 
         return of('output', messages, change)
@@ -236,8 +236,11 @@ FAULTS = {
     'a stuck sensor': flagged(
         stuck(0), 'stale_output', 'h1 repeats the same value', counts={'samples.stuck': 100}
     ),
-    'a stuck sensor, noise unknown': flagged(
-        stuck(0), 'stale_output', 'h1 repeats the same value', counts={'samples.stuck': 100},
+    'a sensor stuck from the start, noise unknown': flagged(
+        stuck(0, since=-1),
+        'stale_output',
+        'h1 repeats the same value',
+        counts={'samples.stuck': 180},
         noise_known=False,
     ),
     'all sensors stuck': flagged(

@@ -69,5 +69,5 @@ def test_a_stream_that_stops_ends_predictions(ros, monkeypatch):
     ros.spin_until(lambda: states)
     ros.spin_until(lambda: bench.estimator._stale)
     bench.send([m for m in tanks(61, 80)[0] if m.stream == 'output'])
-    assert not predictions
-    bench.told('stale_input')
+    _, told = bench.told('stale_input')
+    assert told['predicted'] == '0' and not predictions
