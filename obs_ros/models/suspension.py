@@ -4,6 +4,7 @@ The road zr and the damper's current I are measured; kt is the tyre's stiffness,
 the damper that nobody measures (a disturbance: wear, a shifted load).
 """
 
+import math
 from typing import Any
 
 import numpy as np
@@ -56,7 +57,7 @@ SUSPENSION = Model(
     outputs=tuple(Variable(name, 'm') for name in ('zs', 'zus', 'zd')),
     parameters=(
         Variable('kt', 'N/m', 0.1 * KT, 3.0 * KT, nominal=KT),
-        Variable('eta', 'N', -2000.0, 2000.0, nominal=0.0),
+        Variable('eta', 'N', -2000.0, 2000.0, nominal=0.0, walk=math.inf),
     ),
     dynamics=dynamics,
     output=output,
