@@ -6,8 +6,9 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from obs_ros import Sample, load_observer
-from obs_ros.models.suspension import KT
+from obs_ros import Outcome, Sample, load_observer
+from obs_ros.models.suspension import KT, SUSPENSION
+from obs_ros.observers.sliding_window import SlidingWindowObserver
 from obs_ros.typing import Array
 from plant_sim.scenarios import load_scenario
 from plant_sim.scenarios.suspension import BUMPS
@@ -16,6 +17,11 @@ from plant_sim.simulation import Simulation
 FIRST = 24.0  # s, when both bumps are passed: what counts
 NEAR = 0.1  # of kt
 BEGIN, END = 7.0, 28.0  # s; before and after that the road is straight: nothing is learnt there
+LONG = 65.0  # s, end of the specification's runs
+DURATION, PERIOD = 1.0, 0.5  # s, of windows
+CONFIDENT = 3.0  # standard deviations, and
+SMALL = 0.02  # box: an error above both is confidently wrong
+BOX = SUSPENSION.parameters[0].upper - SUSPENSION.parameters[0].lower  # N/m
 
 
 class Contestant(NamedTuple):
@@ -36,6 +42,8 @@ CONTESTANTS = (
     Contestant('gradient, designed gains', 'h_infinity', {'adaptation': 'gradient'}),
     Contestant('EKF on (x, kt)', 'ekf', {'parameters': ('kt',)}),
     Contestant('EKF on (x, kt, eta)', 'ekf', {}),
+    Contestant('windows of 1 s on (x, kt)', 'sliding_window', {'parameters': ('kt',)}),
+    Contestant('windows of 1 s on (x, kt, eta)', 'sliding_window', {}),
 )  # fmt: skip
 
 
@@ -58,16 +66,41 @@ CASES = (
     Case('suspension_trap', 300.0, 1e-4),
     Case('suspension_trap', 300.0, 1e-3),
     Case('suspension_cos', 0.0, 1e-3),
+    Case('suspension_rect', 300.0, 1e-4),
     Case('suspension_kt_step', 300.0, 1e-4),
 )
 
 
 class Task(NamedTuple):
-    """One run; the seed is that of the noise."""
+    """One run to `end` (s); the seed is that of the noise."""
 
     contestant: Contestant
     case: Case
     seed: int
+    end: float = END
+
+
+class Window(NamedTuple):
+    """An estimate of kt (N/m) at `time` (s): relative error, sd (N/m; NaN = withheld), outcome."""
+
+    time: float
+    error: float
+    sd: float
+    outcome: Outcome
+
+    @property
+    def confidently_wrong(self) -> bool:
+        """Whether it says too much."""
+        return abs(self.error) * KT > max(CONFIDENT * self.sd, SMALL * BOX)
+
+
+class Observed(NamedTuple):
+    """Times (K,), estimates and truth of kt (K,), and the windows of a sliding one."""
+
+    t: Array
+    found: Array
+    kt: Array
+    windows: tuple[Window, ...] = ()
 
 
 class Measured(NamedTuple):
@@ -76,6 +109,7 @@ class Measured(NamedTuple):
     rms: float
     near: float
     finite: bool
+    windows: tuple[Window, ...] = ()
 
 
 @functools.cache
@@ -83,16 +117,20 @@ def played(scenario: str, disturbed: bool) -> tuple[Array, Array, Array, Array]:
     """Times (K,), inputs (K, 2), positions without noise (K, 3) and true kt (K,)."""
     simulation = Simulation(load_scenario(scenario), snr_db=math.inf)
     simulation.faults = {} if disturbed else {'eta': 0.0}
-    rows = [simulation.sample() for _ in range(round(END / simulation.period) + 1)]
+    rows = [simulation.sample() for _ in range(round(LONG / simulation.period) + 1)]
     rows = rows[round(BEGIN / simulation.period) :]
     t, u, y, p = (np.array([getattr(i, name) for i in rows]) for name in ('t', 'u', 'y', 'p'))
     return t, u, y, p[:, 0]
 
 
-def observed(task: Task) -> tuple[Array, Array, Array]:
-    """Return times, estimates and truth of kt; the estimate starts from half of it."""
+def observed(task: Task) -> Observed:
+    """Let an observer drive over the road; its estimate starts from half of kt."""
     t, u, y, kt = played(task.case.scenario, task.case.force > 0.0)
+    until = int(np.searchsorted(t, task.end + 0.5e-3))
+    t, u, y, kt = t[:until], u[:until], y[:until], kt[:until]
     y = y + task.case.noise * np.random.default_rng(task.seed).standard_normal(y.shape)
+    if task.contestant.observer == 'sliding_window':
+        return observed_in_windows(task, t, u, y, kt)
     observer: Any = load_observer(task.contestant.observer)(
         'suspension',
         initial={'kt': 0.5 * KT},
@@ -103,16 +141,36 @@ def observed(task: Task) -> tuple[Array, Array, Array]:
     for k, stamp in enumerate(np.round(t * 1e9).astype(np.int64).tolist()):
         observer.absorb(Sample(stamp, y=y[k], u=u[k]))
         found[k] = observer.p[0]
-    return t, found, kt
+    return Observed(t, found, kt)
+
+
+def observed_in_windows(task: Task, t: Array, u: Array, y: Array, kt: Array) -> Observed:
+    """Return the same of a sliding window: each estimate stands until the next."""
+    observer = SlidingWindowObserver(
+        'suspension',
+        duration=DURATION,
+        period=PERIOD,
+        noise=dict.fromkeys(('zs', 'zus', 'zd'), task.case.noise),
+        **task.contestant.settings,
+    )
+    found = np.full_like(t, 0.5 * KT)
+    windows = []
+    for k, stamp in enumerate(np.round(t * 1e9).astype(np.int64).tolist()):
+        if observer.absorb(Sample(stamp, y=y[k], u=u[k])) and (one := observer.estimate()):
+            found[k:] = one.parameters['kt']
+            error = one.parameters['kt'] / kt[k] - 1.0
+            windows.append(Window(float(t[k]), error, one.stddev['kt'], one.outcome))
+    return Observed(t, found, kt, tuple(windows))
 
 
 def measured(task: Task) -> Measured:
     """Let an observer drive over the road, and measure."""
-    t, found, kt = observed(task)
+    t, found, kt, windows = observed(task)
     error = found / kt - 1.0
     near = (t >= BUMPS[0]) & (np.abs(error) <= NEAR)
     return Measured(
         float(100.0 * np.sqrt(np.mean(error[t > FIRST] ** 2))),
         float(t[near.argmax()] - BUMPS[0]) if near.any() else math.inf,
         bool(np.isfinite(found).all()),
+        windows,
     )

@@ -8,8 +8,8 @@ from scipy.special import chdtr, chdtri
 from obs_ros.typing import Array
 
 TAIL = 0.001
-MOST_CORRELATED = 0.99
 WHITE_LIMIT = 2.81  # standard deviations of the lag-1 correlation
+MOST_CORRELATION = 0.99
 
 
 @dataclass(frozen=True)
@@ -37,7 +37,22 @@ def whiteness(residuals: Array) -> Whiteness:
     return Whiteness(correlation, correlation * float(np.sqrt(count)))
 
 
-def inflation(residuals: Array) -> float:
+def inflation(correlation: float) -> float:
+    """Return by how much noise of this lag-1 correlation raises variances of what it disturbs.
+
+    As autoregressive noise of first order does what changes more slowly; 1 for a negative one.
+    """
+    r = min(max(correlation, 0.0), MOST_CORRELATION)
+    return (1.0 + r) / (1.0 - r)
+
+
+def independent_share(correlation: float) -> float:
+    """Return how many independent squares, for each one, vary as much in sum (Bartlett)."""
+    r = min(max(correlation, 0.0), MOST_CORRELATION)
+    return (1.0 - r**2) / (1.0 + r**2)
+
+
+def inflation_by(residuals: Array) -> float:
     """Return by how much correlated residuals raise the variance of what is estimated from them.
 
     One plus twice the sum of their correlations (K, r; NaN = not measured) up to the first that is
@@ -55,9 +70,8 @@ def inflation(residuals: Array) -> float:
         lost = np.flatnonzero(correlations[1:] * np.sqrt(r.size) < WHITE_LIMIT)
         upto = 1 + (int(lost[0]) if lost.size else r.size - 1)
         if upto > 1:
-            r1 = min(float(correlations[1]), MOST_CORRELATED)
             summed = 1.0 + 2.0 * float(correlations[1:upto].sum())
-            worst = max(worst, summed, (1.0 + r1) / (1.0 - r1))
+            worst = max(worst, summed, inflation(float(correlations[1])))
     return worst
 
 
@@ -66,11 +80,11 @@ def is_white(residuals: Array) -> bool:
     return whiteness(residuals).white
 
 
-def like_noise(squares: float, freedom: int) -> bool:
+def like_noise(squares: float, freedom: float) -> bool:
     """Whether residuals of unit variance may well sum to these squares, by chi-square."""
-    return squares <= float(chdtri(max(1, freedom), TAIL))
+    return squares <= float(chdtri(max(1.0, freedom), TAIL))
 
 
-def too_small(squares: float, freedom: int) -> bool:
+def too_small(squares: float, freedom: float) -> bool:
     """Whether residuals of unit variance would hardly ever sum to so little, by chi-square."""
-    return bool(squares < freedom) and float(chdtr(max(1, freedom), squares)) < TAIL
+    return bool(squares < freedom) and float(chdtr(max(1.0, freedom), squares)) < TAIL

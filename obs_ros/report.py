@@ -8,7 +8,15 @@ import numpy as np
 from obs_ros.estimate import Estimate, Jump, Outcome
 from obs_ros.identifiability import advice, weak_directions
 from obs_ros.information import Deviations
-from obs_ros.mismatch import Whiteness, inflation, like_noise, too_small, whiteness
+from obs_ros.mismatch import (
+    Whiteness,
+    independent_share,
+    inflation,
+    inflation_by,
+    like_noise,
+    too_small,
+    whiteness,
+)
 from obs_ros.model import Model, Variable, names
 from obs_ros.objective import Objective
 from obs_ros.record import Record
@@ -26,7 +34,8 @@ class Certainty:
 
     `information` (q, q) is that about the estimated parameters with the initial state unknown;
     `finished` tells whether there was time to look for jumps, `bent` whether the window is so far
-    from linear that the covariance holds for single unknowns only.
+    from linear that the covariance holds for single unknowns only; `correlation` is the lag-1 one
+    of the noise that the covariance accounts for already.
     """
 
     hypothesis: Hypothesis
@@ -35,6 +44,7 @@ class Certainty:
     jumps: tuple[Jump, ...] = ()
     finished: bool = True
     bent: bool = False
+    correlation: float = 0.0
 
     @property
     def drifting(self) -> bool:
@@ -61,7 +71,8 @@ def report(
     x0, p = objective.unknowns.values(final[None])  # no initial state ever jumps
     last = int(np.flatnonzero(grid.measured)[-1])
     squares = found.cost if certainty is None else certainty.hypothesis.squares
-    fit = Fit.of(objective, squares, residuals, noise_known=noise_known)
+    correlation = 0.0 if certainty is None else certainty.correlation
+    fit = Fit.of(objective, squares, residuals, noise_known=noise_known, correlation=correlation)
     outcome, message = _judge(objective, found, final, fit, in_time)
     trust = _trust(objective, found, certainty, fit, states[last], p[:, 0])
     if certainty is not None and not certainty.finished:
@@ -108,10 +119,14 @@ def report(
 
 @dataclass(frozen=True)
 class Fit:
-    """What a fit leaves: squares in units of the noise, and how it compares with noise."""
+    """What a fit leaves: squares in units of the noise, and how it compares with noise.
+
+    `freedom` counts as many independent squares as would vary as much; `inflation` tells by how
+    much the correlation that is left raises variances.
+    """
 
     squares: float
-    freedom: int
+    freedom: float
     colour: Whiteness
     inflation: float
     noise_known: bool
@@ -119,13 +134,29 @@ class Fit:
 
     @classmethod
     def of(
-        cls, objective: Objective, squares: float, residuals: Array, *, noise_known: bool
+        cls,
+        objective: Objective,
+        squares: float,
+        residuals: Array,
+        *,
+        noise_known: bool,
+        correlation: float = 0.0,
     ) -> 'Fit':
-        """Judge scaled residuals (K, r); NaN = not measured."""
+        """Judge scaled residuals (K, r); NaN = not measured.
+
+        Their scale is that of noise of this lag-1 correlation, enlarged to what white noise must
+        have to disturb as much.
+        """
         freedom = max(1, objective.count(objective.nodes) - objective.dimension)
         negligible = squares <= NEGLIGIBLE**2 * objective.signal * freedom
+        share = independent_share(correlation)
         return cls(
-            squares, freedom, whiteness(residuals), inflation(residuals), noise_known, negligible
+            squares * inflation(correlation) * share,
+            freedom * share,
+            whiteness(residuals),
+            max(1.0, inflation_by(residuals) / inflation(correlation)),
+            noise_known,
+            negligible,
         )
 
     @property

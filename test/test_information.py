@@ -6,7 +6,7 @@ from plants import INTEGRATOR, LAG, integrator_design, lag_outputs, square_wave,
 
 from obs_ros import Outcome, Record, solve_window
 from obs_ros.information import Deviations
-from obs_ros.mismatch import inflation
+from obs_ros.mismatch import inflation_by
 from obs_ros.sequence.prior import Prior
 from obs_ros.sequence.race import Hypothesis, weigh
 from obs_ros.sequence.regimes import Layout, Regimes
@@ -80,17 +80,17 @@ def test_inflation_is_that_of_autoregressive_noise() -> None:
         noise[k] = r * noise[k - 1] + white[k]
     noise = noise[100:] * np.sqrt(1.0 - r**2)
     expected = 500.0 * noise.mean(axis=0).var()
-    found = np.median([inflation(column[:, None]) for column in noise.T[:200]])
+    found = np.median([inflation_by(column[:, None]) for column in noise.T[:200]])
     assert found == pytest.approx(expected, rel=0.15)
 
 
 def test_white_or_negative_correlation_inflates_nothing() -> None:
     rng = np.random.default_rng(3)
     white = rng.standard_normal((400, 1))
-    assert inflation(white) == 1.0
-    assert inflation(np.diff(white, axis=0)) == 1.0  # lag-1 correlation -0.5
-    assert inflation(np.zeros((5, 1))) == 1.0
-    assert inflation(np.full((5, 2), np.nan)) == 1.0
+    assert inflation_by(white) == 1.0
+    assert inflation_by(np.diff(white, axis=0)) == 1.0  # lag-1 correlation -0.5
+    assert inflation_by(np.zeros((5, 1))) == 1.0
+    assert inflation_by(np.full((5, 2), np.nan)) == 1.0
 
 
 @pytest.mark.parametrize('known', [True, False])

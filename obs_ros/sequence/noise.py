@@ -1,10 +1,15 @@
-"""How noisy the outputs are: given, or what the windows so far have left unexplained."""
+"""How noisy the outputs are: given, or what the windows so far have left unexplained.
+
+Noise that is correlated from sample to sample passes for a jump, and for more information than
+there is: its correlation is learned too.
+"""
 
 from collections import deque
 from collections.abc import Mapping
 
 import numpy as np
 
+from obs_ros.mismatch import WHITE_LIMIT, Whiteness
 from obs_ros.objective import ROUNDING
 from obs_ros.rollout.grid import Grid
 from obs_ros.typing import Array
@@ -22,24 +27,34 @@ class Noise:
     def __init__(self, given: Mapping[str, float], outputs: tuple[str, ...], learned: bool) -> None:
         fixed = [np.nan if learned else given.get(name, np.nan) for name in outputs]
         self._given = np.array(fixed)
-        self._recent: deque[Array] = deque(maxlen=REMEMBERED)
-        self._odd: list[Array] = []
+        self._recent: deque[tuple[Array, Whiteness]] = deque(maxlen=REMEMBERED)
+        self._odd: list[tuple[Array, Whiteness]] = []
 
     def scale(self) -> Array | None:
         """Return standard deviations (r,); None as long as one is neither given nor learned."""
         if self._recent:
-            learned = np.sqrt(np.median(self._recent, axis=0))
+            learned = np.sqrt(np.median([left for left, _ in self._recent], axis=0))
             return np.where(np.isfinite(self._given), self._given, learned)
         return self._given if np.isfinite(self._given).all() else None
 
-    def accept(self, variances: Array) -> None:
+    @property
+    def correlation(self) -> float:
+        """Lag-1 correlation of the noise; 0 unless the windows so far are not white by far."""
+        if not self._recent:
+            return 0.0
+        colours = [colour for _, colour in self._recent]
+        if np.median([colour.deviations for colour in colours]) < WHITE_LIMIT:
+            return 0.0
+        return float(np.median([colour.correlation for colour in colours]))
+
+    def accept(self, variances: Array, colour: Whiteness) -> None:
         """Learn from a window that its hypothesis explains."""
-        self._recent.append(variances)
+        self._recent.append((variances, colour))
         self._odd.clear()
 
-    def doubt(self, variances: Array) -> None:
+    def doubt(self, variances: Array, colour: Whiteness) -> None:
         """Note a window unlike the others; when several in a row are, begin anew with them."""
-        self._odd.append(variances)
+        self._odd.append((variances, colour))
         if len(self._odd) >= PATIENCE:
             self._recent.clear()
             self._recent.extend(self._odd)

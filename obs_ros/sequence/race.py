@@ -12,7 +12,7 @@ import numpy as np
 from scipy.linalg import cho_factor, cho_solve
 
 from obs_ros.deadline import Deadline
-from obs_ros.mismatch import inflation
+from obs_ros.mismatch import inflation, inflation_by
 from obs_ros.objective import Objective
 from obs_ros.search.levenberg_marquardt import levenberg_marquardt
 from obs_ros.sequence.prior import Prior, box_variances
@@ -125,10 +125,22 @@ def inverse(information: Array) -> Array:
 
 
 class Race:
-    """Hypotheses about one window, raced from the one without a jump."""
+    """Hypotheses about one window, raced from the one without a jump.
 
-    def __init__(self, still: Hypothesis, deadline: Deadline, *, known: Hypothesis | None) -> None:
-        self.best = known if known is not None and _beats(known, still) else still
+    `known` is the one that what has jumped before did so; `correlation` is the noise's lag-1 one,
+    for which the scale of the outputs makes up.
+    """
+
+    def __init__(
+        self,
+        still: Hypothesis,
+        deadline: Deadline,
+        *,
+        known: Hypothesis | None,
+        correlation: float = 0.0,
+    ) -> None:
+        self._correlation = correlation
+        self.best = known if known is not None and _beats(known, still, correlation) else still
         self.tried = [h for h in (still, known) if h]
         self._still = still
         self._deadline = deadline
@@ -147,9 +159,11 @@ class Race:
         while self.best.jumps < MOST_JUMPS and not self._deadline.passed:
             rivals = self._all_solved(self._starts(self.best, before=before))
             winner = min(rivals, key=lambda h: h.evidence, default=self.best)
-            if not _beats(winner, self.best):
+            if not _beats(winner, self.best, self._correlation):
                 break
             self.best = self._without_needless(winner)
+        exchanged = self._all_solved(_exchanged(self.best))
+        self.best = min([self.best, *exchanged], key=lambda h: h.evidence)
         return self.best
 
     def _without_needless(self, best: Hypothesis) -> Hypothesis:
@@ -313,19 +327,19 @@ def at_nodes(t: Array, times: Array) -> Array:
     return np.asarray((t[np.clip(nodes, 1, t.size - 2)] - t[0]) / (t[-1] - t[0]))
 
 
-def _beats(winner: Hypothesis, best: Hypothesis) -> bool:
+def _beats(winner: Hypothesis, best: Hypothesis, correlation: float) -> bool:
     """Whether a hypothesis with more jumps is to be believed.
 
-    Where its residual is correlated, squares count for less: what a model leaves out is not to be
-    taken for jumps. And where the model has kinks, what the prior is narrowed by means little:
-    squares must have been gained as well.
+    Where its residual is correlated, more than the noise is known to be, squares count for less:
+    what a model leaves out is not to be taken for jumps. And where the model has kinks, what the
+    prior is narrowed by means little: squares must have been gained as well.
     """
     gained = best.squares - winner.squares
     paid = (winner.evidence - winner.squares) - (best.evidence - best.squares)
     if gained <= paid or winner.cost > best.cost:
         return False
     residuals = winner.regimes.trajectory(winner.point)[1]
-    return gained > paid * inflation(residuals)
+    return gained > paid * max(1.0, inflation_by(residuals) / inflation(correlation))
 
 
 def widened(prior: Prior, objective: Objective, *places: int) -> Prior:
@@ -386,6 +400,36 @@ def _reduced(base: Hypothesis) -> Iterator[tuple[Regimes, Array, tuple[int, ...]
             yield (
                 Regimes(regimes.objective, regimes.prior, replace(layout, events=events)),
                 np.delete(base.point, gone),
+                base.before,
+            )
+
+
+def _exchanged(base: Hypothesis) -> Iterator[tuple[Regimes, Array, tuple[int, ...]]]:
+    """Yield regimes, point and earlier jumps with another parameter in place of each that jumped.
+
+    The race screens parameters beside what it has found. Of two that act alike the second is not
+    missed there, and would not be named.
+    """
+    regimes, layout, point = base.regimes, base.layout, base.point
+    unknowns = regimes.objective.unknowns
+    still = set((unknowns.n_states + np.flatnonzero(np.isnan(unknowns.walks))).tolist())
+    still -= base.parameters
+    for event, jumped, before, after in layout.jumped(point):
+        for other in sorted(still):
+            both, start = _joined(base, other, float(point[layout.times[event]]), 0.0)
+            place = int(both.times[event]) + len(both.events[event])
+            jacobian = Regimes(regimes.objective, regimes.prior, both).local(
+                start, np.full(start.size, FIRST_STEP)
+            ).jacobian  # fmt: skip
+            old, new = jacobian[:, after], jacobian[:, place]
+            # As much as changes the outputs most nearly as the jump does that it is to replace.
+            size = (point[after] - point[before]) * (old @ new) / max(new @ new, NOTHING)
+            start[place] += size
+            rest = tuple(i for i in both.events[event] if i != jumped)
+            events = (*both.events[:event], rest, *both.events[event + 1 :])
+            yield (
+                Regimes(regimes.objective, regimes.prior, replace(both, events=events)),
+                np.delete(start, after),
                 base.before,
             )
 

@@ -12,11 +12,11 @@ import numpy as np
 
 from obs_ros.deadline import Deadline
 from obs_ros.estimate import Estimate, Jump, Outcome
-from obs_ros.mismatch import like_noise, too_small
+from obs_ros.mismatch import independent_share, inflation
 from obs_ros.model import names
 from obs_ros.objective import Objective
 from obs_ros.record import Record
-from obs_ros.report import Certainty, empty, report
+from obs_ros.report import Certainty, Fit, empty, report
 from obs_ros.search.levenberg_marquardt import levenberg_marquardt
 from obs_ros.search.memetic import FULL_ITERATIONS
 from obs_ros.search.result import Found
@@ -81,6 +81,9 @@ class Windows:
         begin = time.perf_counter()
         solver, scale = self._solver, self._noise.scale()
         known = scale is not None
+        correlation = self._noise.correlation
+        if scale is not None:  # of white noise that would disturb as much
+            scale = scale * np.sqrt(inflation(correlation))
         objective = solver.pose(record, scale, noise_known=known)
         if isinstance(objective, Estimate):
             return objective
@@ -91,7 +94,8 @@ class Windows:
         continued = self._continued(objective, prior, warm, deadline)
         found = None
         if known and warm is not None:
-            found = _from_warm(Posterior(objective, prior), warm, deadline, continued)
+            posterior = Posterior(objective, prior)
+            found = _from_warm(posterior, warm, deadline, continued, correlation)
         if found is None:
             found = solver.search(objective, rng, deadline, warm, noise_known=known, prior=prior)
         if not np.isfinite(found.cost):
@@ -103,17 +107,18 @@ class Windows:
             )
             found = replace(found, z=polished.z[0], cost=float(polished.squares[0]))
         still = weigh(Regimes(objective, prior, Layout(objective.dimension)), found.z)
-        race = Race(still, deadline, known=continued)
+        race = Race(still, deadline, known=continued, correlation=correlation)
         best = race.run(before=earlier is not None) if found.accepted else still
         if best.jumps and not known:
             best = _with_own_noise(best, deadline)
-        certainty = _gated(best, deadline)
+        certainty = replace(_gated(best, deadline), finished=race.finished, correlation=correlation)
         jumps = self._jumps(certainty, race.alternatives(), record)
+        certainty = replace(certainty, jumps=jumps)
         estimate = report(
             record,
             objective,
             found,
-            replace(certainty, jumps=jumps, finished=race.finished),
+            certainty,
             noise_known=known,
             in_time=not deadline.passed,
             solve_time=time.perf_counter() - begin,
@@ -152,8 +157,7 @@ class Windows:
             for other in alternatives
         )
         width = unknowns.upper - unknowns.lower
-        freedom = best.regimes.count(grid.t.size) - best.point.size
-        explained = like_noise(best.squares, freedom)
+        explained = not _fit(certainty).too_large
         found: dict[int, tuple[float, float, dict[str, float], dict[str, float]]] = {}
         for event, parameter, before, after in best.layout.jumped(best.point):
             place = best.layout.times[event]
@@ -216,11 +220,11 @@ class Windows:
         objective, z = best.regimes.objective, best.point
         grid, n = objective.grid, objective.unknowns.n_states
         left = variances_left(best.regimes.trajectory(z)[1], grid, z.size)
-        freedom = objective.count(objective.nodes) - z.size
-        odd = not like_noise(best.squares, freedom) or too_small(best.squares, freedom)
-        (self._noise.doubt if odd else self._noise.accept)(left)
+        fit = _fit(certainty)
+        odd = fit.too_large or fit.too_small
+        (self._noise.doubt if odd else self._noise.accept)(left, fit.colour)
         self._explained = None
-        if not like_noise(best.squares, freedom):
+        if fit.too_large:
             return False
         self._explained = best
         places = {name: i for i, name in enumerate(objective.unknowns.names)}
@@ -252,14 +256,32 @@ def clear(sizes: Mapping[str, float], deviations: Mapping[str, float]) -> bool:
     return any(abs(size) > 2.0 * deviations[name] for name, size in sizes.items())
 
 
+def _fit(certainty: Certainty) -> Fit:
+    """Return how what a hypothesis leaves compares with the noise, given or learned."""
+    best = certainty.hypothesis
+    residuals = best.regimes.trajectory(best.point)[1]
+    return Fit.of(
+        best.regimes.objective,
+        best.squares,
+        residuals,
+        noise_known=True,
+        correlation=certainty.correlation,
+    )
+
+
 def _from_warm(
-    posterior: Posterior, warm: Array, deadline: Deadline, continued: Hypothesis | None
+    posterior: Posterior,
+    warm: Array,
+    deadline: Deadline,
+    continued: Hypothesis | None,
+    correlation: float,
 ) -> Found | None:
     """Return the fit from a warm start alone, where it or the known jumps explain the window."""
     nodes = posterior.nodes
     solved = levenberg_marquardt(posterior, warm[None], nodes, FULL_ITERATIONS, deadline)
     count = posterior.count(nodes)
-    limit = count + EXCESS * np.sqrt(2.0 * count)
+    spread = np.sqrt(2.0 * count / independent_share(correlation))
+    limit = (count + EXCESS * spread) / inflation(correlation)
     rule = 'the residual is as small as the noise'
     if not solved.squares[0] <= limit:
         if continued is None or continued.squares > limit:

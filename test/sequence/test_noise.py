@@ -4,10 +4,14 @@ import numpy as np
 from plants import INTEGRATOR, NAN, OSCILLATOR
 
 from obs_ros import Record
+from obs_ros.mismatch import Whiteness
 from obs_ros.rollout.grid import Grid
 from obs_ros.sequence.noise import PATIENCE, REMEMBERED, Noise, variances_left
 
 OUTPUTS = ('y1', 'y2')
+
+
+WHITE = Whiteness(0.0, 0.0)
 
 
 def variances(*deviations: float) -> np.ndarray:
@@ -18,13 +22,13 @@ def test_what_is_given_stays() -> None:
     noise = Noise({'y1': 0.1, 'y2': 2.0}, OUTPUTS, learned=False)
     for _ in range(3):
         np.testing.assert_array_equal(noise.scale(), [0.1, 2.0])
-        noise.accept(variances(9.0, 9.0))
+        noise.accept(variances(9.0, 9.0), WHITE)
 
 
 def test_what_is_not_given_is_learned() -> None:
     noise = Noise({'y2': 2.0}, OUTPUTS, learned=False)
     assert noise.scale() is None
-    noise.accept(variances(0.3, 9.0))
+    noise.accept(variances(0.3, 9.0), WHITE)
     np.testing.assert_allclose(noise.scale(), [0.3, 2.0])
 
 
@@ -32,46 +36,46 @@ def test_learned_anew_although_given() -> None:
     """Only the solver begins with what is given; a window's own residual says how far it is off."""
     noise = Noise({'y1': 0.1, 'y2': 2.0}, OUTPUTS, learned=True)
     assert noise.scale() is None
-    noise.accept(variances(0.3, 0.4))
+    noise.accept(variances(0.3, 0.4), WHITE)
     np.testing.assert_allclose(noise.scale(), [0.3, 0.4])
 
 
 def test_the_median_of_the_last_windows() -> None:
     noise = Noise({}, OUTPUTS, learned=False)
     for deviation in (0.1, 0.3, 50.0):
-        noise.accept(variances(deviation, 1.0 / deviation))
+        noise.accept(variances(deviation, 1.0 / deviation), WHITE)
     np.testing.assert_allclose(noise.scale(), [0.3, 1.0 / 0.3])
     for _ in range(REMEMBERED):
-        noise.accept(variances(7.0, 8.0))
+        noise.accept(variances(7.0, 8.0), WHITE)
     np.testing.assert_allclose(noise.scale(), [7.0, 8.0])
     # Of twenty, ten others are not yet the median.
     for _ in range(REMEMBERED // 2 - 1):
-        noise.accept(variances(1.0, 1.0))
+        noise.accept(variances(1.0, 1.0), WHITE)
     np.testing.assert_allclose(noise.scale(), [7.0, 8.0])
     for _ in range(2):
-        noise.accept(variances(1.0, 1.0))
+        noise.accept(variances(1.0, 1.0), WHITE)
     np.testing.assert_allclose(noise.scale(), [1.0, 1.0])
 
 
 def test_a_few_odd_windows_teach_nothing() -> None:
     noise = Noise({}, OUTPUTS, learned=False)
-    noise.accept(variances(1.0, 1.0))
+    noise.accept(variances(1.0, 1.0), WHITE)
     for _ in range(5):
         for _ in range(PATIENCE - 1):
-            noise.doubt(variances(5.0, 5.0))
+            noise.doubt(variances(5.0, 5.0), WHITE)
         np.testing.assert_allclose(noise.scale(), [1.0, 1.0])
-        noise.accept(variances(1.0, 1.0))  # they were not in a row
+        noise.accept(variances(1.0, 1.0), WHITE)  # they were not in a row
     np.testing.assert_allclose(noise.scale(), [1.0, 1.0])
 
 
 def test_when_several_in_a_row_are_odd_learning_begins_anew() -> None:
     noise = Noise({}, OUTPUTS, learned=False)
     for _ in range(REMEMBERED):
-        noise.accept(variances(1.0, 1.0))
+        noise.accept(variances(1.0, 1.0), WHITE)
     for deviation in (5.0, 6.0, 7.0):
-        noise.doubt(variances(deviation, 1.0))
+        noise.doubt(variances(deviation, 1.0), WHITE)
     np.testing.assert_allclose(noise.scale(), [6.0, 1.0])
-    noise.doubt(variances(9.0, 9.0))
+    noise.doubt(variances(9.0, 9.0), WHITE)
     np.testing.assert_allclose(noise.scale(), [6.0, 1.0])
 
 
