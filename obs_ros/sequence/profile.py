@@ -17,6 +17,7 @@ BENT = 2.0  # times more, or less, than the squares should have grown
 ITERATIONS = 6
 DAMPING = 1e-6
 MOST_WIDENING = 5.0
+MARGIN = 1.25  # of a deviation, as a bent valley has longer tails than a straight one
 
 
 def widened_by_profile(best: Hypothesis) -> tuple[Array, bool]:
@@ -38,9 +39,9 @@ def widened_by_profile(best: Hypothesis) -> tuple[Array, bool]:
     if growth.max() < BENT and growth.min() > 1.0 / BENT:
         return best.covariance, False
     growth = (_optimised(posterior, points, pinned) - lowest) / OFF**2
-    factors = np.ones(z.size)
+    factors = np.full(z.size, MARGIN)
     widths = 1.0 / np.sqrt(np.maximum(growth, MOST_WIDENING**-2))
-    np.maximum.at(factors, pinned, widths)
+    np.maximum.at(factors, pinned, MARGIN * widths)
     return np.asarray(best.covariance * np.outer(factors, factors)), True
 
 
