@@ -11,7 +11,7 @@ import sys
 import time
 from collections.abc import Sequence
 from pathlib import Path
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -41,22 +41,25 @@ def main(arguments: list[str] | None = None) -> Sequence[Stay]:
         'ROS_DOMAIN_ID': str(chosen.domain),
         'ROS_AUTOMATIC_DISCOVERY_RANGE': 'LOCALHOST',
     }
+    import rclpy
+    from rclpy.node import Node
+
+    rclpy.init()
+    watch = Node('watch')
     progress, stays = Progress('start', chosen.starts), []
     for _ in range(chosen.starts):
-        stays.append(stay())
+        stays.append(stay(watch))
         progress.step()
+    watch.destroy_node()
+    rclpy.try_shutdown()
     publish(chosen.results, 'coming_and_going', 'Start and end of a node', report(stays), machine())
     return stays
 
 
-def stay() -> Stay:
-    """Start an estimator, wait for its first subscription, and interrupt it."""
-    import rclpy
-    from rclpy.node import Node
-
-    context = rclpy.Context()
-    rclpy.init(context=context)
-    node = Node('watch', context=context)
+def stay(watch: Any) -> Stay:
+    """Start an estimator, let a node watch for its first subscription, and interrupt it."""
+    while watch.count_subscribers('/plant/output'):
+        time.sleep(STEP)  # the one before has not left yet
     begin = time.monotonic()
     process = subprocess.Popen(
         [sys.executable, '-m', 'obs_ros.node.estimator'],
@@ -64,7 +67,7 @@ def stay() -> Stay:
         stderr=subprocess.PIPE,
         text=True,
     )
-    while not node.count_subscribers('/plant/output') and process.poll() is None:
+    while not watch.count_subscribers('/plant/output') and process.poll() is None:
         time.sleep(STEP)
     start = time.monotonic() - begin
     fields = Path(f'/proc/{process.pid}/stat').read_text().rpartition(')')[2].split()
@@ -74,8 +77,6 @@ def stay() -> Stay:
     process.send_signal(signal.SIGINT)
     _, written = process.communicate(timeout=30.0)
     stop = time.monotonic() - begin
-    node.destroy_node()
-    context.try_shutdown()
     return Stay(start, stop, cpu, process.returncode, 'Traceback' not in written)
 
 

@@ -75,6 +75,7 @@ def fuzzed(live: Live, count: int, rng: random.Random) -> Fuzzed:
         live.send('input', EPOCH + stamp, INPUT, u)
         live.send('output', EPOCH + stamp, OUTPUT, y)
         sent += 2
+        time.sleep(0.005)  # in a burst, one stream would be read long before the other
     live.spin_until(received, 60.0)
     live.spin_until(lambda: estimates and estimates[-1].header.stamp.sec >= EPOCH // 10**9, 30.0)
     figures = dict(live.figures)

@@ -30,7 +30,7 @@ class Live:
 
         arguments = [word for setting in settings for word in ('-p', setting)]
         # Not a pipe: nobody reads it, and a node that talks much would wait for that.
-        self._written = tempfile.TemporaryFile('w+')  # noqa: SIM115 - as long as the process
+        self._written = tempfile.TemporaryFile('w+')  # noqa: SIM115 - closed by close()
         self.process = subprocess.Popen(
             [sys.executable, '-m', 'obs_ros.node.estimator', '--ros-args', *arguments],
             cwd=Path(__file__).parents[1],

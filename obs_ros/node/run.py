@@ -46,6 +46,8 @@ def run(name: str, create: Callable[[], Node], args: Sequence[str] | None = None
             raise
     finally:
         getattr(node, 'close', lambda: True)()
+        if node is not None:
+            node.destroy_node()  # else others would take it for alive for many seconds
         rclpy.try_shutdown()
     sys.stdout.flush()
     sys.stderr.flush()
