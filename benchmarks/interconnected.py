@@ -11,6 +11,7 @@ import numpy as np
 from benchmarks.common import machine, mark, on_all_cores, options, publish
 from benchmarks.common import table as markdown
 from benchmarks.flow_runs import CONTESTANTS, Measured, Task, measured, played
+from benchmarks.valve_tables import Windows, run_windows, window_acceptance, window_tables
 from obs_ros.typing import Array
 
 # Settling of Fp and Fu in case 1, and RMS in %: the specification's figures for the same plant.
@@ -37,6 +38,7 @@ def main(arguments: list[str] | None = None) -> str:
     given = parser.parse_args(arguments)
     seeds = range(given.first_seed, given.first_seed + given.seeds)
     quiet, noisy = run_all(seeds)
+    windows = run_windows(seeds)
     parts = [
         introduction(given.seeds),
         settling_table(quiet),
@@ -44,7 +46,8 @@ def main(arguments: list[str] | None = None) -> str:
         motion_table(noisy),
         naming_table(noisy),
         claims(quiet, noisy),
-        acceptance(quiet, noisy),
+        *window_tables(windows),
+        acceptance(quiet, noisy, windows),
         *pictures(given.results / 'interconnected', given.first_seed),
     ]
     title = 'Observers of unmeasured flows: heat exchanger with two valves'
@@ -166,8 +169,8 @@ def temperatures() -> tuple[Array, Array]:
     return change[:, 0], change[:, 1]
 
 
-def acceptance(quiet: Runs, noisy: Runs) -> str:
-    """The specification's acceptance, as far as these observers go."""
+def acceptance(quiet: Runs, noisy: Runs, windows: Windows | None = None) -> str:
+    """The specification's acceptance; without `windows`, as far as the recursive ones go."""
     first = quiet['interconnected, theta 80', 1][0]
     calm = np.max([run.rms for run in noisy['interconnected, theta 2', 2]], axis=0)
     told, plain = (rms(noisy, f'{kind}, theta 2', 3) for kind in ('interconnected', 'high gain'))
@@ -185,6 +188,7 @@ def acceptance(quiet: Runs, noisy: Runs) -> str:
          mark(bool((told <= plain / 3.0).all()))),
         ('faulty valve named 2 s after the fault in >= 95 %', f'{share:.0f} % of {len(named)}',
          mark(share >= 95.0)),
+        *([] if windows is None else window_acceptance(windows)),
     ]  # fmt: skip
     return '## Acceptance\n\n' + markdown(('wanted', 'found', 'met'), rows)
 
