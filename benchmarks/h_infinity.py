@@ -90,8 +90,9 @@ def introduction(seeds: int) -> str:
         'plant is integrated to 1e-8 m, the observers with RK4 and 1 ms. Scale of theta: '
         "1e5 N/m; with the paper's, N/m, Gamma = 125 moves kt by less than 0.1 N/m. The Kalman "
         'filters and the windows have their default settings and are told the noise. Windows of 1 '
-        's are solved every 0.5 s, those with eta fixed at 0 every 1 s; an estimate '
-        'stands until the next, whether its standard deviation is given or withheld. Else eta is new in every window. In kt_step the tyre '
+        's are solved every 0.5 s, those with eta fixed at 0 every 1 s; an estimate stands until '
+        'the next, whether its standard deviation is given or withheld. Else eta is new in every '
+        'window. In kt_step the tyre '
         'loses a fifth of its stiffness at 15 s.'
     )
 

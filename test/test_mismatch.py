@@ -5,7 +5,14 @@ import pytest
 from plants import NAN
 from scipy.stats import chi2
 
-from obs_ros.mismatch import is_white, like_noise, too_small, whiteness
+from obs_ros.mismatch import (
+    independent_share,
+    inflation,
+    is_white,
+    like_noise,
+    too_small,
+    whiteness,
+)
 
 
 def test_correlation_of_a_sequence_by_hand() -> None:
@@ -62,3 +69,19 @@ def test_without_freedom_it_counts_as_one() -> None:
     assert like_noise(10.0, 0) and like_noise(10.0, -3)
     assert not like_noise(11.0, 0)
     assert not too_small(0.0, 0)
+
+
+@pytest.mark.parametrize('r', [0.0, 0.3, 0.6])
+def test_correlated_noise_disturbs_means_and_squares_as_said(r: float) -> None:
+    """Of 4000 stretches of 400 samples, autoregressive: variances of mean and sum of squares."""
+    rng = np.random.default_rng(5)
+    noise = rng.standard_normal((4000, 400))
+    for k in range(1, 400):
+        noise[:, k] = r * noise[:, k - 1] + np.sqrt(1.0 - r**2) * noise[:, k]
+    assert 400.0 * noise.mean(axis=1).var() == pytest.approx(inflation(r), rel=0.08)
+    squares = (noise**2).sum(axis=1)
+    assert 800.0 / squares.var() == pytest.approx(independent_share(r), rel=0.08)
+
+
+def test_negative_correlation_counts_as_none() -> None:
+    assert (inflation(-0.4), independent_share(-0.4)) == (1.0, 1.0)

@@ -1,5 +1,8 @@
 """Tests of obs_ros.sequence.history."""
 
+import math
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from plants import INTEGRATOR
@@ -64,6 +67,35 @@ def test_parameters_walk_at_random() -> None:
         found = covariance(history(20.0).prior(start, DURATION))
         walked = 0.01 * BOX * (start - 20.0) / DURATION
         np.testing.assert_allclose(found, COVARIANCE + walked * np.eye(2), rtol=1e-9)
+
+
+def disturbed(walk: float) -> History:
+    """A window that ended at 20 s, of the integrator with a drift that wanders."""
+    drift = replace(INTEGRATOR.parameters[1], walk=walk)
+    model = replace(INTEGRATOR, parameters=(INTEGRATOR.parameters[0], drift))
+    found = History(Unknowns.of(model))
+    found.add(Entry(20.0, np.array([0.2, 0.9]), COVARIANCE))
+    return found
+
+
+def test_a_disturbance_that_is_new_in_every_window_is_forgotten() -> None:
+    """But not what the other parameter was."""
+    prior = disturbed(math.inf).prior(25.0, DURATION)
+    found = covariance(prior)
+    assert found[1, 1] == pytest.approx(BOX, rel=1e-3)
+    assert found[0, 1] == pytest.approx(0.0, abs=1e-4)
+    assert found[0, 0] == pytest.approx(4e-4 + 0.01 * BOX * 0.5, rel=0.05)
+
+
+@pytest.mark.parametrize('walk', [0.01, 0.04])
+def test_a_disturbance_that_walks_is_widened_as_far_as_it_does(walk: float) -> None:
+    """By walk^2 times the time between the windows' means: drift is 2 wide."""
+    for start in (20.0, 35.0):
+        found = covariance(disturbed(walk).prior(start, DURATION))
+        jumps = 0.01 * BOX * (start - 20.0) / DURATION
+        walked = (walk / 2.0) ** 2 * (start - 20.0 + 2.0 / 3.0 * DURATION)
+        assert found[0, 0] == pytest.approx(4e-4 + jumps, rel=1e-6)
+        assert found[1, 1] == pytest.approx(9e-4 + jumps + walked, rel=1e-6)
 
 
 def test_a_jump_since_then_widens_what_jumped_to_its_box() -> None:

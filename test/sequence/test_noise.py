@@ -4,7 +4,7 @@ import numpy as np
 from plants import INTEGRATOR, NAN, OSCILLATOR
 
 from obs_ros import Record
-from obs_ros.mismatch import Whiteness
+from obs_ros.mismatch import Whiteness, whiteness
 from obs_ros.rollout.grid import Grid
 from obs_ros.sequence.noise import PATIENCE, REMEMBERED, Noise, variances_left
 
@@ -118,3 +118,19 @@ def test_a_perfect_fit_leaves_what_rounding_does() -> None:
     found = variances_left(np.zeros((20, 2)), grid(y), 4)
     np.testing.assert_allclose(found, (3e-9) ** 2)
     assert (variances_left(np.zeros((20, 2)), grid(0.0 * y), 4) > 0.0).all()
+
+
+def test_correlation_is_learned_where_windows_are_not_white() -> None:
+    noise = Noise({'y1': 0.1, 'y2': 0.1}, OUTPUTS, learned=False)
+    assert noise.correlation == 0.0
+    for correlation, deviations in ((0.5, 6.0), (0.7, 8.0), (0.6, 7.0), (0.0, 0.1), (0.6, 7.0)):
+        noise.accept(variances(0.1, 0.1), Whiteness(correlation, deviations))
+    assert noise.correlation == 0.6
+
+
+def test_what_white_noise_may_well_show_is_no_correlation() -> None:
+    noise = Noise({'y1': 0.1, 'y2': 0.1}, OUTPUTS, learned=False)
+    rng = np.random.default_rng(1)
+    for _ in range(50):
+        noise.accept(variances(0.1, 0.1), whiteness(rng.standard_normal((50, 2))))
+        assert noise.correlation == 0.0

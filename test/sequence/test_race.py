@@ -258,6 +258,32 @@ class TestRace:
         assert frozenset({GAIN, DRIFT} - set(event)) in others
         assert best.parameters not in others
 
+    def test_beside_a_known_jump_the_equivalent_one_is_named_too(self) -> None:
+        """Of c the drift, of a * b the gain: that b may have jumped for a is seen at once."""
+        model = Model(
+            name='product_and_drift',
+            states=(Variable('x', lower=-10.0, upper=10.0),),
+            inputs=(Variable('u'),),
+            outputs=(Variable('y'),),
+            parameters=(Variable('a', lower=0.0, upper=2.0), Variable('b', lower=0.0, upper=2.0),
+                        Variable('c', lower=-1.0, upper=1.0)),
+            dynamics=lambda t, x, u, p: (p[0] * p[1] * u[0] + p[2],),
+            output=lambda t, x, u, p: (x[0],),
+        )  # fmt: skip
+        y = record().y[:, 0] + 0.6 * changed(4.23, GAIN) * SIGMA / 2.0
+        objective = window_of(model, Record(T, U, y), SIGMA)
+        prior = Prior.box(objective.unknowns)
+        base = solved(Regimes(objective, prior, Layout(4)), np.full(4, 0.6))
+        known = solved(
+            Regimes(objective, prior, Layout(4, ((1,),))),
+            np.array([0.55, 0.5, 0.6, 0.3, 0.42, 0.8]),
+        )
+        race = Race(base, Deadline(), known=known)
+        best = race.run(before=False)
+        sets = {best.parameters, *(other.parameters for other in race.alternatives())}
+        assert {frozenset({1}), frozenset({2})} <= sets
+        assert not any(3 in each for each in sets)
+
     def test_of_one_that_is_clear_there_are_no_alternatives(self) -> None:
         race = Race(still(record(0.6)), Deadline(), known=None)
         race.run(before=False)
