@@ -40,11 +40,16 @@ BOXES = {
 def sampled(
     scenario: Scenario, seed: int, sigma: float, correlation: float, end: float
 ) -> list[Instant]:
-    """Play a scenario to `end` (s); noise of `sigma` K, correlated over as many s."""
+    """Play a scenario to `end` (s); noise of `sigma` K, correlated over as many s.
+
+    The plant holds its inputs between its own samples, at 1 kHz: every 50th of them is measured.
+    """
     noisy = replace(scenario, noise_correlation=correlation)
     snr = -20.0 * math.log10(sigma) if sigma else math.inf
-    simulation = Simulation(noisy, period=PERIOD, seed=seed, snr_db=snr)
-    return [simulation.sample() for _ in range(round(end / PERIOD) + 1)]
+    simulation = Simulation(noisy, seed=seed, snr_db=snr)
+    every = round(PERIOD / simulation.period)
+    instants = [simulation.sample() for _ in range(round(end / simulation.period) + 1)]
+    return instants[::every]
 
 
 def estimates(instants: Sequence[Instant], sigma: float, **settings: Any) -> list[Estimate]:
