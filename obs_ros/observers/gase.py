@@ -23,7 +23,7 @@ from obs_ros.observers.recursive import Instant, RecursiveObserver
 from obs_ros.observers.settings import Settings, setting
 from obs_ros.rollout.path import Path, lanes
 from obs_ros.rollout.series_parallel import Stretch, measured_states, series_parallel_for
-from obs_ros.search.base10 import Base10, whole_numbers
+from obs_ros.search.base10 import Base10
 from obs_ros.search.ga import check_breeding
 from obs_ros.search.genetic import offspring
 from obs_ros.typing import Array, IntArray
@@ -90,7 +90,7 @@ class GeneticAdaptiveStateEstimator(RecursiveObserver):
         self._steps = series_parallel_for(self.model, self.backend)
         draws = self.rng.random((self.settings.population, self._estimated.size))
         self._genes = self._coding.first_population(draws)
-        self._whole = whole_numbers(self._genes)
+        self._values = self._coding.decode(self._genes)
         self._generation = 0
         # What parameters are written to, by its width: those of all candidates, or the children's.
         count = self.settings.population
@@ -117,30 +117,30 @@ class GeneticAdaptiveStateEstimator(RecursiveObserver):
     def _evolve(self) -> tuple[Array, float]:
         """Breed g_t times; return the parameters and the cost of the best candidate meanwhile."""
         elite, stretch = self.settings.elite, self._window.whole(self._steps.measured)
-        costs = self._costs(self._whole, *stretch)
+        costs = self._costs(self._values, *stretch)
         for _ in range(self.settings.generations - 1):
             order = np.argsort(costs, kind='stable')
             self._breed(order)
             # The elite come first now, best first; what they cost is known.
             costs[:elite] = costs[order[:elite]]
-            costs[elite:] = self._costs(self._whole[elite:], *stretch)
+            costs[elite:] = self._costs(self._values[elite:], *stretch)
         order = np.argsort(costs, kind='stable')
-        found = self._coding.values(self._whole[order[0]]), float(costs[order[0]])
+        found = self._values[order[0]], float(costs[order[0]])
         self._breed(order)
         return found
 
     def _breed(self, order: IntArray) -> None:
         s = self.settings
-        self._genes, self._whole = offspring(
+        self._genes, self._values = offspring(
             self._genes, order, s.parents, s.elite, s.mutation, self._coding, self.rng
         )
         self._generation += 1
 
-    def _costs(self, whole: IntArray, stretch: Stretch, x0: Array) -> Array:
+    def _costs(self, values: Array, stretch: Stretch, x0: Array) -> Array:
         """Return costs (B,) of candidates (B, d) from x0 (n,); +inf who diverges."""
-        count = len(whole)
+        count = len(values)
         p = self._lanes[lanes(count)]
-        p[self._rows, :count] = self._coding.values(whole).T
+        p[self._rows, :count] = values.T
         squares = self._pursue(stretch, x0, p)[0][:count]
         return np.where(np.isfinite(squares), squares, np.inf)
 

@@ -11,6 +11,7 @@ from hypothesis import strategies as st
 from obs_ros.search import genetic
 from obs_ros.search.base10 import Base10, Genes, whole_numbers
 from obs_ros.search.genetic import (
+    Draws,
     among_best,
     bred_until_inside,
     copies_of_best,
@@ -132,11 +133,11 @@ def test_offspring_are_in_range_and_the_elite_survive(
     genes = coding.first_population(rng.random((size, 3)))
     order, elite = rng.permutation(size), int(rng.integers(1, size))
     best = int(rng.integers(1, size + 1))
-    new, whole = offspring(genes, order, best, elite, probability, coding, rng)
+    new, values = offspring(genes, order, best, elite, probability, coding, rng)
     assert new.shape == genes.shape
     assert (new[:elite] == genes[order[:elite]]).all()
-    assert coding.inside(whole).all()
-    assert (whole_numbers(new) == whole).all()
+    assert coding.inside(whole_numbers(new)).all()
+    assert (coding.decode(new) == values).all()
     assert new.min() >= 0 and new.max() <= 9
     assert not new[:, ~coding.signed, 0].any()
 
@@ -147,13 +148,11 @@ def test_gene_by_gene_or_on_arrays_the_bits_are_the_same(seed: int, size: int) -
     arrays, loops = genetic._offspring_on_arrays, genetic._offspring_in_loops
     rng = np.random.default_rng(seed)
     genes = CODING.first_population(rng.random((size, 3)))
-    elite = rng.permutation(size)[: size // 3]
-    children = size - elite.size
-    pairs = (children + 1) // 2
+    elite = max(1, size // 3)
     arguments = (
-        genes, elite, rng.integers(0, size, (pairs, 2)), CODING.lowest, CODING.highest,
-        CODING.signed, 0.3, rng.random((pairs, 3)), rng.random((children, 3, 6)),
-        rng.random((children, 3)),
+        genes, rng.permutation(size), max(1, size // 2), elite, 0.3, CODING.lowest, CODING.highest,
+        CODING.signed, CODING.lower, CODING.upper, CODING.scale,
+        *Draws.of(size - elite, 3, 6, rng),
     )  # fmt: skip
     one, other = arrays(*arguments), loops(*arguments)
     compiled = genetic._offspring(*arguments)
@@ -166,15 +165,15 @@ def test_with_an_elite_the_best_never_gets_worse() -> None:
     rng = np.random.default_rng(6)
     target = np.array([2.05, 1.1, -0.13])
 
-    def cost(whole: Any) -> Any:
-        return ((CODING.values(whole) - target) ** 2).sum(axis=1)
+    def cost(values: Any) -> Any:
+        return ((values - target) ** 2).sum(axis=1)
 
     genes = CODING.first_population(rng.random((60, 3)))
-    costs = [cost(whole_numbers(genes))]
+    costs = [cost(CODING.decode(genes))]
     for _ in range(40):
         order = np.argsort(costs[-1], kind='stable')
-        genes, whole = offspring(genes, order, 20, 3, 0.2, CODING, rng)
-        costs.append(cost(whole))
+        genes, values = offspring(genes, order, 20, 3, 0.2, CODING, rng)
+        costs.append(cost(values))
     best = [float(each.min()) for each in costs]
     assert all(b <= a for a, b in pairwise(best))
     assert best[-1] < 1e-4 < best[0]
