@@ -2,14 +2,15 @@
 
 At every output k a population of parameters theta, written in decimal digits, is bred anew g_t
 times. Each candidate goes through the last W + 1 samples with forward Euler steps (eqs. 3, 18, 23),
-the measured states replaced by their measurement before each step and the inputs at their mean over
-it, which is u(k-1) where they are held; its cost is the sum of the squared output errors (eqs.
-4-5). The best rho D survive, the others descend from the best D.
+the measured states replaced by their measurement before each step; its cost is the sum of the
+squared output errors (eqs. 4-5). The best rho D survive, the others descend from the best D.
 
-In the paper the state estimate takes one step with the best candidate's parameters (mode `paper`).
-In mode `window_end` it is where that candidate ends in the window, so that what older parameters
-gave is not carried on. Window errors leave directions of theta all but free at 50
-samples: more search does not help there, longer windows do.
+In the paper the state estimate takes one step with the best candidate's parameters, and each step
+runs under the input u(k-1) at its begin (mode `paper`); one that runs on between samples then comes
+half a sample late. In mode `window_end` the inputs are at their mean over each step, which is
+u(k-1) where they are held, and the state is where the best candidate ends in the window, so that
+what older parameters gave is not carried on. Window errors leave directions of theta all but free
+at 50 samples: more search does not help there, longer windows do.
 """
 
 from dataclasses import dataclass
@@ -37,7 +38,7 @@ class GaseSettings(Settings):
 
     mode: str = setting(
         'window_end',
-        "the state is where the best candidate's window ends, or one step",
+        "the state is where the best candidate's window ends, or as in the paper one step on",
         choices=MODES,
     )
     population: int = setting(200, 'candidates N', lower=4)
@@ -103,11 +104,12 @@ class GeneticAdaptiveStateEstimator(RecursiveObserver):
 
     def _step(self, before: Instant, now: Instant, path: Path) -> None:
         window, measured = self._window, self._steps.measured
-        window.append(before.t, (now.stamp - before.stamp) / 1e9, mean_inputs(path), now.y)
+        whole = self.settings.mode == 'window_end'
+        u = mean_inputs(path) if whole else path.u[0]
+        window.append(before.t, (now.stamp - before.stamp) / 1e9, u, now.y)
         theta, cost = self._evolve()
         self.p[self._rows] = theta
         best = np.repeat(self.p[:, None], lanes(1), axis=1)
-        whole = self.settings.mode == 'window_end'
         stretch = window.whole(measured) if whole else window.newest(measured)
         self.x[:] = self._pursue(*stretch, best)[1][:, 0]
         self.innovation[:] = now.y - self.x[measured]

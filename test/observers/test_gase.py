@@ -96,12 +96,13 @@ def test_the_cost_is_that_of_the_papers_window(linear: list[Instant]) -> None:
     np.testing.assert_allclose(list(found[-1].state.values()), x, rtol=1e-9)
 
 
-def test_in_the_papers_mode_the_state_takes_one_step(linear: list[Instant]) -> None:
+def test_in_the_papers_mode_the_state_takes_one_step_under_the_input_before(
+    linear: list[Instant],
+) -> None:
     found = follow(GeneticAdaptiveStateEstimator(LINEAR, mode='paper', **SMALL), linear[:80])
     a1, b1 = (found[-1].parameters[name] for name in ('a1', 'b1'))
     x = found[-2].state
-    u = 0.5 * (linear[78].u[0] + linear[79].u[0])
-    step = x['x2'] + 0.01 * (x['x3'] - a1 * linear[78].y[0] + b1 * u)
+    step = x['x2'] + 0.01 * (x['x3'] - a1 * linear[78].y[0] + b1 * linear[78].u[0])
     assert found[-1].state['x2'] == pytest.approx(step, rel=1e-12)
 
 
