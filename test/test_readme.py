@@ -6,6 +6,8 @@ from pathlib import Path
 
 import pytest
 
+from obs_ros.observers import OBSERVERS
+
 ROOT = Path(__file__).parent.parent
 README = (ROOT / 'README.md').read_text()
 
@@ -18,6 +20,19 @@ def test_every_parameter_stands_in_the_readme_as_it_is_declared() -> None:
 
     assert markdown_table((*estimator.CHOICE, *estimator.LIVE, *estimator.COMMON)) in README
     assert markdown_table((*simulator.CHOICE, *simulator.COMMON)) in README
+
+
+def test_every_setting_of_every_observer_stands_in_the_documentation() -> None:
+    from obs_ros.node.settings import settings_page
+
+    assert (ROOT / 'docs' / 'observer-parameters.md').read_text() == settings_page()
+
+
+@pytest.mark.parametrize('page', ['README.md', 'docs/which-observer.md'])
+def test_every_observer_has_its_row_in_the_comparisons(page: str) -> None:
+    text = (ROOT / page).read_text()
+    for name in OBSERVERS:
+        assert f'| `{name}` |' in text, name
 
 
 def test_the_pendulum_of_the_readme_is_a_model() -> None:

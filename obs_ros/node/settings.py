@@ -4,10 +4,10 @@ import math
 from collections.abc import Mapping
 from typing import Any, get_args
 
-from obs_ros.knob import Knob, Value
+from obs_ros.knob import Knob, Value, markdown_table
 from obs_ros.model import Model
 from obs_ros.objective import FITNESSES
-from obs_ros.observers import Observer, load_observer
+from obs_ros.observers import OBSERVERS, Observer, load_observer
 from obs_ros.observers.settings import knobs
 from obs_ros.search import METHODS
 from obs_ros.search.differential_evolution import Strategy
@@ -119,6 +119,22 @@ def initial_knobs(model: Model, start: str) -> tuple[Knob, ...]:
     )
 
 
+def settings_page() -> str:
+    """Return, in Markdown, the settings that each immediate observer has of its own."""
+    parts = [
+        '# Settings of the observers\n\n'
+        'What each observer that goes sample by sample has besides the parameters that all share\n'
+        '(`parameters`, `states`, `seed`, `bounds.<name>`, `fixed.<name>`, `noise.<output>`,\n'
+        '`initial.<name>`, `stale_after`). [Which observer?](which-observer.md) says what each is '
+        'for.\n\nThis page is made by `python -m obs_ros.node.settings`.'
+    ]
+    for name in sorted(OBSERVERS):
+        if load_observer(name).immediate:
+            rows = knobs(load_observer(name).Settings, _prefix(name))
+            parts.append(f'## {name}\n\n{markdown_table(rows).rstrip()}')
+    return '\n\n'.join(parts) + '\n'
+
+
 def model_knobs(
     model: Model, without_noise: str = 'estimated from the residual'
 ) -> tuple[Knob, ...]:
@@ -217,3 +233,7 @@ def _prefix(observer: str) -> str:
 
 def _names(names: tuple[str, ...]) -> tuple[str, ...] | None:
     return None if names == (ALL,) else () if names == (NONE,) else names
+
+
+if __name__ == '__main__':
+    print(settings_page(), end='')

@@ -112,3 +112,25 @@ def test_the_kalman_filter_follows_three_tanks_live(ros):
 def test_a_model_that_does_not_suit_is_refused_at_start(ros):
     with pytest.raises(ValueError, match='observer form'):
         ros.start(Estimator, observer='adaptive_luenberger')
+
+
+@pytest.mark.parametrize(
+    ('observer', 'model', 'figures_of_its_own'),
+    [
+        ('gao', 'linear_second_order', {'generation', 'best_fitness', 'L1', 'L2', 'frozen'}),
+        ('gase', 'observer_form_third_order', {'generation', 'cost'}),
+    ],
+)
+def test_the_genetic_observers_tell_how_their_search_goes(ros, observer, model, figures_of_its_own):
+    bench = Bench(ros, observer, model=model)
+    ros.spin_until(lambda: bench.estimator.progress.ready, timeout=60.0)
+    for k in range(1, 4):
+        bench.input(k, ('u',), (1.0,))
+        ros.spin_until(lambda k=k: bench.estimator._feeds['input'].received == k)
+        bench.output(k, ('x1',), (0.5,))
+        ros.spin_until(lambda k=k: len(bench.solver) == k)
+    told = [vector(message) for message in bench.solver]
+    assert figures_of_its_own <= set(told[-1])
+    assert all(math.isfinite(told[-1][name]) for name in figures_of_its_own)
+    bred = {'gao': 1.0, 'gase': 10.0}[observer]  # generations for a sample
+    assert told[-1]['generation'] - told[-2]['generation'] == bred
