@@ -205,11 +205,14 @@ def _offspring_on_arrays(
     whole = whole_numbers(children)
     unit = (fresh >> MANTISSA) * 2.0**-53
     random = lowest + (unit * (highest - lowest + 1)).astype(np.int64)
-    whole = np.where((whole >= lowest) & (whole <= highest), whole, random)
+    inside = (whole >= lowest) & (whole <= highest)
+    whole = np.where(inside, whole, random)
+    # Those inside keep their genes: a zero may have a minus sign, which the next mutation shows.
+    children = np.where(inside[:, :, None], children, digits_of(whole, genes.shape[2] - 1))
     survivors = genes[order[:elite]]
     numbers = np.concatenate([whole_numbers(survivors), whole])
     return (
-        np.concatenate([survivors, digits_of(whole, genes.shape[2] - 1)]),
+        np.concatenate([survivors, children]),
         np.minimum(np.maximum(numbers / scale, lower), upper),
     )
 
