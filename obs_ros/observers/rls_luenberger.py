@@ -61,7 +61,9 @@ class RecursiveLeastSquaresObserver(ObserverFormObserver):
             self._s, self._covariance, now.y, self._filter, keep, self.settings.covariance,
             self._errors, self.stddev,
         )  # fmt: skip
-        self.figures['equation_error'] = math.sqrt(self._errors[0] / max(1.0, self._errors[1]))
+        # Among absurd outputs rounding may leave a sum of squares below zero.
+        squares = max(self._errors[0], 0.0)
+        self.figures['equation_error'] = math.sqrt(squares / max(1.0, self._errors[1]))
         self.stddev[:n] = math.nan
 
 
