@@ -129,8 +129,9 @@ def settings_page() -> str:
         'for.\n\nThis page is made by `python -m obs_ros.node.settings`.'
     ]
     for name in sorted(OBSERVERS):
-        if load_observer(name).immediate:
-            rows = knobs(load_observer(name).Settings, _prefix(name))
+        observer: Any = load_observer(name)
+        if observer.immediate:
+            rows = knobs(observer.Settings, _prefix(name))
             parts.append(f'## {name}\n\n{markdown_table(rows).rstrip()}')
     return '\n\n'.join(parts) + '\n'
 

@@ -31,6 +31,7 @@ from obs_ros.sequence.trust import Doubt, without_stuck
 from obs_ros.solve import Solver, whitened
 from obs_ros.typing import Array
 
+MOST_FOR_HOLDING = 20.0  # squares that a fit may lose for what its window does not tell
 SAME_TIME = 0.05  # window; jumps found nearer to each other than that, or
 SAME_DEVIATIONS = 5.0  # than so many standard deviations, are one and the same
 POLISH = 40  # iterations from a start that is near
@@ -344,4 +345,6 @@ def _gated(best: Hypothesis, deadline: Deadline) -> Certainty:
     holding = Posterior(objective, gate.holding(prior))
     solved = levenberg_marquardt(holding, best.point[None], objective.nodes, POLISH, deadline)
     held = weigh(best.regimes, solved.z[0], best.before)
+    if not held.squares < best.squares + MOST_FOR_HOLDING:
+        held = best  # far from linear: there is no such fit where the prior has it
     return Certainty(held, gate.covariance(held), gate.information)
