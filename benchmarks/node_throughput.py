@@ -147,8 +147,8 @@ def report(
     figures: Mapping[str, str], shares: Mapping[str, float], sent: int, case: Case
 ) -> list[str]:
     """Return the parts of the report."""
-    rows = []
-    for stream in ('output', 'input'):
+    rows, received = [], 0
+    for stream in ('input', 'output'):
         received = int(figures.get(f'{stream}.received', 0))
         rows.append((stream, sent, received, sent - received, mark(received == sent)))
     if case.observer != 'sliding_window':
@@ -166,7 +166,9 @@ def report(
             ('process', 'CPU share'),
             [(name, f'{shares[name]:.2f}') for name in ('estimator', 'publisher')],
         ),
-        f'Published within {shares["wall"]:.2f} s.',
+        f'Published within {shares["wall"]:.2f} s. The estimator took '
+        f'{1e3 * shares["estimator"] * shares["wall"] / max(1, received):.2f} ms of CPU for each '
+        'output received, with its input and what it published.',
     ]
 
 

@@ -11,16 +11,12 @@ from plant_sim.sources import Source, start
 class Scenario:
     """One experiment on `model` (a name, or `module:ATTRIBUTE`).
 
-    `inputs` are read at every sample and held until the next: a signal, or a source such as a
-    controller. `parameters` change exactly on their times; they may differ from the model's nominal
-    ones, which is all that an estimator is told. `disturbance` is added to the measured outputs.
-    The noise is white, or an Ornstein-Uhlenbeck process with the time constant `noise_correlation`.
-    Times are in s; after `duration` the plant runs on.
-    `inputs` are a signal, or a source such as a controller. They are read at every sample and held
-    until the next; where `held` is false, a signal runs on in between. `parameters` change exactly
-    on their times; they may differ from the model's nominal ones, which is all that an estimator is
-    told. `disturbance` is added to the measured outputs. `sample_period` and `duration` are in s;
-    after `duration` the plant runs on.
+    `inputs` are a signal, or a source such as a controller, read at every sample and held until the
+    next; where `held` is false, a signal runs on in between. `parameters` change exactly on their
+    times; they may differ from the model's nominal ones, which is all that an estimator is told.
+    `disturbance` is added to the measured outputs. The noise is white, or an Ornstein-Uhlenbeck
+    process with the time constant `noise_correlation`. Times are in s; after `duration` the plant
+    runs on.
 
     Raises ValueError when a vector has not the length that the model wants, or a source is to run
     on between samples.

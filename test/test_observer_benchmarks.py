@@ -5,6 +5,10 @@ import pytest
 
 from benchmarks import flow_runs, h_infinity, interconnected, tyre_runs
 from benchmarks.flow_runs import CONTESTANTS, Found, Measured, named_valves, settling
+from benchmarks.observer_costs import FORM, SCENARIOS, WINDOW, played
+from obs_ros import load_model, load_observer
+from obs_ros.observers import OBSERVERS
+from plant_sim.scenarios import load_scenario
 
 
 def test_settling_is_the_last_time_out_of_the_band() -> None:
@@ -81,3 +85,14 @@ def test_every_contestant_is_an_observer_with_settings_that_it_takes() -> None:
         load_observer(one.observer)('heat_exchanger', **one.settings)
     for one in tyre_runs.CONTESTANTS:
         load_observer(one.observer)('suspension', **one.settings)
+
+
+@pytest.mark.parametrize('name', OBSERVERS)
+def test_every_observer_is_measured_on_a_scenario_that_suits_it(name: str) -> None:
+    scenario = SCENARIOS.get(name, FORM)
+    model = load_model(load_scenario(scenario).model)
+    settings = WINDOW if name == 'sliding_window' else {}
+    observer = load_observer(name)(model, **settings)
+    samples, parameters = played(scenario, 3, seed=0)
+    assert parameters.shape == (3, len(model.parameters))
+    assert observer.absorb(samples[0]) == observer.immediate
