@@ -86,8 +86,9 @@ def valves_table(seeds: int) -> str:
         sd, errors = np.array(told), np.array(off)
         known_sd = np.isfinite(sd)
         within = (errors <= 2.0 * sd)[known_sd]
+        covered = f'{within.mean():.2f}' if within.size else '-'
         rows.append((name, seeds, f'{np.mean(errors <= RIGHT):.2f}', f'{np.median(errors):.3f}',
-                     f'{errors.max():.3f}', f'{within.mean():.2f}' if within.size else '-'))  # fmt: skip
+                     f'{errors.max():.3f}', covered))  # fmt: skip
     head = ('observer', 'seeds', f'right within {RIGHT}', 'median error', 'largest', 'within 2 sd')
     return (
         '## Three tanks, three free valves, 40 dB\n\nThe scenario of Yang et al. 2020: all open, '
