@@ -14,6 +14,7 @@ UNDETERMINED = 0.1  # box; a standard deviation above says nothing
 SUPPORT = 0.1  # of a direction's largest entry, relative changes
 ROUND_RATIO = 0.05  # how near a ratio must be to a multiple of one half
 MOST_HALVES = 6  # in a power product that still means something
+UNSEEN = 2.0  # standard deviations, by which a change along what is called a product may show
 SMALLEST_VALUE = 0.01  # box; below, a relative change means nothing
 HORIZON = 32  # windows looked ahead
 NODES = 2048  # over that horizon
@@ -38,7 +39,7 @@ def weak_directions(
     weak = vectors[:, eigenvalues * UNDETERMINED**2 < 1.0].T
     found = []
     for relative in _sparse(weak / size):
-        words = _words(unknowns.names[n:], relative, definite)
+        words = _words(unknowns.names[n:], relative, definite, size, information)
         direction = relative * size / np.linalg.norm(relative * size)
         known = direction @ covariance @ direction < UNDETERMINED**2
         found.append(f'{words} (known from earlier windows)' if known else words)
@@ -115,14 +116,28 @@ def _sparse(directions: Array) -> Array:
     return rows
 
 
-def _words(names: tuple[str, ...], relative: Array, definite: BoolArray) -> str:
-    """Name a direction of relative changes (q,) that leaves the outputs as they are."""
+def _words(
+    names: tuple[str, ...],
+    relative: Array,
+    definite: BoolArray,
+    size: Array,
+    information: Array,
+) -> str:
+    """Name a direction of relative changes (q,) that leaves the outputs as they are.
+
+    `size` (q,) turns them into boxes.
+    """
     support = np.flatnonzero(np.abs(relative) > SUPPORT * np.abs(relative).max())
     if support.size == 1:
         return f'{names[support[0]]} is not determined'
     if support.size == 2 and definite[support].all():
         a, b = support
-        if product := _product(names[a], names[b], float(relative[a] / relative[b])):
+        ratio = float(relative[a] / relative[b])
+        if not (product := _product(names[a], names[b], ratio)):
+            part = information[np.ix_(support, support)]
+            ratio = _nearest_unseen(ratio, size[support], part)
+            product = _product(names[a], names[b], ratio)
+        if product:
             return f'only {product} is determined'
     share = relative[support] / np.abs(relative[support]).min()
     share *= np.sign(share[0])
@@ -130,8 +145,25 @@ def _words(names: tuple[str, ...], relative: Array, definite: BoolArray) -> str:
     return f'{parts} leave the outputs unchanged'
 
 
+def _nearest_unseen(ratio: float, size: Array, information: Array) -> float:
+    """Return the ratio in halves beside `ratio` along which no change of a tenth of box is seen.
+
+    Noise in the initial state turns the weakest direction a little, and an exact product with it.
+    NaN if there is none; `size` (2,) turns relative changes into boxes, information is (2, 2).
+    """
+    seen = {}
+    for halves in {math.floor(2.0 * ratio), math.ceil(2.0 * ratio)} - {0}:
+        direction = np.array([0.5 * halves, 1.0]) * size
+        direction *= UNDETERMINED / np.linalg.norm(direction)
+        seen[0.5 * halves] = float(direction @ information @ direction)
+    nearest = min(seen, key=lambda halves: seen[halves], default=math.nan)
+    return nearest if seen.get(nearest, math.inf) < UNSEEN**2 else math.nan
+
+
 def _product(a: str, b: str, ratio: float) -> str:
     """Return the power product that does not change when a changes `ratio` times as much as b."""
+    if math.isnan(ratio):
+        return ''
     halves = round(2.0 * ratio)
     if abs(halves) > MOST_HALVES:
         return ''

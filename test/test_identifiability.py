@@ -171,3 +171,22 @@ def test_a_model_that_diverges_ahead_gives_no_advice() -> None:
     t = np.linspace(0.0, 0.5, 51)
     objective = window_of(grows, Record(t, None, t), SIGMA)
     assert advice(objective, np.array([2.0]), np.array([0.5]), np.array([1])) == ''
+
+
+def tilted(ratio: float, sharp: float) -> tuple[str, ...]:
+    """Words where p1 +`ratio` % and p2 +1 % are weakest, and what is across them is `sharp`."""
+    objective = window_of(
+        plant(lambda p, u: p[0] + p[1] * u, 2), Record(T, np.sin(T), np.zeros(61)), SIGMA
+    )
+    values = np.array([0.5, 0.5])
+    along = np.array([ratio, 1.0]) / np.hypot(ratio, 1.0)
+    across = np.array([-along[1], along[0]])
+    information = 1e-3 * np.outer(along, along) + sharp * np.outer(across, across)
+    return weak_directions(objective, values, information, np.eye(2))
+
+
+def test_a_product_turned_by_noise_is_named_if_nothing_along_it_is_seen() -> None:
+    """A tenth of the box along p1/p2^2 itself would show by 1.2 standard deviations, or 6."""
+    assert tilted(1.87, 2e5) == ('only p1/p2^2 is determined',)
+    (words,) = tilted(1.87, 5e6)
+    assert words == 'p1 +1.9 %, p2 +1 % leave the outputs unchanged'
