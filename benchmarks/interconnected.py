@@ -37,8 +37,8 @@ def main(arguments: list[str] | None = None) -> str:
     parser.add_argument('--first-seed', type=int, default=100, help='of the noises')
     given = parser.parse_args(arguments)
     seeds = range(given.first_seed, given.first_seed + given.seeds)
-    quiet, noisy = run_all(seeds)
     windows = run_windows(seeds)
+    quiet, noisy = run_all(seeds)
     parts = [
         introduction(given.seeds),
         settling_table(quiet),

@@ -38,15 +38,21 @@ BOXES = {
 
 
 def sampled(
-    scenario: Scenario, seed: int, sigma: float, correlation: float, end: float
+    scenario: Scenario,
+    seed: int,
+    sigma: float,
+    correlation: float,
+    end: float,
+    play: float = PERIOD,
 ) -> list[Instant]:
     """Play a scenario to `end` (s); noise of `sigma` K, correlated over as many s.
 
-    The plant holds its inputs between its own samples, at 1 kHz: every 50th of them is measured.
+    It is sampled every `play` s, between which the plant holds its inputs; of these samples one in
+    PERIOD is returned.
     """
     noisy = replace(scenario, noise_correlation=correlation)
     snr = -20.0 * math.log10(sigma) if sigma else math.inf
-    simulation = Simulation(noisy, seed=seed, snr_db=snr)
+    simulation = Simulation(noisy, period=play, seed=seed, snr_db=snr)
     every = round(PERIOD / simulation.period)
     instants = [simulation.sample() for _ in range(round(end / simulation.period) + 1)]
     return instants[::every]
@@ -139,7 +145,7 @@ class Isolated(NamedTuple):
 
 def isolated(fault: Fault) -> Isolated:
     """Let one parameter jump, all four unknown, and ask which valve is faulty."""
-    moment = 16.0 + float(np.random.default_rng([fault.seed, 7]).uniform(0.0, EVERY))
+    moment = 16.0 + PERIOD * int(np.random.default_rng([fault.seed, 7]).integers(EVERY / PERIOD))
     after = list(NOMINAL)
     after[PLACES[fault.parameter]] += SIZES[fault.parameter]
     scenario = replace(
@@ -202,7 +208,7 @@ def watched(watch: Watch) -> Watched:
         inputs=ramps(rng) if watch.moving else constant(*PRESSURES),
         parameters=constant(*p),
     )
-    instants = sampled(scenario, watch.seed, 0.05, 0.0, 40.0)[round(8.0 / PERIOD) :]
+    instants = sampled(scenario, watch.seed, 0.05, 0.0, 40.0, 1e-3)[round(8.0 / PERIOD) :]
     found = estimates(instants, 0.05, parameters=watch.parameters)
     truth = {round(i.t, 6): i.x for i in instants}
     states = ('Tp', 'Tu', 'X1', 'X2')
