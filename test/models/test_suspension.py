@@ -44,5 +44,7 @@ def test_the_operating_range_of_the_damper_is_that_of_the_specification() -> Non
     """The disturbance of 300 N is 15 % of it."""
     assert round(300.0 / 2007.0, 2) == 0.15
     assert SUSPENSION.variable('eta').upper >= 300.0
+    assert SUSPENSION.variable('eta').walk == np.inf  # new in every window
+    assert SUSPENSION.variable('kt').walk is None
     kt = SUSPENSION.variable('kt')
     assert (kt.lower, kt.upper) == pytest.approx((26000.0, 780000.0))
