@@ -82,7 +82,7 @@ class Unknowns:
                 )
             given[i] = value
         index = [i for i, v in enumerate(model.unknowns) if v.name in chosen]
-        lower, upper = np.array(boxes).T
+        lower, upper = np.array(boxes).T.copy()  # one layout, so that nothing compiles twice
         return cls(model, np.array(index), lower, upper, given, np.array(walls).T.copy())
 
     @property

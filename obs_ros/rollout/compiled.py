@@ -1,5 +1,6 @@
 """Rollouts compiled by Numba: one generated module per model, cached in the user's cache folder."""
 
+import importlib.abc
 import importlib.util
 import logging
 import os
@@ -147,18 +148,26 @@ def load_module(model: Model) -> ModuleType:
         if path is None or not any(path.parent.glob('__pycache__/*.nbi')):
             log.info('compiling the kernels of model %r: several seconds, once', model.name)
         if path is None:
-            module = ModuleType(name)
-            bind(module, model, cached)
-            exec(compile(text, f'<{name}>', 'exec'), module.__dict__)
-            sys.modules[name] = module
-            return module
-        spec = importlib.util.spec_from_file_location(name, path)
+            spec = importlib.util.spec_from_loader(name, Unstored(text))
+        else:
+            spec = importlib.util.spec_from_file_location(name, path)
         assert spec is not None and spec.loader is not None
         module = importlib.util.module_from_spec(spec)
         bind(module, model, cached)
         sys.modules[name] = module
         spec.loader.exec_module(module)
         return module
+
+
+class Unstored(importlib.abc.InspectLoader):
+    """Loads a generated module of which no file could be written."""
+
+    def __init__(self, text: str) -> None:
+        self._text = text
+
+    def get_source(self, fullname: str) -> str:
+        """Return the module's text."""
+        return self._text
 
 
 def bind(module: ModuleType, model: Model, cached: bool) -> None:
