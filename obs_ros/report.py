@@ -21,8 +21,9 @@ from obs_ros.model import Model, Variable, names
 from obs_ros.objective import Objective
 from obs_ros.record import Record
 from obs_ros.search.result import Found
+from obs_ros.sequence.prior import BOX_VARIANCE
 from obs_ros.sequence.race import Hypothesis
-from obs_ros.typing import Array
+from obs_ros.typing import Array, BoolArray
 
 AT_BOUND = 1e-9  # of the box
 NEGLIGIBLE = 1e-6  # of the signal, root mean square: rounding, not noise
@@ -35,7 +36,9 @@ class Certainty:
     `information` (q, q) is that about the estimated parameters with the initial state unknown;
     `finished` tells whether there was time to look for jumps, `bent` whether the window is so far
     from linear that the covariance holds for single unknowns only; `correlation` is the lag-1 one
-    of the noise that the covariance accounts for already.
+    of the noise that the covariance accounts for already. `told` (q,) says which parameters some
+    window has told by itself: of the others nothing is known, whatever many windows seem to add up
+    to along a bent valley.
     """
 
     hypothesis: Hypothesis
@@ -45,6 +48,7 @@ class Certainty:
     finished: bool = True
     bent: bool = False
     correlation: float = 0.0
+    told: BoolArray | None = None
 
     @property
     def drifting(self) -> bool:
@@ -209,12 +213,12 @@ def _trust(
     best, n = certainty.hypothesis, unknowns.n_states
     deviations = Deviations.of(best, certainty.covariance, fit.inflation)
     final = best.layout.final(best.point)[n:]
-    weak = weak_directions(
-        objective,
-        best.point[final],
-        certainty.information,
-        certainty.covariance[np.ix_(final, final)],
-    )
+    posterior = certainty.covariance[np.ix_(final, final)]
+    if certainty.told is not None:
+        places = unknowns.index[n:][~certainty.told] - len(model.states)
+        deviations.parameters[places] = np.nan
+        posterior = posterior + np.diag(np.where(certainty.told, 0.0, BOX_VARIANCE))
+    weak = weak_directions(objective, best.point[final], certainty.information, posterior)
     values = np.concatenate([deviations.state, deviations.parameters])
     estimated = [i for i in unknowns.index[n:] if np.isnan(values[i])]
     chosen = np.flatnonzero(np.isin(unknowns.index, estimated))

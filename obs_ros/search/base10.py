@@ -68,13 +68,14 @@ class Base10:
                 f'the range from {low[i]} to {high[i]} is too narrow for {MOST_DIGITS} digits'
             )
         scale = 10.0 ** (needed - before)
+        most = 10**needed - 1  # a bound just below a power of ten is rounded to one digit more
         return cls(
             lower=low,
             upper=high,
             digits=needed,
             scale=scale,
-            lowest=-_floor(-low * scale),
-            highest=_floor(high * scale),
+            lowest=np.maximum(-_floor(-low * scale), -most),
+            highest=np.minimum(_floor(high * scale), most),
             signed=low < 0.0 if signed is None else np.full(low.size, signed or (low < 0.0)),
         )
 

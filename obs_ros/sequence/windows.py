@@ -12,6 +12,7 @@ import numpy as np
 
 from obs_ros.deadline import Deadline
 from obs_ros.estimate import Estimate, Jump, Outcome
+from obs_ros.identifiability import UNDETERMINED
 from obs_ros.mismatch import independent_share, inflation
 from obs_ros.model import names
 from obs_ros.objective import Objective
@@ -29,7 +30,7 @@ from obs_ros.sequence.race import Hypothesis, Race, inverse, weigh
 from obs_ros.sequence.regimes import Layout, Regimes, interval_of
 from obs_ros.sequence.trust import Doubt, without_stuck
 from obs_ros.solve import Solver, whitened
-from obs_ros.typing import Array
+from obs_ros.typing import Array, BoolArray
 
 MOST_FOR_HOLDING = 20.0  # squares that a fit may lose for what its window does not tell
 SAME_TIME = 0.05  # window; jumps found nearer to each other than that, or
@@ -50,6 +51,8 @@ class Windows:
         self._noise = Noise(solver.noise, names(solver.model.outputs), learn_noise)
         self._previous: Estimate | None = None
         self._announced: list[Jump] = []
+        # Parameters that some window has told by itself.
+        self._told = np.zeros(solver.unknowns.dimension - solver.unknowns.n_states, dtype=np.bool_)
         self._explained: Hypothesis | None = None  # the previous window's
         self._doubt = Doubt()
         self.stuck = 0  # values that stuck sensors repeated
@@ -114,7 +117,9 @@ class Windows:
             best = _with_own_noise(best, deadline)
         certainty = replace(_gated(best, deadline), finished=race.finished, correlation=correlation)
         jumps = self._jumps(certainty, race.alternatives(), record)
-        certainty = replace(certainty, jumps=jumps)
+        if not best.layout.events:
+            self._told |= told_alone(certainty)
+        certainty = replace(certainty, jumps=jumps, told=self._told.copy())
         estimate = report(
             record,
             objective,
@@ -250,6 +255,15 @@ class Windows:
             covariance = np.diag(np.diagonal(covariance))
         history.add(Entry(float(grid.t[-1]), z[final], covariance))
         return True
+
+
+def told_alone(certainty: Certainty) -> BoolArray:
+    """Return which parameters (q,) a window without a jump tells without any that came before."""
+    unknowns = certainty.hypothesis.regimes.objective.unknowns
+    n = unknowns.n_states
+    box = Prior.box(unknowns).precision[n:, n:]
+    variances = np.diagonal(inverse(certainty.information + box))
+    return np.asarray(np.sqrt(variances) < UNDETERMINED)
 
 
 def clear(sizes: Mapping[str, float], deviations: Mapping[str, float]) -> bool:

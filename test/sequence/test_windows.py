@@ -16,7 +16,7 @@ from plants import (
 )
 from scipy.signal import lfilter
 
-from obs_ros import Estimate, Model, Outcome, Record, Sample
+from obs_ros import Estimate, Model, Outcome, Record, Sample, Variable
 from obs_ros.deadline import Deadline
 from obs_ros.observers.sliding_window import SlidingWindowObserver
 from obs_ros.sequence.windows import Windows
@@ -416,3 +416,30 @@ class TestObserver:
             assert [list(j.sizes) for j in x.jumps] == [list(j.sizes) for j in y.jumps]
             for i, j in zip(x.jumps, y.jumps):
                 assert i.time == pytest.approx(j.time, abs=0.2 * i.time_stddev)
+
+
+def valve(t: Any, x: Any, u: Any, p: Any) -> Any:
+    """A lag whose gain is a^2 b: where only that product counts."""
+    return (p[0] * p[0] * p[1] * u[0] - x[0],)
+
+
+def test_what_no_window_tells_alone_is_not_determined_by_many() -> None:
+    model = replace(
+        LAG,
+        name='valve',
+        dynamics=valve,
+        parameters=(Variable('a', lower=0.5, upper=2.0), Variable('b', lower=0.5, upper=2.0)),
+    )
+    rng = np.random.default_rng(6)
+    t = 0.1 * np.arange(1201)
+    u = np.repeat(rng.uniform(0.5, 1.5, 61), 20)[: t.size]
+    x = lfilter([0.0, 1.0 - np.exp(-0.1)], [1.0, -np.exp(-0.1)], 1.2**2 * 0.8 * u)
+    record = Record(t, u, x + 0.01 * rng.standard_normal(t.size))
+    windows = windows_for(model)
+    for i, end in enumerate(np.arange(10.0, 120.5, 10.0)):
+        found = windows.solve(part(record, end - 10.0, end), random_generator(0, i), Deadline())
+        assert np.isnan([found.stddev['a'], found.stddev['b']]).all()
+        assert np.isfinite(found.stddev['x'])
+        product = found.parameters['a'] ** 2 * found.parameters['b']
+        assert product == pytest.approx(1.2**2 * 0.8, rel=0.01)
+    assert 'only a^2*b is determined' in found.weak
