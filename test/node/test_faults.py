@@ -490,14 +490,18 @@ def test_simulated_time_on_and_off_forgets_nothing(ros, monkeypatch):
 
 def test_a_solver_slower_than_the_period_skips_windows_and_stays_right(ros, monkeypatch):
     bench = Bench(ros, monkeypatch, **NOISE)
-    go, solve = threading.Event(), Windows.solve
+    begun, go, solve = threading.Event(), threading.Event(), Windows.solve
 
     def slow(*arguments):
+        begun.set()
         assert go.wait(20.0)
         return solve(*arguments)
 
     monkeypatch.setattr(Windows, 'solve', slow)
-    bench.send(run())
+    messages = run()
+    bench.send(messages[:140])  # 70 s: the first window is closed
+    ros.spin_until(begun.is_set)
+    bench.send(messages[140:])
     go.set()
     ros.spin_until(lambda: len(bench.concluded) == 2)
     _, told = bench.told('converged')
