@@ -237,7 +237,7 @@ def _explained(
     if certainty is None:
         return found.z, *objective.trajectory(found.z)
     best = certainty.hypothesis
-    return best.point[best.layout.final(best.point)], *best.regimes.trajectory(best.point)
+    return best.point[best.layout.final(best.point)], *best.trajectory
 
 
 def empty(model: Model, record: Record, outcome: Outcome, message: str) -> Estimate:

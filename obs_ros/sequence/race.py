@@ -7,6 +7,7 @@ window narrows the prior. The least E wins.
 import math
 from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass, replace
+from functools import cached_property
 
 import numpy as np
 from scipy.linalg import cho_factor, cho_solve
@@ -18,6 +19,7 @@ from obs_ros.search.levenberg_marquardt import levenberg_marquardt
 from obs_ros.sequence.prior import Prior, box_variances
 from obs_ros.sequence.regimes import TIME_PRECISION, Layout, Local, Regimes
 from obs_ros.typing import Array
+from obs_ros.unknowns import Unknowns
 
 JUMP_PROBABILITY = 0.01  # for each parameter and window
 PER_JUMP = 2.0 * math.log(1.0 / JUMP_PROBABILITY)
@@ -63,6 +65,11 @@ class Hypothesis:
     def squares(self) -> float:
         """Sum of squared residuals, without those of the prior."""
         return float(self.local.residual @ self.local.residual)
+
+    @cached_property
+    def trajectory(self) -> tuple[Array, Array]:
+        """States (K, n) and scaled residuals (K, r); NaN = not measured."""
+        return self.regimes.trajectory(self.point)
 
     @property
     def jumps(self) -> int:
@@ -142,7 +149,6 @@ class Race:
         self._correlation = correlation
         self.best = known if known is not None and _beats(known, still, correlation) else still
         self.tried = [h for h in (still, known) if h]
-        self._still = still
         self._deadline = deadline
         self._hopeful = HOPEFUL if known is None else HOPEFUL_WHEN_KNOWN
 
@@ -208,9 +214,7 @@ class Race:
         """Yield regimes, point and earlier jumps of what is worth an exact solution."""
         found = []
         objective = base.regimes.objective
-        unknowns = objective.unknowns
-        # Disturbances wander anyway.
-        parameters = (unknowns.n_states + np.flatnonzero(np.isnan(unknowns.walks))).tolist()
+        parameters = may_jump(objective.unknowns)
         if not parameters:
             return
         # Not believing the prior cannot gain more than what it costs.
@@ -338,8 +342,13 @@ def _beats(winner: Hypothesis, best: Hypothesis, correlation: float) -> bool:
     paid = (winner.evidence - winner.squares) - (best.evidence - best.squares)
     if gained <= paid or winner.cost > best.cost:
         return False
-    residuals = winner.regimes.trajectory(winner.point)[1]
-    return gained > paid * max(1.0, inflation_by(residuals) / inflation(correlation))
+    left = inflation_by(winner.trajectory[1]) / inflation(correlation)
+    return gained > paid * max(1.0, left)
+
+
+def may_jump(unknowns: Unknowns) -> list[int]:
+    """Return the places of the parameters that may jump: disturbances wander anyway."""
+    return (unknowns.n_states + np.flatnonzero(np.isnan(unknowns.walks))).tolist()
 
 
 def widened(prior: Prior, objective: Objective, *places: int) -> Prior:
@@ -411,9 +420,7 @@ def _exchanged(base: Hypothesis) -> Iterator[tuple[Regimes, Array, tuple[int, ..
     missed there, and would not be named.
     """
     regimes, layout, point = base.regimes, base.layout, base.point
-    unknowns = regimes.objective.unknowns
-    still = set((unknowns.n_states + np.flatnonzero(np.isnan(unknowns.walks))).tolist())
-    still -= base.parameters
+    still = set(may_jump(regimes.objective.unknowns)) - base.parameters
     for event, jumped, before, after in layout.jumped(point):
         for other in sorted(still):
             both, start = _joined(base, other, float(point[layout.times[event]]), 0.0)

@@ -225,7 +225,7 @@ class Windows:
         best, history = certainty.hypothesis, self._history
         objective, z = best.regimes.objective, best.point
         grid, n = objective.grid, objective.unknowns.n_states
-        left = variances_left(best.regimes.trajectory(z)[1], grid, z.size)
+        left = variances_left(best.trajectory[1], grid, z.size)
         fit = _fit(certainty)
         odd = fit.too_large or fit.too_small
         (self._noise.doubt if odd else self._noise.accept)(left, fit.colour)
@@ -274,11 +274,10 @@ def clear(sizes: Mapping[str, float], deviations: Mapping[str, float]) -> bool:
 def _fit(certainty: Certainty) -> Fit:
     """Return how what a hypothesis leaves compares with the noise, given or learned."""
     best = certainty.hypothesis
-    residuals = best.regimes.trajectory(best.point)[1]
     return Fit.of(
         best.regimes.objective,
         best.squares,
-        residuals,
+        best.trajectory[1],
         noise_known=True,
         correlation=certainty.correlation,
     )
@@ -338,7 +337,7 @@ def _moved(explained: Hypothesis, objective: Objective, warm: Array) -> tuple[La
 def _with_own_noise(best: Hypothesis, deadline: Deadline) -> Hypothesis:
     """Return a hypothesis in units of the noise that it leaves, of a window that had none given."""
     regimes, objective = best.regimes, best.regimes.objective
-    left = variances_left(regimes.trajectory(best.point)[1], objective.grid, best.point.size)
+    left = variances_left(best.trajectory[1], objective.grid, best.point.size)
     objective.grid = objective.grid.rescaled(np.sqrt(left) / objective.grid.scale)
     regimes = Regimes(objective, regimes.prior, regimes.layout)
     solved = levenberg_marquardt(regimes, best.point[None], objective.nodes, POLISH, deadline)
