@@ -1,7 +1,7 @@
 """What a plant is: named variables with units and bounds, and two plain functions."""
 
 import math
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from types import FunctionType
 from typing import Any, Literal, get_args
@@ -177,3 +177,16 @@ def _around(variable: Variable, rng: np.random.Generator) -> Array:
     share = rng.uniform(-0.5, 0.5, CANDIDATES)
     share[0] = 0.0
     return np.asarray(middle + share * (width if math.isfinite(width) else 1.0))
+
+
+def checked_noise(model: Model, noise: Mapping[str, float] | None) -> dict[str, float]:
+    """Return the standard deviations by output; raises ValueError for what cannot be one."""
+    if noise is not None and not isinstance(noise, Mapping):
+        raise ValueError(f'noise must give a standard deviation by output, not {noise!r}')
+    outputs = names(model.outputs)
+    for name, sd in (noise or {}).items():
+        if name not in outputs:
+            raise ValueError(f'noise of unknown output {name!r}: {suggest(name, outputs)}')
+        if not (math.isfinite(sd) and sd > 0.0):
+            raise ValueError(f'noise of {name}: standard deviation {sd} is not positive')
+    return dict(noise or {})

@@ -9,7 +9,7 @@ import numpy as np
 
 from obs_ros.deadline import Deadline
 from obs_ros.estimate import Estimate, Outcome
-from obs_ros.model import Model, names
+from obs_ros.model import Model, checked_noise, names
 from obs_ros.models import load_model
 from obs_ros.objective import FITNESSES, ROUNDING, Fitness, Objective
 from obs_ros.record import Record
@@ -134,19 +134,10 @@ class Solver:
                 f'search {search!r} minimises least squares, not {fitness!r}: '
                 "use search='chaotic_de' for that"
             )
-        outputs = names(model.outputs)
-        if noise is not None and not isinstance(noise, Mapping):
-            raise ValueError(f'noise must give a standard deviation by output, not {noise!r}')
-        for name, sd in (noise or {}).items():
-            if name not in outputs:
-                raise ValueError(f'noise of unknown output {name!r}: {suggest(name, outputs)}')
-            if not (np.isfinite(sd) and sd > 0.0):
-                raise ValueError(f'noise of {name}: standard deviation {sd} is not positive')
+        noise = checked_noise(model, noise)
         check_backend(backend)
         unknowns.check_initial(initial or {})
-        return cls(
-            unknowns, method, settings, dict(noise or {}), fitness, backend, dict(initial or {})
-        )
+        return cls(unknowns, method, settings, noise, fitness, backend, dict(initial or {}))
 
     @property
     def model(self) -> Model:

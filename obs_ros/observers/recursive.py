@@ -8,12 +8,11 @@ from typing import Any, ClassVar, NamedTuple
 import numpy as np
 
 from obs_ros.estimate import Estimate, Outcome
-from obs_ros.model import Model, inside, names
+from obs_ros.model import Model, checked_noise, inside, names
 from obs_ros.models import load_model
 from obs_ros.observers import settings as table
 from obs_ros.observers.intake import Intake
 from obs_ros.record import Sample
-from obs_ros.registry import suggest
 from obs_ros.rollout import Backend, check_backend
 from obs_ros.rollout.path import Path
 from obs_ros.rollout.stepper import Stepper, stepper_for
@@ -98,7 +97,7 @@ class RecursiveObserver:
         self.unknowns = Unknowns.of(self.model, parameters, states, fixed, bounds)
         limits = [(bounds or {}).get(v.name, (v.lower, v.upper)) for v in self.model.unknowns]
         self.lower, self.upper = np.array(limits, dtype=np.float64).T.copy()
-        self.noise = _checked_noise(self.model, noise)
+        self.noise = checked_noise(self.model, noise)
         self.initial = _initial_values(self.unknowns, initial or {})
         self.backend: Backend | None = backend
         check_backend(backend)
@@ -286,15 +285,3 @@ def _initial_values(unknowns: Unknowns, given: Mapping[str, float]) -> Array:
     for name, value in given.items():
         values[order.index(name)] = value
     return values
-
-
-def _checked_noise(model: Model, noise: Mapping[str, float] | None) -> dict[str, float]:
-    if noise is not None and not isinstance(noise, Mapping):
-        raise ValueError(f'noise must give a standard deviation by output, not {noise!r}')
-    outputs = names(model.outputs)
-    for name, sd in (noise or {}).items():
-        if name not in outputs:
-            raise ValueError(f'noise of unknown output {name!r}: {suggest(name, outputs)}')
-        if not (math.isfinite(sd) and sd > 0.0):
-            raise ValueError(f'noise of {name}: standard deviation {sd} is not positive')
-    return dict(noise or {})
