@@ -156,3 +156,8 @@ def publish(folder: Path, name: str, title: str, parts: Sequence[str], machine_l
     folder.mkdir(parents=True, exist_ok=True)
     (folder / f'{name}.md').write_text(text, encoding='utf-8')
     return text
+
+
+def holds(claim: bool) -> str:
+    """Return how a claim is judged."""
+    return 'holds' if claim else '**does not hold**'

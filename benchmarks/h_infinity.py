@@ -9,7 +9,7 @@ from pathlib import Path
 
 import numpy as np
 
-from benchmarks.common import machine, mark, on_all_cores, options, publish
+from benchmarks.common import holds, machine, mark, on_all_cores, options, publish
 from benchmarks.common import table as markdown
 from benchmarks.tyre_runs import (
     BEGIN,
@@ -301,11 +301,6 @@ def spread(values: Sequence[float]) -> str:
         form.format('never' if np.isinf(value) else f'{value:.2f}')
         for form, value in (('{}', float(np.median(values))), ('({})', max(values)))
     )
-
-
-def holds(claim: bool) -> str:
-    """Return how a claim is judged."""
-    return 'holds' if claim else '**does not hold**'
 
 
 def pictures(stem: Path, seed: int) -> list[str]:

@@ -8,7 +8,7 @@ from pathlib import Path
 
 import numpy as np
 
-from benchmarks.common import machine, mark, on_all_cores, options, publish
+from benchmarks.common import holds, machine, mark, on_all_cores, options, publish
 from benchmarks.common import table as markdown
 from benchmarks.flow_runs import CONTESTANTS, Measured, Task, measured, played
 from benchmarks.valve_tables import Windows, run_windows, window_acceptance, window_tables
@@ -211,11 +211,6 @@ def pair(values: Array) -> str:
 def beside(ours: str, reference: str) -> str:
     """Return our figures and the specification's in brackets, where it has any."""
     return f'{ours} ({reference})' if reference else ours
-
-
-def holds(claim: bool) -> str:
-    """Return how a claim is judged."""
-    return 'holds' if claim else '**does not hold**'
 
 
 def pictures(stem: Path, seed: int) -> list[str]:

@@ -5,33 +5,17 @@ from typing import Any
 
 import numpy as np
 import pytest
+from passino import follow, played
 
-from obs_ros import Sample
 from obs_ros.observers.gao import GeneticAdaptiveObserver
-from plant_sim.scenarios import load_scenario
-from plant_sim.simulation import Instant, Simulation
+from plant_sim.simulation import Instant
 
-PERIOD = 10_000_000  # ns
 LINEAR = 'linear_second_order'
 OSCILLATOR = 'glycolytic_oscillator'
 # Section 4.2 of the paper; its constants for the linear plant are the defaults.
 NONLINEAR: dict[str, Any] = {
     'least_gains': (0.0, -9.9), 'most_gains': (9.9, -0.01), 'alpha2': 80.0, 'tolerance': 5e-5
 }  # fmt: skip
-
-
-def played(scenario: str, samples: int) -> list[Instant]:
-    simulation = Simulation(load_scenario(scenario))
-    return [simulation.sample() for _ in range(samples)]
-
-
-def follow(observer: Any, instants: list[Instant]) -> Any:
-    """Estimates at every sample."""
-    found = []
-    for k, instant in enumerate(instants):
-        assert observer.absorb(Sample(k * PERIOD, y=np.array(instant.y), u=np.array(instant.u)))
-        found.append(observer.estimate())
-    return found
 
 
 def errors(found: Any, instants: list[Instant]) -> Any:

@@ -6,33 +6,18 @@ from typing import Any
 
 import numpy as np
 import pytest
+from passino import PERIOD, follow, played
 
 from obs_ros import Sample
 from obs_ros.models import load_model
 from obs_ros.models.three_tank import THREE_TANK
 from obs_ros.observers.gase import GeneticAdaptiveStateEstimator
-from plant_sim.scenarios import load_scenario
-from plant_sim.simulation import Instant, Simulation
+from plant_sim.simulation import Instant
 
-PERIOD = 10_000_000  # ns
 LINEAR = 'observer_form_third_order'
 SMALL: dict[str, Any] = {
     'population': 40, 'parents': 14, 'elite': 3, 'window': 50, 'generations': 4
 }  # fmt: skip
-
-
-def played(scenario: str, samples: int) -> list[Instant]:
-    simulation = Simulation(load_scenario(scenario))
-    return [simulation.sample() for _ in range(samples)]
-
-
-def follow(observer: Any, instants: list[Instant]) -> Any:
-    """Estimates at every sample."""
-    found = []
-    for k, instant in enumerate(instants):
-        assert observer.absorb(Sample(k * PERIOD, y=np.array(instant.y), u=np.array(instant.u)))
-        found.append(observer.estimate())
-    return found
 
 
 @pytest.fixture(scope='module')
