@@ -152,7 +152,8 @@ def update(
     for i in range(d):
         for lane in range(count):
             dz[i, lane] = points[i, lane] - z[i]
-    gain = gains(dz, dy, noise, weights, innovation, surprise)
+    gain = np.zeros((d, r))
+    good = gains(dz, dy, noise, weights, innovation, surprise, gain)
     for i in range(d):
         for k in range(r):
             if not math.isnan(y[k]):
@@ -171,19 +172,20 @@ def update(
     clip(z, low, high)
     limit(c, most)
     report(z, c, rows, x, p, stddev)
-    return draw(z, c, weights, low, high, rows, points, xs, ps)
+    return draw(z, c, weights, low, high, rows, points, xs, ps) and good
 
 
 @accelerated
 def gains(
-    dz: Array, dy: Array, noise: Array, weights: Array, innovation: Array, surprise: Array
-) -> Array:
-    """Return K (D, r) = C_zy / (C_yy + R); 0 where dy is, for outputs not measured.
+    dz: Array, dy: Array, noise: Array, weights: Array, innovation: Array, surprise: Array,
+    gain: Array,
+) -> bool:  # fmt: skip
+    """Write K (D, r) = C_zy / (C_yy + R) over zeros; 0 where dy is, for outputs not measured.
 
-    surprise (1,) becomes the mean of the squared innovations in units of C_yy + R.
+    False, with K as it was, where C_yy + R is no covariance. surprise (1,) becomes the mean of the squared innovations in units of C_yy + R.
     """
     d, r, count = dz.shape[0], dy.shape[0], dy.shape[1]
-    s, gain = np.empty((r, r)), np.empty((d, r))
+    s = np.empty((r, r))
     for k in range(r):
         for m in range(r):
             total = 0.0
@@ -192,9 +194,10 @@ def gains(
             s[k, m] = weights[1] * dy[k, 0] * dy[m, 0] + weights[2] * total
         s[k, k] += noise[k]
     lower = np.empty((r, r))
-    root(s, lower)
-    scaled, measured = np.zeros(r), 0
     surprise[0] = 0.0
+    if not root(s, lower):
+        return False
+    scaled, measured = np.zeros(r), 0
     for k in range(r):
         if not math.isnan(innovation[k]):
             scaled[k] = innovation[k]
@@ -218,4 +221,4 @@ def gains(
             for m in range(k + 1, r):
                 gain[i, k] -= lower[m, k] * gain[i, m]
             gain[i, k] /= lower[k, k]
-    return gain
+    return True
