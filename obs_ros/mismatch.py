@@ -52,12 +52,13 @@ def independent_share(correlation: float) -> float:
     return (1.0 - r**2) / (1.0 + r**2)
 
 
-def inflation_by(residuals: Array) -> float:
+def inflation_by(residuals: Array, known: float = 0.0) -> float:
     """Return by how much correlated residuals raise the variance of what is estimated from them.
 
     One plus twice the sum of their correlations (K, r; NaN = not measured) up to the first that is
     lost in the noise, but not less than autoregressive noise of the same lag-1 correlation r has,
-    (1 + r) / (1 - r); 1 where r already is lost.
+    (1 + r) / (1 - r). That is against noise whose lag-1 correlation is `known`; 1 where r may well
+    be that of such noise.
     """
     worst = 1.0
     for column in residuals.T:
@@ -67,11 +68,13 @@ def inflation_by(residuals: Array) -> float:
             continue
         spectrum = np.abs(np.fft.rfft(r, 2 * r.size)) ** 2
         correlations = np.fft.irfft(spectrum)[: r.size] / square
-        lost = np.flatnonzero(correlations[1:] * np.sqrt(r.size) < WHITE_LIMIT)
+        chance = WHITE_LIMIT / np.sqrt(r.size)
+        if correlations[1] - known < chance * np.sqrt(1.0 - known**2):
+            continue
+        lost = np.flatnonzero(correlations[1:] < chance)
         upto = 1 + (int(lost[0]) if lost.size else r.size - 1)
-        if upto > 1:
-            summed = 1.0 + 2.0 * float(correlations[1:upto].sum())
-            worst = max(worst, summed, inflation(float(correlations[1])))
+        summed = 1.0 + 2.0 * float(correlations[1:upto].sum())
+        worst = max(worst, max(summed, inflation(float(correlations[1]))) / inflation(known))
     return worst
 
 

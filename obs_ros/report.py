@@ -158,7 +158,7 @@ class Fit:
             squares * inflation(correlation) * share,
             freedom * share,
             whiteness(residuals),
-            max(1.0, inflation_by(residuals) / inflation(correlation)),
+            inflation_by(residuals, correlation),
             noise_known,
             negligible,
         )

@@ -82,6 +82,12 @@ def test_inflation_is_that_of_autoregressive_noise() -> None:
     expected = 500.0 * noise.mean(axis=0).var()
     found = np.median([inflation_by(column[:, None]) for column in noise.T[:200]])
     assert found == pytest.approx(expected, rel=0.15)
+    # Against noise that is known to be as correlated, or more, it is nothing.
+    against = [inflation_by(column[:, None], r) for column in noise.T[:200]]
+    assert np.mean(np.array(against) > 1.0) < 0.02
+    assert max(inflation_by(column[:, None], 0.9) for column in noise.T[:200]) == 1.0
+    less = np.median([inflation_by(column[:, None], 0.2) for column in noise.T[:200]])
+    assert less == pytest.approx(expected / 1.5, rel=0.15)
 
 
 def test_white_or_negative_correlation_inflates_nothing() -> None:

@@ -6,7 +6,7 @@ than that is held where the prior has it.
 """
 
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -67,7 +67,7 @@ class Gate:
         forms = self.held / np.linalg.norm(self.held, axis=1, keepdims=True)
         precision = prior.precision.copy()
         precision[n:, n:] += HOLD * forms.T @ forms
-        return Prior(prior.mean, precision)
+        return replace(prior, precision=precision)
 
     def covariance(self, hypothesis: Hypothesis) -> Array:
         """Return the joint covariance (d, d), of the held directions the prior's alone."""

@@ -65,7 +65,8 @@ class History:
         if entry is None:
             return None
         variances = box_variances(self._unknowns)
-        walked = JUMP_PROBABILITY * (start - entry.end) / duration * variances
+        gap = (start - entry.end) / duration
+        walked = JUMP_PROBABILITY * gap * variances
         for jump in self.jumps:
             if entry.end < jump.time <= start:
                 jumped = [place - self._unknowns.n_states for place in jump.parameters]
@@ -75,7 +76,8 @@ class History:
         apart = start - entry.end + 2.0 / 3.0 * duration
         walked[wandering] += walks[wandering] ** 2 * apart
         walked[np.isinf(walks)] = FORGOTTEN * variances[np.isinf(walks)]
-        return Prior.of(self._unknowns, entry.mean, entry.covariance + np.diag(walked))
+        covariance = entry.covariance + np.diag(walked)
+        return Prior.of(self._unknowns, entry.mean, covariance, gap)
 
     def prune(self, start: float) -> None:
         """Forget what no window that starts at or after `start` (s) can need."""

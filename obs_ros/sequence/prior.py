@@ -15,13 +15,17 @@ LEAST_VARIANCE = 1e-12  # against that of the box
 
 @dataclass(frozen=True)
 class Prior:
-    """A normal distribution of the unknowns: mean (d,) and precision (d, d), in boxes."""
+    """A normal distribution of the unknowns: mean (d,) and precision (d, d), in boxes.
+
+    `gap` is how long ago, in windows, that was known; 0 where nothing may have jumped since.
+    """
 
     mean: Array
     precision: Array
+    gap: float = 0.0
 
     @classmethod
-    def of(cls, unknowns: Unknowns, mean: Array, covariance: Array) -> 'Prior':
+    def of(cls, unknowns: Unknowns, mean: Array, covariance: Array, gap: float = 0.0) -> 'Prior':
         """Return the prior for parameters of this mean (q,) and covariance (q, q), in boxes.
 
         No direction is known less than that it lies in its box.
@@ -33,7 +37,7 @@ class Prior:
         precision = np.zeros((unknowns.dimension, unknowns.dimension))
         precision[:n, :n] = np.eye(n) / STATE_SD**2
         precision[n:, n:] = (vectors / np.clip(values, LEAST_VARIANCE, 1.0)) @ vectors.T
-        return cls(np.concatenate([np.full(n, 0.5), mean]), precision)
+        return cls(np.concatenate([np.full(n, 0.5), mean]), precision, gap)
 
     @classmethod
     def box(cls, unknowns: Unknowns) -> 'Prior':

@@ -13,7 +13,7 @@ import numpy as np
 from scipy.linalg import cho_factor, cho_solve
 
 from obs_ros.deadline import Deadline
-from obs_ros.mismatch import inflation, inflation_by
+from obs_ros.mismatch import inflation_by
 from obs_ros.objective import Objective
 from obs_ros.search.levenberg_marquardt import levenberg_marquardt
 from obs_ros.sequence.prior import Prior, box_variances
@@ -89,7 +89,7 @@ def weigh(regimes: Regimes, point: Array, before: tuple[int, ...] = ()) -> Hypot
     off = point - regimes.mean(point)
     occam = precision + np.diag(_time_precision(regimes.layout))
     information = local.jacobian.T @ local.jacobian + occam
-    penalty = PER_JUMP * len(before)
+    penalty = per_earlier_jump(regimes.prior.gap) * len(before) if before else 0.0
     for event in regimes.layout.events:
         penalty += PER_JUMP + PER_FURTHER * (len(event) - 1)
     gain = np.linalg.slogdet(information)[1] - np.linalg.slogdet(occam)[1]
@@ -103,6 +103,11 @@ def weigh(regimes: Regimes, point: Array, before: tuple[int, ...] = ()) -> Hypot
         cost=cost,
         evidence=cost + float(gain),
     )
+
+
+def per_earlier_jump(gap: float) -> float:
+    """Return the penalty of a jump in the `gap` (windows) before this window, infinite for none."""
+    return max(0.0, PER_JUMP - 2.0 * math.log(gap)) if gap > 0.0 else math.inf
 
 
 def differentiated(regimes: Regimes, point: Array) -> Local:
@@ -157,13 +162,13 @@ class Race:
         """Whether there was time for all of it."""
         return not self._deadline.passed
 
-    def run(self, *, before: bool) -> Hypothesis:
+    def run(self) -> Hypothesis:
         """Add jumps as long as that lowers the evidence; return the best hypothesis.
 
-        `before`: a parameter may also have jumped since the last window that is known.
+        A parameter may also have jumped since the last window that the prior knows of.
         """
         while self.best.jumps < MOST_JUMPS and not self._deadline.passed:
-            rivals = self._all_solved(self._starts(self.best, before=before))
+            rivals = self._all_solved(self._starts(self.best))
             winner = min(rivals, key=lambda h: h.evidence, default=self.best)
             if not _beats(winner, self.best, self._correlation):
                 break
@@ -208,9 +213,7 @@ class Race:
             return None
         return weigh(regimes, starts.z[0], before)
 
-    def _starts(
-        self, base: Hypothesis, *, before: bool
-    ) -> Iterator[tuple[Regimes, Array, tuple[int, ...]]]:
+    def _starts(self, base: Hypothesis) -> Iterator[tuple[Regimes, Array, tuple[int, ...]]]:
         """Yield regimes, point and earlier jumps of what is worth an exact solution."""
         found = []
         objective = base.regimes.objective
@@ -220,15 +223,16 @@ class Race:
         # Not believing the prior cannot gain more than what it costs.
         off = base.point[: objective.dimension] - base.regimes.prior.mean
         pull = off @ base.regimes.prior.precision @ off
-        believed = before and not base.layout.events and pull > PER_JUMP + self._hopeful
+        price = per_earlier_jump(base.regimes.prior.gap)
+        doubted = not base.layout.events and pull > price + self._hopeful
         spread = np.arange(1, TIMES) / TIMES
         gains, sizes = self._screened(base, spread, parameters)
         scores = gains - PER_JUMP - 2.0 * math.log(TIMES)
         for j, parameter in enumerate(parameters):
             i = int(scores[:, j].argmax())
             found.append((scores[i, j], parameter, spread[i], sizes[i, j]))
-            if believed and parameter not in base.before:
-                score = self._earlier(base, parameter) - PER_JUMP
+            if doubted and parameter not in base.before:
+                score = self._earlier(base, parameter) - price
                 found.append((score, parameter, 0.0, 0.0))
         for event, place in zip(base.layout.events, base.layout.times, strict=True):
             others = [parameter for parameter in parameters if parameter not in event]
@@ -342,8 +346,7 @@ def _beats(winner: Hypothesis, best: Hypothesis, correlation: float) -> bool:
     paid = (winner.evidence - winner.squares) - (best.evidence - best.squares)
     if gained <= paid or winner.cost > best.cost:
         return False
-    left = inflation_by(winner.trajectory[1]) / inflation(correlation)
-    return gained > paid * max(1.0, left)
+    return gained > paid * inflation_by(winner.trajectory[1], correlation)
 
 
 def may_jump(unknowns: Unknowns) -> list[int]:
@@ -358,7 +361,7 @@ def widened(prior: Prior, objective: Objective, *places: int) -> Prior:
     variances = box_variances(objective.unknowns)
     for place in places:
         covariance[place, place] += variances[place - n]
-    return Prior.of(objective.unknowns, prior.mean[n:], covariance[n:, n:])
+    return Prior.of(objective.unknowns, prior.mean[n:], covariance[n:, n:], prior.gap)
 
 
 def _value_at(base: Hypothesis, parameter: int, times: Array) -> Array:

@@ -112,7 +112,7 @@ class Windows:
             found = replace(found, z=polished.z[0], cost=float(polished.squares[0]))
         still = weigh(Regimes(objective, prior, Layout(objective.dimension)), found.z)
         race = Race(still, deadline, known=continued, correlation=correlation)
-        best = race.run(before=earlier is not None) if found.accepted else still
+        best = race.run() if found.accepted else still
         if best.jumps and not known:
             best = _with_own_noise(best, deadline)
         certainty = replace(_gated(best, deadline), finished=race.finished, correlation=correlation)

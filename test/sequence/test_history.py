@@ -69,6 +69,12 @@ def test_parameters_walk_at_random() -> None:
         np.testing.assert_allclose(found, COVARIANCE + walked * np.eye(2), rtol=1e-9)
 
 
+def test_a_prior_knows_how_old_it_is() -> None:
+    found = history(20.0).prior(25.0, DURATION)
+    assert found is not None
+    assert found.gap == 0.5
+
+
 def disturbed(walk: float) -> History:
     """A window that ended at 20 s, of the integrator with a drift that wanders."""
     drift = replace(INTEGRATOR.parameters[1], walk=walk)

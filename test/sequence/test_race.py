@@ -1,5 +1,7 @@
 """Tests of obs_ros.sequence.race."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from plants import INTEGRATOR, LAG, integrator_design, lag_outputs, square_wave, window_of
@@ -139,7 +141,11 @@ class TestEvidence:
             regimes = Regimes(base.regimes.objective, base.regimes.prior, Layout(3, events))
             costs.append(weigh(regimes, point[places]).cost - base.cost)
         assert costs == pytest.approx([ONCE, ONCE + 2.0 * np.log(10.0)])
-        assert weigh(base.regimes, base.point, (GAIN,)).cost - base.cost == pytest.approx(ONCE)
+        # As likely as the time is long in which nobody looked.
+        for gap, penalty in ((1.0, ONCE), (0.02, ONCE + 2.0 * np.log(50.0)), (1000.0, 0.0)):
+            prior = replace(base.regimes.prior, gap=gap)
+            regimes = Regimes(base.regimes.objective, prior, base.layout)
+            assert weigh(regimes, base.point, (GAIN,)).cost - base.cost == pytest.approx(penalty)
 
 
 def test_the_covariance_is_that_of_linear_least_squares() -> None:
@@ -174,14 +180,14 @@ class TestRace:
         """None of 40 windows, seeds 0 to 39: 1 in 100 for each parameter is allowed for."""
         for seed in range(40):
             base = still(record(seed=seed))
-            assert Race(base, Deadline(), known=None).run(before=False) is base
+            assert Race(base, Deadline(), known=None).run() is base
 
     @pytest.mark.parametrize('size', [-0.3, 0.2, 0.6])
     @pytest.mark.parametrize('time', [3.51, 4.23, 8.05])
     def test_one_jump(self, size: float, time: float) -> None:
         base = still(record(size, time))
         race = Race(base, Deadline(), known=None)
-        best = race.run(before=False)
+        best = race.run()
         assert best.layout.events == ((DRIFT,),)
         assert best.parameters == {DRIFT}
         deviations = np.sqrt(np.diagonal(best.covariance))
@@ -196,7 +202,7 @@ class TestRace:
     def test_two_jumps(self) -> None:
         window = record(0.8, 2.81)
         y = window.y[:, 0] + 0.7 * changed(6.66, GAIN) * SIGMA / 2.0
-        best = Race(still(Record(T, U, y)), Deadline(), known=None).run(before=False)
+        best = Race(still(Record(T, U, y)), Deadline(), known=None).run()
         order = np.argsort(best.point[best.layout.times])
         assert [best.layout.events[i] for i in order] == [(DRIFT,), (GAIN,)]
         np.testing.assert_allclose(best.point[best.layout.times][order], [0.281, 0.666], atol=0.01)
@@ -204,19 +210,20 @@ class TestRace:
     def test_two_parameters_at_one_time(self) -> None:
         window = record(0.8, 4.81)
         y = window.y[:, 0] + 0.7 * changed(4.81, GAIN) * SIGMA / 2.0
-        best = Race(still(Record(T, U, y)), Deadline(), known=None).run(before=False)
+        best = Race(still(Record(T, U, y)), Deadline(), known=None).run()
         assert [set(event) for event in best.layout.events] == [{GAIN, DRIFT}]
         assert best.point[best.layout.times] == pytest.approx([0.481], abs=0.005)
 
     def test_a_jump_before_the_window(self) -> None:
-        prior = Prior(np.array([0.5, 0.65, 0.8]), TIGHT.precision)
+        prior = Prior(np.array([0.5, 0.65, 0.8]), TIGHT.precision, gap=0.5)
         base = still(record(), prior)
-        best = Race(base, Deadline(), known=None).run(before=True)
+        best = Race(base, Deadline(), known=None).run()
         assert (best.before, best.layout.events) == ((DRIFT,), ())
         assert best.point[DRIFT] == pytest.approx(0.3, abs=0.02)
         assert best.jumps == 1
-        # Where no window came before, nothing can have jumped since.
-        assert Race(base, Deadline(), known=None).run(before=False).before == ()
+        # Where the window before abuts, nothing can have jumped since.
+        base = still(record(), replace(prior, gap=0.0))
+        assert Race(base, Deadline(), known=None).run().before == ()
 
     def test_a_known_jump_begins_the_race(self) -> None:
         base = still(record(0.6))
@@ -224,7 +231,7 @@ class TestRace:
         known = solved(regimes, np.array([0.55, 0.65, 0.3, 0.43, 0.6]))
         race = Race(base, Deadline(), known=known)
         assert race.best is known
-        assert race.run(before=False) is known
+        assert race.run() is known
         # Where nothing jumped it loses.
         base = still(record(0.0))
         regimes = Regimes(base.regimes.objective, base.regimes.prior, Layout(3, ((DRIFT,),)))
@@ -234,7 +241,7 @@ class TestRace:
     def test_without_time_it_says_so(self) -> None:
         base = still(record(0.6))
         race = Race(base, Deadline(0.0), known=None)
-        assert race.run(before=True) is base
+        assert race.run() is base
         assert not race.finished
 
     def test_other_parameters_that_explain_as_much(self) -> None:
@@ -251,7 +258,7 @@ class TestRace:
         y = record(0.6).y[:, 0] - 1.3 * DESIGN[:, 1] * SIGMA / 2.0 + 1.2 * T  # a b = 0.8, 1.4
         base = still(Record(T, U, y), model=product)
         race = Race(base, Deadline(), known=None)
-        best = race.run(before=False)
+        best = race.run()
         (event,) = best.layout.events
         others = [other.parameters for other in race.alternatives()]
         assert len(event) == 1
@@ -279,14 +286,14 @@ class TestRace:
             np.array([0.55, 0.5, 0.6, 0.3, 0.42, 0.8]),
         )
         race = Race(base, Deadline(), known=known)
-        best = race.run(before=False)
+        best = race.run()
         sets = {best.parameters, *(other.parameters for other in race.alternatives())}
         assert {frozenset({1}), frozenset({2})} <= sets
         assert not any(3 in each for each in sets)
 
     def test_of_one_that_is_clear_there_are_no_alternatives(self) -> None:
         race = Race(still(record(0.6)), Deadline(), known=None)
-        race.run(before=False)
+        race.run()
         assert race.alternatives() == []
 
 
@@ -311,7 +318,7 @@ def test_time_and_size_are_covered(backend: str) -> None:
         objective = window_of(LAG, window, 0.05, backend)
         regimes = Regimes(objective, Prior.box(objective.unknowns), Layout(3))
         base = levenberg_marquardt(regimes, np.array([[0.52, 0.4, 0.3]]), 301, 60, Deadline())
-        best = Race(weigh(regimes, base.z[0]), Deadline(), known=None).run(before=False)
+        best = Race(weigh(regimes, base.z[0]), Deadline(), known=None).run()
         if best.layout.events != ((2,),):
             wrong += 1
             continue
@@ -346,4 +353,4 @@ def test_hypotheses_that_diverge_lose_without_a_warning() -> None:
     squares = regimes.linearise(point[None], np.full((1, 4), 1e-7), 51)[0]
     assert not np.isfinite(squares[0]) or squares[0] > 1e9
     base = weigh(Regimes(objective, prior, Layout(2)), np.array([1 / 4.2, 0.25]))
-    assert Race(base, Deadline(), known=None).run(before=False).jumps == 0
+    assert Race(base, Deadline(), known=None).run().jumps == 0
