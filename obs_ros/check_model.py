@@ -141,7 +141,8 @@ def variables(model: Model) -> list[str]:
                 bounds = ''
             elif kind == 'input':
                 bounds = v.interpolation
-            text = (bounds + nominal).removeprefix(', ')
+            scale = ', log scale' if v.scale == 'log' else ''
+            text = (bounds + scale + nominal).removeprefix(', ')
             lines.append(f'  {kind:9}  {v.name:16} {v.unit:8} {text}'.rstrip())
     return lines
 

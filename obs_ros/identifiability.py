@@ -31,8 +31,8 @@ def weak_directions(
     """
     unknowns = objective.unknowns
     n = unknowns.n_states
-    width = (unknowns.upper - unknowns.lower)[n:]
-    size = np.maximum(np.abs(unknowns.lower[n:] + values * width) / width, SMALLEST_VALUE)
+    point = np.concatenate([np.full(n, 0.5), values])
+    size = np.maximum(np.abs(unknowns.unscaled(point)) / unknowns.slopes(point), SMALLEST_VALUE)[n:]
     # A power product means nothing where a value may change its sign.
     definite = (unknowns.lower[n:] >= 0.0) | (unknowns.upper[n:] <= 0.0)
     eigenvalues, vectors = np.linalg.eigh(information)
@@ -68,10 +68,10 @@ def advice(objective: Objective, state: Array, p: Array, chosen: IntArray) -> st
         weight=weight,
         measured=np.ones(NODES, dtype=bool),
     )
-    width = unknowns.upper - unknowns.lower
     lanes = np.repeat(np.concatenate([state, p])[:, None], 1 + unknowns.dimension, axis=1)
-    step = np.where(lanes[unknowns.index, 0] > unknowns.lower + 0.5 * width, -1e-7, 1e-7)
-    lanes[unknowns.index, 1 + np.arange(unknowns.dimension)] += step * width
+    z = unknowns.scaled(lanes[unknowns.index, 0])
+    step = np.where(z > 0.5, -1e-7, 1e-7)
+    lanes[unknowns.index, 1 + np.arange(unknowns.dimension)] += step * unknowns.slopes(z)
     _, y = objective.kernels.trajectories(ahead, lanes[:n_model], lanes[n_model:])
     with np.errstate(invalid='ignore'):  # the model may diverge ahead
         jacobian = weight[:, :, None] * (y[:, :, 1:] - y[:, :, :1]) / step

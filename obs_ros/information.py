@@ -42,24 +42,20 @@ class Deviations:
         unknowns = hypothesis.regimes.objective.unknowns
         n = len(unknowns.model.states)
         covariance = covariance * inflation
-        width = unknowns.upper - unknowns.lower
-
         final = hypothesis.layout.final(hypothesis.point)
-        values = {
-            'initial': np.diagonal(covariance)[: unknowns.dimension],
-            'final': np.diagonal(covariance)[final],
-        }
+        places = {'initial': np.arange(unknowns.dimension), 'final': final}
         found = {}
-        for name, variances in values.items():
+        for name, where in places.items():
             everything = np.zeros(len(unknowns.model.unknowns))
-            boxes = np.sqrt(np.maximum(variances, 0.0))
-            everything[unknowns.index] = np.where(boxes <= UNDETERMINED, boxes * width, np.nan)
+            boxes = np.sqrt(np.maximum(np.diagonal(covariance)[where], 0.0))
+            slopes = unknowns.slopes(hypothesis.point[where])
+            everything[unknowns.index] = np.where(boxes <= UNDETERMINED, boxes * slopes, np.nan)
             found[name] = everything
         g = hypothesis.local.state_jacobian
         state = np.sqrt(np.maximum(((g @ covariance) * g).sum(axis=1), 0.0))
         boxes = np.full(n, np.inf)
         estimated = unknowns.index < n
-        boxes[unknowns.index[estimated]] = width[estimated]
+        boxes[unknowns.index[estimated]] = (unknowns.upper - unknowns.lower)[estimated]
         return cls(
             initial=found['initial'][:n],
             state=np.where(state <= UNDETERMINED * boxes, state, np.nan),

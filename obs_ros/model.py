@@ -13,6 +13,7 @@ from obs_ros.registry import suggest
 from obs_ros.typing import Array
 
 Interpolation = Literal['hold', 'linear', 'mean']
+Scale = Literal['linear', 'log']
 Integrator = Literal['rk4', 'euler']
 
 CANDIDATES = 16  # with which a model is tried
@@ -27,12 +28,15 @@ class Variable:
 
     `lower` and `upper` bound it, in `unit`; `nominal` is its value when nobody estimates it.
     `interpolation` says what an input does between its samples: `hold` the last one, run `linear`
-    to the next, or stay at the `mean` of both. `walk` makes a parameter a disturbance: how far it
+    to the next, or stay at the `mean` of both. `scale` says how windows of samples see the range of
+    a state or parameter: `log` where it counts how many times larger one value is than another, as
+    with stiffnesses, rates and whatever enters in products and powers; equal products are then as
+    easily told from each other as equal sums. `walk` makes a parameter a disturbance: how far it
     wanders in one second, as a standard deviation in units per square root of a second, infinite
     for one that is new in every window. Without it a parameter stays where it is, or jumps.
 
-    Raises ValueError for a name that is no identifier, crossed bounds, a nominal outside them and a
-    walk that is not positive.
+    Raises ValueError for a name that is no identifier, crossed bounds, bounds that a logarithm does
+    not have, a nominal outside them and a walk that is not positive, or on a scale that has none.
     """
 
     name: str
@@ -42,11 +46,16 @@ class Variable:
     nominal: float | None = None
     interpolation: Interpolation = 'hold'
     walk: float | None = None
+    scale: Scale = 'linear'
 
     def __post_init__(self) -> None:
         if not self.name.isidentifier():
             raise ValueError(f'variable name {self.name!r} is not an identifier')
-        check_bounds(self.name, self.lower, self.upper)
+        if self.scale not in get_args(Scale):
+            raise ValueError(
+                f'{self.name}: scale {self.scale!r} is none of {", ".join(get_args(Scale))}'
+            )
+        check_bounds(self.name, self.lower, self.upper, self.scale)
         if self.nominal is not None and not self.lower <= self.nominal <= self.upper:
             raise ValueError(
                 f'{self.name}: nominal {self.nominal} is outside [{self.lower}, {self.upper}]'
@@ -58,6 +67,8 @@ class Variable:
             )
         if self.walk is not None and not self.walk > 0.0:
             raise ValueError(f'{self.name}: walk {self.walk} is not positive')
+        if self.walk is not None and self.scale == 'log':
+            raise ValueError(f'{self.name}: what walks, in {self.unit}, needs a linear scale')
 
 
 @dataclass(frozen=True)
@@ -150,10 +161,14 @@ def names(variables: Sequence[Variable]) -> tuple[str, ...]:
     return tuple(variable.name for variable in variables)
 
 
-def check_bounds(name: str, lower: float, upper: float) -> None:
-    """Raise ValueError unless lower < upper."""
+def check_bounds(name: str, lower: float, upper: float, scale: Scale = 'linear') -> None:
+    """Raise ValueError unless lower < upper, with logarithms where the scale needs them."""
     if not lower < upper:
         raise ValueError(f'{name}: lower bound {lower} is not below upper bound {upper}')
+    if scale == 'log' and not (lower > 0.0 and upper < math.inf):
+        raise ValueError(
+            f'{name}: bounds {lower} and {upper} must be positive and finite on a log scale'
+        )
 
 
 def inside(variable: Variable) -> float:

@@ -1,5 +1,6 @@
 """What is estimated: some states and parameters of a model, each in its box; the rest is given."""
 
+import math
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 from functools import cached_property
@@ -13,7 +14,9 @@ from obs_ros.typing import Array, IntArray
 
 REACH = 10.0  # of the nominal value, or units, where there is no bound
 SMALLEST_STEP = 16  # units in the last place
+EVERY = slice(None)
 EPSILON = float(np.finfo(np.float64).eps)
+TINY = float(np.finfo(np.float64).tiny)
 
 
 @dataclass(frozen=True)
@@ -22,7 +25,8 @@ class Unknowns:
 
     index (d,) says which of the n + q values they are, lower and upper (d,) are the box in which
     searches begin, in the unknowns' units; given (n + q,) holds the values of the others. Searches
-    see the box as [0, 1]^d, and may leave it where walls (2, d) are infinite.
+    see the box as [0, 1]^d, and may leave it where walls (2, d) are infinite. On a log scale equal
+    steps there are equal ratios: growth (d,) is ln(upper / lower), 0 on a linear scale.
     """
 
     model: Model
@@ -31,6 +35,7 @@ class Unknowns:
     upper: Array
     given: Array
     walls: Array
+    growth: Array
 
     @classmethod
     def of(
@@ -66,13 +71,14 @@ class Unknowns:
         if not chosen:
             raise ValueError(f'nothing to estimate: every unknown of {model.name!r} is fixed')
         given = np.full(len(model.unknowns), np.nan)
-        boxes, walls = [], []
+        boxes, walls, growth = [], [], []
         for i, variable in enumerate(model.unknowns):
             if variable.name in chosen:
                 low, high = bounds.get(variable.name, (variable.lower, variable.upper))
-                check_bounds(variable.name, low, high)
+                check_bounds(variable.name, low, high, variable.scale)
                 boxes.append(_beginning(variable, low, high))
                 walls.append((0.0 if np.isfinite(low) else low, 1.0 if np.isfinite(high) else high))
+                growth.append(math.log(high / low) if variable.scale == 'log' else 0.0)
                 continue
             value = fixed.get(variable.name, variable.nominal)
             if value is None or not np.isfinite(value):
@@ -83,7 +89,15 @@ class Unknowns:
             given[i] = value
         index = [i for i, v in enumerate(model.unknowns) if v.name in chosen]
         lower, upper = np.array(boxes).T.copy()  # one layout, so that nothing compiles twice
-        return cls(model, np.array(index), lower, upper, given, np.array(walls).T.copy())
+        return cls(
+            model=model,
+            index=np.array(index),
+            lower=lower,
+            upper=upper,
+            given=given,
+            walls=np.array(walls).T.copy(),
+            growth=np.array(growth),
+        )
 
     @property
     def dimension(self) -> int:
@@ -113,9 +127,28 @@ class Unknowns:
     def values(self, z: Array) -> tuple[Array, Array]:
         """Return initial states (n, B) and parameters (q, B) of points z (B, d) of the unit box."""
         everything = np.repeat(self.given[:, None], len(z), axis=1)
-        everything[self.index] = (self.lower + z * (self.upper - self.lower)).T
+        everything[self.index] = self.unscaled(z).T
         n = len(self.model.states)
         return everything[:n], everything[n:]
+
+    def unscaled(self, z: Array, i: int | slice = EVERY) -> Array:
+        """Return the values of unknown i at places z of its box, or of all at points z (..., d)."""
+        lower, growth = self.lower[i], self.growth[i]
+        linear = lower + z * (self.upper[i] - lower)
+        return np.where(growth > 0.0, lower * np.exp(z * growth), linear)
+
+    def slopes(self, z: Array, i: int | slice = EVERY) -> Array:
+        """Return how fast those values grow there, in the unknowns' units per box."""
+        growth = self.growth[i]
+        width = self.upper[i] - self.lower[i]
+        return np.where(growth > 0.0, growth * self.unscaled(z, i), width)
+
+    def scaled(self, values: Array) -> Array:
+        """Return the points (d,) of the unit box at which the unknowns have these values (d,)."""
+        linear = (values - self.lower) / (self.upper - self.lower)
+        log = self.growth > 0.0
+        ratio = np.where(log, np.maximum(values, TINY) / np.where(log, self.lower, 1.0), 1.0)
+        return np.where(log, np.log(ratio) / np.where(log, self.growth, 1.0), linear)
 
     def check_initial(self, values: Mapping[str, float]) -> None:
         """Raise ValueError unless the values to start from are finite and of what is estimated."""
@@ -138,19 +171,25 @@ class Unknowns:
         z_i, of h (P, d). Rounding changes the steps.
         """
         n = len(self.model.states)
-        lanes, steps = _perturbed(z, h, self.lower, self.upper, self.index, self.given)
+        box = self.lower, self.upper, self.growth
+        lanes, steps = _perturbed(z, h, *box, self.index, self.given)
         return lanes[:n], lanes[n:], steps
 
     def point(self, values: Mapping[str, float]) -> Array:
         """Return the point z (d,) nearest to named values; NaN becomes the middle of the box."""
-        z = np.array([values[name] for name in self.names])
-        z = (z - self.lower) / (self.upper - self.lower)
+        z = self.scaled(np.array([values[name] for name in self.names]))
         return np.clip(np.where(np.isfinite(z), z, 0.5), *self.walls)
 
 
 @accelerated
 def _perturbed(
-    z: Array, h: Array, lower: Array, upper: Array, index: IntArray, given: Array
+    z: Array,
+    h: Array,
+    lower: Array,
+    upper: Array,
+    growth: Array,
+    index: IntArray,
+    given: Array,
 ) -> tuple[Array, Array]:
     starts, d = z.shape
     lanes = np.empty((given.size, starts * (d + 1)))
@@ -162,12 +201,17 @@ def _perturbed(
         for i in range(d):
             width = upper[i] - lower[i]
             point = lower[i] + z[s, i] * width
+            if growth[i] > 0.0:
+                point = lower[i] * math.exp(z[s, i] * growth[i])
+                width = growth[i] * point
             for lane in range(first, first + d + 1):
                 lanes[index[i], lane] = point
             # In a very narrow box a step must still change the value.
             step = max(abs(h[s, i]) * width, SMALLEST_STEP * EPSILON * abs(point))
             lanes[index[i], first + 1 + i] = point + (step if h[s, i] > 0.0 else -step)
             steps[s, i] = (lanes[index[i], first + 1 + i] - point) / width
+            if growth[i] > 0.0:
+                steps[s, i] = math.log1p(growth[i] * steps[s, i]) / growth[i]
     return lanes, steps
 
 

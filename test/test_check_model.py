@@ -51,6 +51,12 @@ def test_it_prints_units_bounds_a_rollout_and_speed(run):
     assert 1.0 < float(speed) < 1e7
 
 
+def test_it_tells_what_is_on_a_log_scale(run):
+    _, text, _ = run('heat_exchanger_reduced', '--window', '4', '--noise', 'Tp=0.05')
+    line = '  parameter  k1               N/m      3000 to 12000, log scale, nominal 6089'
+    assert line in text.splitlines()
+
+
 def test_the_rollout_is_that_of_the_model(run):
     """A pendulum without friction, held: its energy, and so its amplitude, stays."""
     _, text, _ = run(PENDULUM, '--value', 'angle=1', '--value', 'friction=0', '--window', '8')

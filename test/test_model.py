@@ -149,3 +149,23 @@ def test_an_output_may_have_the_name_of_the_state_it_measures() -> None:
 )
 def test_a_value_inside_the_bounds(variable: Variable, value: float) -> None:
     assert inside(variable) == value
+
+
+@pytest.mark.parametrize(
+    ('settings', 'message'),
+    [
+        ({'scale': 'ln'}, "k: scale 'ln' is none of linear, log"),
+        (
+            {'lower': 0.0, 'upper': 1.0, 'scale': 'log'},
+            'k: bounds 0.0 and 1.0 must be positive and finite on a log scale',
+        ),
+        ({'scale': 'log'}, 'k: bounds -inf and inf must be positive and finite on a log scale'),
+        (
+            {'lower': 0.5, 'upper': 1.0, 'scale': 'log', 'walk': 0.1},
+            'k: what walks, in N/m, needs a linear scale',
+        ),
+    ],
+)
+def test_a_scale_that_does_not_fit(settings: dict[str, Any], message: str) -> None:
+    with pytest.raises(ValueError, match=re.escape(message)):
+        Variable('k', 'N/m', **settings)

@@ -2,6 +2,7 @@
 
 import math
 import re
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -10,6 +11,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from plants import OSCILLATOR
 
+from obs_ros.model import Variable
 from obs_ros.models.three_tank import THREE_TANK
 from obs_ros.unknowns import Unknowns
 
@@ -91,6 +93,43 @@ def test_points_and_values_are_inverse(z: list[float], lower: float, width: floa
     named = dict(zip(names, np.concatenate([x0, p])[:, 0], strict=True))
     rounding = 1e-15 * (1.0 + abs(lower) / width)
     np.testing.assert_allclose(unknowns.point(named), z, rtol=0.0, atol=8 * rounding)
+
+
+LOG = replace(
+    THREE_TANK,
+    parameters=(Variable('p1', 'm', 0.5, 8.0, scale='log'), *THREE_TANK.parameters[1:]),
+)
+
+
+def test_on_a_log_scale_equal_steps_are_equal_ratios() -> None:
+    unknowns = Unknowns.of(LOG)
+    z = np.full((3, 6), 0.25)
+    z[:, 3] = 0.0, 0.5, 1.0
+    p = unknowns.values(z)[1]
+    np.testing.assert_allclose(p, [[0.5, 2.0, 8.0], [0.25] * 3, [0.25] * 3], rtol=1e-15)
+    np.testing.assert_allclose(unknowns.unscaled(z[:, 3], 3), p[0], rtol=0.0)
+    middle = dict(zip(unknowns.names, [1.0, 1.0, 1.0, 2.0, 0.25, 1.0], strict=True))
+    assert unknowns.point(middle)[3:].tolist() == pytest.approx([0.5, 0.25, 1.0])
+    outside = {**middle, 'p1': -1.0}
+    assert unknowns.point(outside)[3] == 0.0
+
+
+def test_slopes_are_those_of_the_values_and_steps_those_taken() -> None:
+    unknowns = Unknowns.of(LOG)
+    z, h = np.full((1, 6), 0.3), np.full((1, 6), 1e-6)
+    x0, p, steps = unknowns.perturbed(z, h)
+    taken = np.concatenate([x0, p])
+    moved = np.diag(taken[:, 1:] - taken[:, :1])
+    np.testing.assert_allclose(moved / steps[0], unknowns.slopes(z)[0], rtol=1e-5)
+    np.testing.assert_allclose(unknowns.scaled(taken[:, 4])[3] - 0.3, steps[0, 3], rtol=1e-8)
+    assert unknowns.slopes(z[:, 3], 3) == unknowns.slopes(z)[:, 3]
+
+
+@pytest.mark.parametrize('pair', [(0.0, 1.0), (-1.0, 1.0), (0.5, math.inf)])
+def test_a_log_scale_needs_positive_finite_bounds(pair: tuple[float, float]) -> None:
+    said = f'p1: bounds {pair[0]} and {pair[1]} must be positive and finite on a log scale'
+    with pytest.raises(ValueError, match=re.escape(said)):
+        Unknowns.of(LOG, bounds={'p1': pair})
 
 
 def test_points_outside_are_clipped_and_nan_is_in_the_middle() -> None:

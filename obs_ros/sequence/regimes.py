@@ -180,7 +180,6 @@ class Regimes:
         outputs = np.empty((grid.t.size, grid.y.shape[1], x.shape[1]))
         first, times, intervals = 0, *self._times(points)
         rows = unknowns.index - len(unknowns.model.states)
-        width = unknowns.upper - unknowns.lower
         order = np.argsort(times[:, 0], kind='stable')
         for k in sorted(set(intervals.tolist())):
             mixed, after, early = p.copy(), p.copy(), 0.0
@@ -189,7 +188,7 @@ class Regimes:
                 early = max(early, float(share.max()))
                 for i, parameter in enumerate(layout.events[event]):
                     place, row = layout.times[event] + 1 + i, rows[parameter]
-                    value = unknowns.lower[parameter] + width[parameter] * points[:, place]
+                    value = unknowns.unscaled(points[:, place], parameter)
                     mixed[row] += share * (value - after[row])
                     after[row] = value
             # A jump at a node leaves the whole interval before it to the value before.

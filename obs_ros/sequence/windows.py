@@ -51,8 +51,8 @@ class Windows:
         self._noise = Noise(solver.noise, names(solver.model.outputs), learn_noise)
         self._previous: Estimate | None = None
         self._announced: list[Jump] = []
-        # Parameters that some window has told by itself.
-        self._told = np.zeros(solver.unknowns.dimension - solver.unknowns.n_states, dtype=np.bool_)
+        # Parameters that some window has told by itself; on log scales what many tell adds up.
+        self._told = (solver.unknowns.growth > 0.0)[solver.unknowns.n_states :]
         self._explained: Hypothesis | None = None  # the previous window's
         self._doubt = Doubt()
         self.stuck = 0  # values that stuck sensors repeated
@@ -162,7 +162,6 @@ class Windows:
             ' and '.join(unknowns.names[i] for i in sorted(other.parameters)) or 'no jump'
             for other in alternatives
         )
-        width = unknowns.upper - unknowns.lower
         explained = not _fit(certainty).too_large
         found: dict[int, tuple[float, float, dict[str, float], dict[str, float]]] = {}
         for event, parameter, before, after in best.layout.jumped(best.point):
@@ -175,18 +174,22 @@ class Windows:
                 event, (t0 + duration * float(best.point[place]), deviation, {}, {})
             )
             name = unknowns.names[parameter]
-            pair = certainty.covariance[np.ix_([before, after], [before, after])]
-            spread = pair[0, 0] + pair[1, 1] - 2.0 * pair[0, 1]
-            jump[2][name] = float(width[parameter] * (best.point[after] - best.point[before]))
-            jump[3][name] = float(width[parameter] * np.sqrt(max(spread, 0.0)))
+            places = [before, after]
+            values = unknowns.unscaled(best.point[places], parameter)
+            slopes = unknowns.slopes(best.point[places], parameter) * (-1.0, 1.0)
+            pair = certainty.covariance[np.ix_(places, places)]
+            variance = float(slopes @ pair @ slopes)
+            jump[2][name] = float(values[1] - values[0])
+            jump[3][name] = float(np.sqrt(max(variance, 0.0)))
         if best.before:
             # Some time since the last window known; the size is against what that said.
             sizes, deviations = {}, {}
             for place in best.before:
-                change = best.point[place] - best.regimes.prior.mean[place]
                 name = unknowns.names[place]
-                sizes[name] = float(width[place] * change)
-                deviations[name] = float(width[place] * np.sqrt(certainty.covariance[place, place]))
+                ends = np.array([best.regimes.prior.mean[place], best.point[place]])
+                sizes[name] = float(np.diff(unknowns.unscaled(ends, place))[0])
+                slope = unknowns.slopes(ends, place)[1]
+                deviations[name] = float(slope * np.sqrt(certainty.covariance[place, place]))
             entry = self._history.last_before(t0)
             gap = t0 - entry.end if entry else 0.0
             found[-1] = (t0 - 0.5 * gap, gap / np.sqrt(12.0), sizes, deviations)

@@ -423,6 +423,11 @@ def valve(t: Any, x: Any, u: Any, p: Any) -> Any:
     return (p[0] * p[0] * p[1] * u[0] - x[0],)
 
 
+def slow(t: Any, x: Any, u: Any, p: Any) -> Any:
+    """A lag of gain a and rate b."""
+    return (p[1] * (p[0] * u[0] - x[0]),)
+
+
 def test_what_no_window_tells_alone_is_not_determined_by_many() -> None:
     model = replace(
         LAG,
@@ -443,3 +448,27 @@ def test_what_no_window_tells_alone_is_not_determined_by_many() -> None:
         product = found.parameters['a'] ** 2 * found.parameters['b']
         assert product == pytest.approx(1.2**2 * 0.8, rel=0.01)
     assert 'only a^2*b is determined' in found.weak
+
+
+def test_on_log_scales_what_no_window_tells_alone_adds_up() -> None:
+    """Two gains of which each window tells mostly the product: many windows tell both."""
+    log = {'lower': 0.25, 'upper': 4.0, 'scale': 'log'}
+    model = replace(
+        LAG, name='slow', dynamics=slow, parameters=(Variable('a', **log), Variable('b', **log))
+    )
+    rng = np.random.default_rng(6)
+    t = 0.1 * np.arange(1201)
+    u = np.repeat(rng.uniform(0.9, 1.1, 61), 20)[: t.size]
+    decay = np.exp(-0.08)
+    x = lfilter([0.0, 1.0 - decay], [1.0, -decay], 1.2 * u, zi=[1.2 * decay])[0]
+    record = Record(t, u, x + 0.07 * rng.standard_normal(t.size))
+    windows, found = windows_for(model, noise={'y': 0.07}), []
+    for i, end in enumerate(np.arange(10.0, 120.5, 10.0)):
+        window = part(record, end - 10.0, end)
+        found.append(windows.solve(window, random_generator(0, i), Deadline()))
+    deviations = np.array([[one.stddev[name] for name in 'ab'] for one in found])
+    errors = np.array([[one.parameters[name] for name in 'ab'] for one in found]) - [1.2, 0.8]
+    assert np.isnan(deviations[0]).any()
+    assert np.isfinite(deviations[-1]).all()
+    given = np.isfinite(deviations)
+    assert (np.abs(errors[given]) < 3.0 * deviations[given]).all()
