@@ -19,7 +19,6 @@ FIRST = 24.0  # s, when both bumps are passed: what counts
 NEAR = 0.1  # of kt
 BEGIN, END = 7.0, 28.0  # s; before and after that the road is straight: nothing is learnt there
 LONG = 65.0  # s, end of the specification's runs
-WINDOW: dict[str, Any] = {'duration': 1.0, 'period': 0.5}  # s
 CONFIDENT = 3.0  # standard deviations, and
 SMALL = 0.02  # box: an error above both is confidently wrong
 BOX = SUSPENSION.parameters[0].upper - SUSPENSION.parameters[0].lower  # N/m
@@ -47,7 +46,13 @@ CONTESTANTS = (
         'windows of 1 s on (x, kt)', 'sliding_window',
         {'duration': 1.0, 'period': 1.0, 'parameters': ('kt',)},
     ),
-    Contestant('windows of 1 s on (x, kt, eta)', 'sliding_window', WINDOW),
+    Contestant(
+        'windows of 1 s on (x, kt, eta)', 'sliding_window', {'duration': 1.0, 'period': 0.5}
+    ),
+    # As long as a bump and what it leaves behind.
+    Contestant(
+        'windows of 3 s on (x, kt, eta)', 'sliding_window', {'duration': 3.0, 'period': 0.5}
+    ),
 )  # fmt: skip
 
 

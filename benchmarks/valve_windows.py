@@ -154,6 +154,8 @@ def isolated(fault: Fault) -> Isolated:
         parameters=Schedule((0.0, moment), (NOMINAL, tuple(after))),
     )
     instants = sampled(scenario, fault.seed, fault.sigma, fault.correlation, moment + DEADLINE)
+    # So begun that a window ends DEADLINE after the fault, and not somewhat before.
+    instants = instants[round(math.fmod(moment, EVERY) / PERIOD) :]
     found = estimates(instants, fault.sigma)
     (valve,) = (each for each in VALVES if fault.parameter in each)
     false = sum(any(jump.new for jump in one.jumps) for one in found if one.t1 <= moment)
