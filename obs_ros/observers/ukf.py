@@ -182,7 +182,8 @@ def gains(
 ) -> bool:  # fmt: skip
     """Write K (D, r) = C_zy / (C_yy + R) over zeros; 0 where dy is, for outputs not measured.
 
-    False, with K as it was, where C_yy + R is no covariance. surprise (1,) becomes the mean of the squared innovations in units of C_yy + R.
+    False, with K as it was, where C_yy + R is no covariance. surprise (1,) becomes the mean of the
+    squared innovations in units of C_yy + R.
     """
     d, r, count = dz.shape[0], dy.shape[0], dy.shape[1]
     s = np.empty((r, r))
