@@ -34,8 +34,8 @@ WATCHES = {
 }
 PRODUCT = 'only dP1/k1^2 is determined'
 COVERED = 1.96  # standard deviations, 95 %
-FEW = 4  # runs of each kind of watch, of 57 windows
-FAULTY = 5  # noises of each fault: 20 runs
+FEW = 10  # runs of each kind of watch, of 57 windows
+FAULTY = 10  # noises of each fault: 40 runs
 
 
 class Windows(NamedTuple):
@@ -120,7 +120,7 @@ def fault_table(windows: Windows) -> str:
                 label, f'{name} {SIZES[name]:+g}', len(runs),
                 sum(run.named for run in runs), sum(run.partner for run in runs),
                 sum(run.clear for run in runs), f'{np.median(firsts):.1f} ({max(firsts):.1f})',
-                f'{np.median(np.abs([run.error for run in runs])):.2f}',
+                f'{np.nanmedian(np.abs([run.error for run in runs])):.2f}',
                 sum(run.false for run in runs),
             ))  # fmt: skip
     head = ('noise', 'fault', 'runs', 'right valve named after 2 s', 'its other parameter listed',
@@ -213,12 +213,12 @@ def window_acceptance(windows: Windows) -> list[tuple[str, str, str]]:
              f'{100.0 * np.mean(listed):.0f} %', mark(np.mean(listed) >= 0.95)),
         ]  # fmt: skip
     for label, runs in windows.watches.items():
-        if label.startswith('pressures'):
-            p, x, cw = coverage(runs, 'p'), coverage(runs, 'x'), wrong(runs)
-            rows.append((f'windows, {label}: coverage >= .93 (p, end state), cw <= .01',
-                         f'{p:.3f}, {x:.3f}, {cw:.3f}',
-                         mark(p >= 0.93 and x >= 0.93 and cw <= 0.01)))  # fmt: skip
-        else:
+        p, x, cw = coverage(runs, 'p'), coverage(runs, 'x'), wrong(runs)
+        given = 'p withheld' if np.isnan(p) else f'{p:.3f}'
+        rows.append((f'windows, {label}: coverage >= .93 (p, end state), cw <= .01',
+                     f'{given}, {x:.3f}, {cw:.3f}',
+                     mark(not p < 0.93 and x >= 0.93 and cw <= 0.01)))  # fmt: skip
+        if not label.startswith('pressures'):
             rows.append((f'windows, {label}: dP1/k1^2 named in >= 99 %',
                          f'{named(runs):.3f}', mark(named(runs) >= 0.99)))  # fmt: skip
     return rows
