@@ -55,6 +55,18 @@ class Certainty:
         """Whether jumps at several times look like the steps of a ramp."""
         return len(self.hypothesis.layout.events) > 1
 
+    @property
+    def fit(self) -> 'Fit':
+        """How what the hypothesis leaves compares with the noise, given or learned."""
+        best = self.hypothesis
+        return Fit.of(
+            best.regimes.objective,
+            best.squares,
+            best.trajectory[1],
+            noise_known=True,
+            correlation=self.correlation,
+        )
+
 
 def report(
     record: Record,

@@ -5,7 +5,6 @@ inside the window; the gate holds what the window does not tell.
 """
 
 import time
-from collections.abc import Mapping
 from dataclasses import replace
 
 import numpy as np
@@ -17,24 +16,23 @@ from obs_ros.mismatch import independent_share, inflation
 from obs_ros.model import names
 from obs_ros.objective import Objective
 from obs_ros.record import Record
-from obs_ros.report import Certainty, Fit, empty, report
+from obs_ros.report import Certainty, empty, report
 from obs_ros.search.levenberg_marquardt import levenberg_marquardt
 from obs_ros.search.memetic import FULL_ITERATIONS
 from obs_ros.search.result import Found
+from obs_ros.sequence.announcements import SAME_TIME, Announcements
 from obs_ros.sequence.gate import Gate
 from obs_ros.sequence.history import Entry, History, Known
 from obs_ros.sequence.noise import Noise, variances_left
 from obs_ros.sequence.prior import Posterior, Prior
 from obs_ros.sequence.profile import widened_by_profile
 from obs_ros.sequence.race import Hypothesis, Race, inverse, weigh
-from obs_ros.sequence.regimes import Layout, Regimes, interval_of
+from obs_ros.sequence.regimes import Layout, Regimes
 from obs_ros.sequence.trust import Doubt, without_stuck
 from obs_ros.solve import Solver, whitened
 from obs_ros.typing import Array, BoolArray
 
 MOST_FOR_HOLDING = 20.0  # squares that a fit may lose for what its window does not tell
-SAME_TIME = 0.05  # window; jumps found nearer to each other than that, or
-SAME_DEVIATIONS = 5.0  # than so many standard deviations, are one and the same
 POLISH = 40  # iterations from a start that is near
 EXCESS = 5.0  # standard deviations of the squares above which a warm start is not trusted
 
@@ -50,7 +48,7 @@ class Windows:
         self._history = History(solver.unknowns)
         self._noise = Noise(solver.noise, names(solver.model.outputs), learn_noise)
         self._previous: Estimate | None = None
-        self._announced: list[Jump] = []
+        self._announcements = Announcements()
         # Parameters that some window has told by itself; on log scales what many tell adds up.
         self._told = (solver.unknowns.growth > 0.0)[solver.unknowns.n_states :]
         self._explained: Hypothesis | None = None  # the previous window's
@@ -116,7 +114,7 @@ class Windows:
         if best.jumps and not known:
             best = _with_own_noise(best, deadline)
         certainty = replace(_gated(best, deadline), finished=race.finished, correlation=correlation)
-        jumps = self._jumps(certainty, race.alternatives(), record)
+        jumps = self._announcements.of(certainty, race.alternatives(), record)
         if not best.layout.events:
             self._told |= told_alone(certainty)
         certainty = replace(certainty, jumps=jumps, told=self._told.copy())
@@ -129,8 +127,6 @@ class Windows:
             in_time=not deadline.passed,
             solve_time=time.perf_counter() - begin,
         )
-        self._announced = [jump for jump in self._announced if jump.time > start - duration]
-        self._announced += [jump for jump in jumps if jump.new]
         if found.accepted and race.finished:
             fits = self._learn(certainty, jumps)
             estimate = self._doubt.weigh(estimate, fits) if known else estimate
@@ -150,76 +146,6 @@ class Windows:
         solved = levenberg_marquardt(regimes, start, objective.nodes, POLISH, deadline)
         return weigh(regimes, solved.z[0]) if np.isfinite(solved.squares[0]) else None
 
-    def _jumps(
-        self, certainty: Certainty, alternatives: list[Hypothesis], record: Record
-    ) -> tuple[Jump, ...]:
-        """Return what jumped, with its time and size, and whether it was known."""
-        best = certainty.hypothesis
-        unknowns = best.regimes.objective.unknowns
-        grid = best.regimes.objective.grid
-        t0, duration = float(grid.t[0]), float(grid.t[-1] - grid.t[0])
-        others = tuple(
-            ' and '.join(unknowns.names[i] for i in sorted(other.parameters)) or 'no jump'
-            for other in alternatives
-        )
-        explained = not _fit(certainty).too_large
-        found: dict[int, tuple[float, float, dict[str, float], dict[str, float]]] = {}
-        for event, parameter, before, after in best.layout.jumped(best.point):
-            place = best.layout.times[event]
-            # Where in its interval a jump lies, the model tells only as a mean.
-            interval = np.diff(grid.t)[interval_of(grid.t, t0 + duration * best.point[place])]
-            variance = duration**2 * certainty.covariance[place, place] + interval**2 / 12.0
-            deviation = float(np.sqrt(variance))
-            jump = found.setdefault(
-                event, (t0 + duration * float(best.point[place]), deviation, {}, {})
-            )
-            name = unknowns.names[parameter]
-            places = [before, after]
-            values = unknowns.unscaled(best.point[places], parameter)
-            slopes = unknowns.slopes(best.point[places], parameter) * (-1.0, 1.0)
-            pair = certainty.covariance[np.ix_(places, places)]
-            variance = float(slopes @ pair @ slopes)
-            jump[2][name] = float(values[1] - values[0])
-            jump[3][name] = float(np.sqrt(max(variance, 0.0)))
-        if best.before:
-            # Some time since the last window known; the size is against what that said.
-            sizes, deviations = {}, {}
-            for place in best.before:
-                name = unknowns.names[place]
-                ends = np.array([best.regimes.prior.mean[place], best.point[place]])
-                sizes[name] = float(np.diff(unknowns.unscaled(ends, place))[0])
-                slope = unknowns.slopes(ends, place)[1]
-                deviations[name] = float(slope * np.sqrt(certainty.covariance[place, place]))
-            entry = self._history.last_before(t0)
-            gap = t0 - entry.end if entry else 0.0
-            found[-1] = (t0 - 0.5 * gap, gap / np.sqrt(12.0), sizes, deviations)
-        newest = float(grid.t[np.flatnonzero(grid.measured)[-1]])
-        return tuple(
-            Jump(
-                time=moment,
-                time_stddev=deviation,
-                sizes=sizes,
-                stddev=deviations,
-                new=explained
-                and clear(sizes, deviations)
-                and not self._announced_before(moment, deviation, frozenset(sizes), duration),
-                alternatives=others,
-                stamp=None if record.stamp is None
-                else record.stamp - round((newest - moment) * 1e9),
-            )
-            for moment, deviation, sizes, deviations in found.values()
-        )  # fmt: skip
-
-    def _announced_before(
-        self, moment: float, deviation: float, jumped: frozenset[str], duration: float
-    ) -> bool:
-        return any(
-            frozenset(jump.sizes) == jumped
-            and abs(jump.time - moment)
-            <= max(SAME_TIME * duration, SAME_DEVIATIONS * max(deviation, jump.time_stddev))
-            for jump in self._announced
-        )
-
     def _learn(self, certainty: Certainty, jumps: tuple[Jump, ...]) -> bool:
         """Remember what an accepted window says; one that nothing explains teaches nothing.
 
@@ -229,7 +155,7 @@ class Windows:
         objective, z = best.regimes.objective, best.point
         grid, n = objective.grid, objective.unknowns.n_states
         left = variances_left(best.trajectory[1], grid, z.size)
-        fit = _fit(certainty)
+        fit = certainty.fit
         odd = fit.too_large or fit.too_small
         (self._noise.doubt if odd else self._noise.accept)(left, fit.colour)
         self._explained = None
@@ -267,23 +193,6 @@ def told_alone(certainty: Certainty) -> BoolArray:
     box = Prior.box(unknowns).precision[n:, n:]
     variances = np.diagonal(inverse(certainty.information + box))
     return np.asarray(np.sqrt(variances) < UNDETERMINED)
-
-
-def clear(sizes: Mapping[str, float], deviations: Mapping[str, float]) -> bool:
-    """Whether any of the sizes of a jump is more than two standard deviations from none."""
-    return any(abs(size) > 2.0 * deviations[name] for name, size in sizes.items())
-
-
-def _fit(certainty: Certainty) -> Fit:
-    """Return how what a hypothesis leaves compares with the noise, given or learned."""
-    best = certainty.hypothesis
-    return Fit.of(
-        best.regimes.objective,
-        best.squares,
-        best.trajectory[1],
-        noise_known=True,
-        correlation=certainty.correlation,
-    )
 
 
 def _from_warm(
