@@ -9,8 +9,10 @@ import numpy as np
 from obs_ros.objective import Objective
 from obs_ros.sequence.prior import Prior
 from obs_ros.typing import Array, BoolArray, IntArray
+from obs_ros.unknowns import Unknowns
 
 UNDETERMINED = 0.1  # box; a standard deviation above says nothing
+LARGEST_SHARE = 0.3  # of its value, of a parameter on a log scale
 SUPPORT = 0.1  # of a direction's largest entry, relative changes
 ROUND_RATIO = 0.05  # how near a ratio must be to a multiple of one half
 MOST_HALVES = 6  # in a power product that still means something
@@ -19,6 +21,12 @@ SMALLEST_VALUE = 0.01  # box; below, a relative change means nothing
 HORIZON = 32  # windows looked ahead
 NODES = 2048  # over that horizon
 GATES = 25  # lengths looked at, each a fifth longer than the one before
+
+
+def undetermined(unknowns: Unknowns) -> Array:
+    """Return the standard deviations (d,), in boxes, above which unknowns are not determined."""
+    relative = LARGEST_SHARE / np.where(unknowns.growth > 0.0, unknowns.growth, np.inf)
+    return np.where(unknowns.growth > 0.0, np.minimum(relative, UNDETERMINED), UNDETERMINED)
 
 
 def weak_directions(

@@ -9,7 +9,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from obs_ros.identifiability import UNDETERMINED
+from obs_ros.identifiability import UNDETERMINED, undetermined
 from obs_ros.model import Model
 from obs_ros.sequence.race import Hypothesis
 from obs_ros.typing import Array
@@ -36,8 +36,8 @@ class Deviations:
     def of(cls, hypothesis: Hypothesis, covariance: Array, inflation: float) -> 'Deviations':
         """Return those of a hypothesis with this joint covariance (D, D) times `inflation`.
 
-        What is not estimated has none, 0. Above a tenth of its box a standard deviation says that
-        the value is not determined, and is withheld.
+        What is not estimated has none, 0. Above a tenth of its box, or on a log scale 30 % of its
+        value, a standard deviation says that the value is not determined, and is withheld.
         """
         unknowns = hypothesis.regimes.objective.unknowns
         n = len(unknowns.model.states)
@@ -45,11 +45,12 @@ class Deviations:
         final = hypothesis.layout.final(hypothesis.point)
         places = {'initial': np.arange(unknowns.dimension), 'final': final}
         found = {}
+        limit = undetermined(unknowns)
         for name, where in places.items():
             everything = np.zeros(len(unknowns.model.unknowns))
             boxes = np.sqrt(np.maximum(np.diagonal(covariance)[where], 0.0))
             slopes = unknowns.slopes(hypothesis.point[where])
-            everything[unknowns.index] = np.where(boxes <= UNDETERMINED, boxes * slopes, np.nan)
+            everything[unknowns.index] = np.where(boxes <= limit, boxes * slopes, np.nan)
             found[name] = everything
         g = hypothesis.local.state_jacobian
         state = np.sqrt(np.maximum(((g @ covariance) * g).sum(axis=1), 0.0))

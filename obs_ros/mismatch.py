@@ -10,6 +10,7 @@ from obs_ros.typing import Array
 TAIL = 0.001
 WHITE_LIMIT = 2.81  # standard deviations of the lag-1 correlation
 MOST_CORRELATION = 0.99
+LONG_TAIL = 2.0  # times what the lag-1 correlation foretells; chance does not sum to that
 
 
 @dataclass(frozen=True)
@@ -58,7 +59,7 @@ def inflation_by(residuals: Array, known: float = 0.0) -> float:
     One plus twice the sum of their correlations (K, r; NaN = not measured) up to the first that is
     lost in the noise, but not less than autoregressive noise of the same lag-1 correlation r has,
     (1 + r) / (1 - r). That is against noise whose lag-1 correlation is `known`; 1 where r may well
-    be that of such noise.
+    be that of such noise and the sum is not far above what that foretells.
     """
     worst = 1.0
     for column in residuals.T:
@@ -69,11 +70,12 @@ def inflation_by(residuals: Array, known: float = 0.0) -> float:
         spectrum = np.abs(np.fft.rfft(r, 2 * r.size)) ** 2
         correlations = np.fft.irfft(spectrum)[: r.size] / square
         chance = WHITE_LIMIT / np.sqrt(r.size)
-        if correlations[1] - known < chance * np.sqrt(1.0 - known**2):
-            continue
         lost = np.flatnonzero(correlations[1:] < chance)
         upto = 1 + (int(lost[0]) if lost.size else r.size - 1)
         summed = 1.0 + 2.0 * float(correlations[1:upto].sum())
+        as_known = correlations[1] - known < chance * np.sqrt(1.0 - known**2)
+        if as_known and summed <= LONG_TAIL * inflation(known):
+            continue
         worst = max(worst, max(summed, inflation(float(correlations[1]))) / inflation(known))
     return worst
 

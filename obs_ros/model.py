@@ -28,12 +28,12 @@ class Variable:
 
     `lower` and `upper` bound it, in `unit`; `nominal` is its value when nobody estimates it.
     `interpolation` says what an input does between its samples: `hold` the last one, run `linear`
-    to the next, or stay at the `mean` of both. `scale` says how windows of samples see the range of
-    a state or parameter: `log` where it counts how many times larger one value is than another, as
-    with stiffnesses, rates and whatever enters in products and powers; equal products are then as
-    easily told from each other as equal sums. `walk` makes a parameter a disturbance: how far it
-    wanders in one second, as a standard deviation in units per square root of a second, infinite
-    for one that is new in every window. Without it a parameter stays where it is, or jumps.
+    to the next, or stay at the `mean` of both. `scale` says how far apart searches and priors see
+    two values of a parameter: `log` where it counts how many times larger one is than the other, as
+    with stiffnesses, rates and whatever enters in products and powers; values of equal product then
+    lie on a straight line. `walk` makes a parameter a disturbance: how far it wanders in one
+    second, as a standard deviation in units per square root of a second, infinite for one that is
+    new in every window. Without it a parameter stays where it is, or jumps.
 
     Raises ValueError for a name that is no identifier, crossed bounds, bounds that a logarithm does
     not have, a nominal outside them and a walk that is not positive, or on a scale that has none.
@@ -113,6 +113,12 @@ class Model:
                 f'model {self.name!r}: integrator {self.integrator!r} is none of '
                 f'{", ".join(get_args(Integrator))}'
             )
+        for variable in (*self.states, *self.inputs, *self.outputs):
+            if variable.scale != 'linear':
+                raise ValueError(
+                    f'model {self.name!r}: {variable.name} has scale {variable.scale!r}, '
+                    'which only parameters may have'
+                )
         for function, entries in (('dynamics', self.states), ('output', self.outputs)):
             # A function that its author compiled already is taken as written.
             plain = getattr(getattr(self, function), 'py_func', getattr(self, function))

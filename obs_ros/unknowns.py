@@ -135,7 +135,10 @@ class Unknowns:
         """Return the values of unknown i at places z of its box, or of all at points z (..., d)."""
         lower, growth = self.lower[i], self.growth[i]
         linear = lower + z * (self.upper[i] - lower)
-        return np.where(growth > 0.0, lower * np.exp(z * growth), linear)
+        powers = np.minimum(
+            lower * np.exp(z * growth), self.upper[i]
+        )  # rounding at the upper bound
+        return np.where(growth > 0.0, powers, linear)
 
     def slopes(self, z: Array, i: int | slice = EVERY) -> Array:
         """Return how fast those values grow there, in the unknowns' units per box."""
@@ -202,7 +205,7 @@ def _perturbed(
             width = upper[i] - lower[i]
             point = lower[i] + z[s, i] * width
             if growth[i] > 0.0:
-                point = lower[i] * math.exp(z[s, i] * growth[i])
+                point = min(lower[i] * math.exp(z[s, i] * growth[i]), upper[i])
                 width = growth[i] * point
             for lane in range(first, first + d + 1):
                 lanes[index[i], lane] = point

@@ -86,6 +86,16 @@ def test_inflation_is_that_of_autoregressive_noise() -> None:
     against = [inflation_by(column[:, None], r) for column in noise.T[:200]]
     assert np.mean(np.array(against) > 1.0) < 0.02
     assert max(inflation_by(column[:, None], 0.9) for column in noise.T[:200]) == 1.0
+    # Lag 1 does not tell of a slow drift below white noise.
+    drift = np.zeros((1000, 20))
+    steps = np.random.default_rng(2).standard_normal(drift.shape)
+    for k in range(1, len(drift)):
+        drift[k] = 0.95 * drift[k - 1] + np.sqrt(1.0 - 0.95**2) * steps[k]
+    mixed = (drift + np.random.default_rng(4).standard_normal(drift.shape)) / np.sqrt(2.0)
+    lag = 0.5 * 0.95
+    needed = 0.5 + 0.5 * (1.0 + 0.95) / (1.0 - 0.95)
+    total = [inflation_by(column[:, None], lag) * (1.0 + lag) / (1.0 - lag) for column in mixed.T]
+    assert np.median(total) > 0.5 * needed
     less = np.median([inflation_by(column[:, None], 0.2) for column in noise.T[:200]])
     assert less == pytest.approx(expected / 1.5, rel=0.15)
 

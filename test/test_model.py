@@ -11,6 +11,7 @@ import pytest
 
 from obs_ros import Model, Variable
 from obs_ros.model import inside, names
+from obs_ros.models.three_tank import THREE_TANK
 
 INF = math.inf
 
@@ -169,3 +170,12 @@ def test_a_value_inside_the_bounds(variable: Variable, value: float) -> None:
 def test_a_scale_that_does_not_fit(settings: dict[str, Any], message: str) -> None:
     with pytest.raises(ValueError, match=re.escape(message)):
         Variable('k', 'N/m', **settings)
+
+
+@pytest.mark.parametrize('group', ['states', 'inputs', 'outputs'])
+def test_only_parameters_may_have_a_log_scale(group: str) -> None:
+    first, *others = getattr(THREE_TANK, group)
+    changed = replace(first, lower=1.0, upper=2.0, nominal=None, scale='log')
+    said = f"{first.name} has scale 'log', which only parameters may have"
+    with pytest.raises(ValueError, match=re.escape(said)):
+        replace(THREE_TANK, **{group: (changed, *others)})

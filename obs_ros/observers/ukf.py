@@ -154,7 +154,7 @@ def update(
             dz[i, lane] = points[i, lane] - z[i]
     gain = np.zeros((d, r))
     good = gains(dz, dy, noise, weights, innovation, surprise, gain)
-    for i in range(d):
+    for i in range(d if good else 0):
         for k in range(r):
             if not math.isnan(y[k]):
                 z[i] += gain[i, k] * innovation[k]

@@ -61,11 +61,32 @@ class History:
         The parameters walk at random, so far in one `duration` (s) as one jump in as many windows
         as a jump is rare; disturbances as far as they say, counted between the windows' means.
         """
-        entry = self.last_before(start)
-        if entry is None:
+        newest = self.last_before(start)
+        return None if newest is None else self._since(newest, start, duration, newest.end)
+
+    def surest_prior(self, start: float, duration: float) -> Prior | None:
+        """Return the same by the window that knew most, of those that ended in the last `duration`.
+
+        They have seen mostly the same samples, cut elsewhere. None if it is the newest.
+        """
+        newest = self.last_before(start)
+        if newest is None:
             return None
+        n = self._unknowns.n_states
+        latest = [e for e in self._entries if newest.end - duration < e.end <= start]
+        priors = [self._since(entry, start, duration, newest.end) for entry in reversed(latest)]
+        known = [float(np.linalg.slogdet(prior.precision[n:, n:])[1]) for prior in priors]
+        surest = int(np.argmax(known))
+        return priors[surest] if surest else None
+
+    def _since(self, entry: Entry, start: float, duration: float, known: float) -> Prior:
+        """Return the prior at `start` by what one of the latest windows knew.
+
+        Since then parameters have walked as far as through windows that abut as the newest one,
+        that ended at `known` (s), does on this: older ones must not seem surer for being older.
+        """
         variances = box_variances(self._unknowns)
-        gap = (start - entry.end) / duration
+        gap = (start - known) / duration * (1.0 + (known - entry.end) / duration)
         walked = JUMP_PROBABILITY * gap * variances
         for jump in self.jumps:
             if entry.end < jump.time <= start:
@@ -79,9 +100,10 @@ class History:
         covariance = entry.covariance + np.diag(walked)
         return Prior.of(self._unknowns, entry.mean, covariance, gap)
 
-    def prune(self, start: float) -> None:
+    def prune(self, start: float, duration: float) -> None:
         """Forget what no window that starts at or after `start` (s) can need."""
         newest = self.last_before(start)
         if newest is not None:
-            self._entries = [entry for entry in self._entries if entry.end >= newest.end]
-            self.jumps = [jump for jump in self.jumps if jump.time > newest.end]
+            oldest = newest.end - duration
+            self._entries = [entry for entry in self._entries if entry.end > oldest]
+            self.jumps = [jump for jump in self.jumps if jump.time > oldest]

@@ -17,7 +17,7 @@ LEAST_VARIANCE = 1e-12  # against that of the box
 class Prior:
     """A normal distribution of the unknowns: mean (d,) and precision (d, d), in boxes.
 
-    `gap` is how long ago, in windows, that was known; 0 where nothing may have jumped since.
+    `gap` is how long ago, in windows, that was known; 0: no jump before the window is considered.
     """
 
     mean: Array

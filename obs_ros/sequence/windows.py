@@ -11,7 +11,7 @@ import numpy as np
 
 from obs_ros.deadline import Deadline
 from obs_ros.estimate import Estimate, Jump, Outcome
-from obs_ros.identifiability import UNDETERMINED
+from obs_ros.identifiability import undetermined
 from obs_ros.mismatch import independent_share, inflation
 from obs_ros.model import names
 from obs_ros.objective import Objective
@@ -33,6 +33,7 @@ from obs_ros.solve import Solver, whitened
 from obs_ros.typing import Array, BoolArray
 
 MOST_FOR_HOLDING = 20.0  # squares that a fit may lose for what its window does not tell
+NOTHING_NEW = 0.95  # of a variance before; a window that leaves more has told nothing
 POLISH = 40  # iterations from a start that is near
 EXCESS = 5.0  # standard deviations of the squares above which a warm start is not trusted
 
@@ -49,8 +50,8 @@ class Windows:
         self._noise = Noise(solver.noise, names(solver.model.outputs), learn_noise)
         self._previous: Estimate | None = None
         self._announcements = Announcements()
-        # Parameters that some window has told by itself; on log scales what many tell adds up.
-        self._told = (solver.unknowns.growth > 0.0)[solver.unknowns.n_states :]
+        # Parameters that some window has told by itself.
+        self._told = np.zeros(solver.unknowns.dimension - solver.unknowns.n_states, dtype=np.bool_)
         self._explained: Hypothesis | None = None  # the previous window's
         self._doubt = Doubt()
         self.stuck = 0  # values that stuck sensors repeated
@@ -113,7 +114,11 @@ class Windows:
         best = race.run() if found.accepted else still
         if best.jumps and not known:
             best = _with_own_noise(best, deadline)
-        certainty = replace(_gated(best, deadline), finished=race.finished, correlation=correlation)
+        certainty = _gated(best, deadline)
+        if not best.jumps and tells_nothing(certainty):
+            surest = self._history.surest_prior(start, duration)
+            certainty = certainty if surest is None else _recalled(certainty, surest, deadline)
+        certainty = replace(certainty, finished=race.finished, correlation=correlation)
         jumps = self._announcements.of(certainty, race.alternatives(), record)
         if not best.layout.events:
             self._told |= told_alone(certainty)
@@ -175,7 +180,7 @@ class Windows:
             ):
                 history.jumped(known)
             history.jumps.append(known)
-        history.prune(start)
+        history.prune(start, float(grid.t[-1]) - start)
         if certainty.drifting:
             return True
         final = best.layout.final(z)[n:]
@@ -192,7 +197,26 @@ def told_alone(certainty: Certainty) -> BoolArray:
     n = unknowns.n_states
     box = Prior.box(unknowns).precision[n:, n:]
     variances = np.diagonal(inverse(certainty.information + box))
-    return np.asarray(np.sqrt(variances) < UNDETERMINED)
+    return np.asarray(np.sqrt(variances) < undetermined(unknowns)[n:])
+
+
+def tells_nothing(certainty: Certainty) -> bool:
+    """Whether a window without a jump has made no parameter much surer than it was before."""
+    best = certainty.hypothesis
+    unknowns = best.regimes.objective.unknowns
+    steady = np.flatnonzero(np.isnan(unknowns.walks)) + unknowns.n_states
+    before = np.diagonal(inverse(best.regimes.prior.precision))[steady]
+    return bool((np.diagonal(certainty.covariance)[steady] > NOTHING_NEW * before).all())
+
+
+def _recalled(certainty: Certainty, prior: Prior, deadline: Deadline) -> Certainty:
+    """Return what a surer prior makes of a window that tells nothing, if that fits the window."""
+    best = certainty.hypothesis
+    regimes = Regimes(best.regimes.objective, prior, best.layout)
+    nodes = best.regimes.objective.nodes
+    solved = levenberg_marquardt(regimes, best.point[None], nodes, POLISH, deadline)
+    other = weigh(regimes, solved.z[0])
+    return _gated(other, deadline) if other.cost < best.cost + MOST_FOR_HOLDING else certainty
 
 
 def _from_warm(

@@ -175,6 +175,7 @@ def test_a_covariance_that_is_none_any_more_starts_again(kind: Any) -> None:
     assert restarts == (1 if kind is ExtendedKalmanObserver else 2)  # predicting and correcting
     assert 'covariance started again at 1 s' in estimate.message
     assert estimate.usable
+    assert np.isfinite(observer.z).all()
     for k in range(2, 20):
         observer.absorb(Sample(k * 10**9, u=feed, y=levels))
     assert np.linalg.eigvalsh(observer.covariance).min() > 0.0

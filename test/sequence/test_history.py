@@ -49,6 +49,23 @@ def test_the_newest_window_that_had_ended(start: float, end: float) -> None:
     assert taken(history(20.0, 25.0, 30.0).prior(start, DURATION)) == pytest.approx(end)
 
 
+def test_of_windows_that_ended_lately_the_one_that_knew_most() -> None:
+    """They are walked as if windows abutted: here half a window apart, for up to two of them."""
+    for end, surer in ((20.0, True), (15.1, True), (14.9, False)):
+        sequence = history(end)
+        sequence.add(Entry(25.0, np.array([0.25, 0.5]), 4.0 * COVARIANCE))
+        sequence.add(Entry(31.0, np.array([0.31, 0.5]), 0.1 * COVARIANCE))  # not ended yet
+        prior = sequence.surest_prior(30.0, DURATION)
+        assert (prior is not None) == surer
+        if prior is not None:
+            assert taken(prior) == pytest.approx(end)
+            walked = 0.01 * BOX * 0.5 * (1.0 + (25.0 - end) / DURATION) * np.eye(2)
+            np.testing.assert_allclose(covariance(prior), COVARIANCE + walked, rtol=1e-9)
+            assert prior.gap == pytest.approx(0.5 * (1.0 + (25.0 - end) / DURATION))
+    assert history().surest_prior(30.0, DURATION) is None
+    assert history(20.0).surest_prior(30.0, DURATION) is None  # no other than the newest
+
+
 def test_no_sample_is_used_twice_in_a_sequence_of_overlapping_windows() -> None:
     sequence = History(UNKNOWNS)
     for end in np.arange(10.0, 60.0, 2.0):
@@ -57,8 +74,8 @@ def test_no_sample_is_used_twice_in_a_sequence_of_overlapping_windows() -> None:
         if prior is not None:
             assert taken(prior) == pytest.approx(end - DURATION)  # abuts, to the sample
         sequence.add(Entry(end, np.array([0.01 * end, 0.5]), COVARIANCE))
-        sequence.prune(end - DURATION)
-        assert len(sequence._entries) <= 6
+        sequence.prune(end - DURATION, DURATION)
+        assert len(sequence._entries) <= 11
 
 
 def test_parameters_walk_at_random() -> None:
@@ -132,13 +149,14 @@ def test_pruning_keeps_what_later_windows_need() -> None:
     sequence = history(20.0, 25.0, 30.0)
     sequence.jumps = [Known(22.0, GAIN), Known(27.0, GAIN)]
     before = [sequence.prior(start, DURATION) for start in (26.0, 40.0)]
-    sequence.prune(26.0)
-    assert [known.time for known in sequence.jumps] == [27.0]
-    after = [sequence.prior(start, DURATION) for start in (26.0, 40.0)]
-    for a, b in zip(before, after):
-        np.testing.assert_array_equal(covariance(a), covariance(b))
+    for duration, jumps in ((DURATION, [22.0, 27.0]), (2.0, [27.0])):
+        sequence.prune(26.0, duration)
+        assert [known.time for known in sequence.jumps] == jumps
+        after = [sequence.prior(start, DURATION) for start in (26.0, 40.0)]
+        for a, b in zip(before, after):
+            np.testing.assert_array_equal(covariance(a), covariance(b))
     assert sequence.prior(24.0, DURATION) is None
-    sequence.prune(10.0)  # nothing ended by then
+    sequence.prune(10.0, DURATION)  # nothing ended by then
     assert taken(sequence.prior(40.0, DURATION)) == pytest.approx(30.0)
 
 
