@@ -1,17 +1,20 @@
 """Tests of obs_ros.sequence.race."""
 
 from dataclasses import replace
+from types import SimpleNamespace
+from typing import Any
 
 import numpy as np
 import pytest
 from plants import INTEGRATOR, LAG, integrator_design, lag_outputs, square_wave, window_of
+from scipy.signal import lfilter
 from scipy.stats import multivariate_normal
 
 from obs_ros import Model, Record, Variable
 from obs_ros.deadline import Deadline
 from obs_ros.search.levenberg_marquardt import levenberg_marquardt
 from obs_ros.sequence.prior import Prior
-from obs_ros.sequence.race import Hypothesis, Race, at_nodes, inverse, weigh, widened
+from obs_ros.sequence.race import Hypothesis, Race, _beats, at_nodes, inverse, weigh, widened
 from obs_ros.sequence.regimes import Layout, Regimes
 from obs_ros.typing import Array
 
@@ -354,3 +357,29 @@ def test_hypotheses_that_diverge_lose_without_a_warning() -> None:
     assert not np.isfinite(squares[0]) or squares[0] > 1e9
     base = weigh(Regimes(objective, prior, Layout(2)), np.array([1 / 4.2, 0.25]))
     assert Race(base, Deadline(), known=None).run().jumps == 0
+
+
+def test_colour_that_the_noise_is_known_to_have_costs_a_jump_nothing() -> None:
+    noise = lfilter([0.8], [1.0, -0.6], np.random.default_rng(5).standard_normal(400))
+    hypotheses: list[Any] = [
+        SimpleNamespace(squares=s, cost=c, evidence=e, trajectory=(None, noise[:, None]))
+        for s, c, e in ((420.0, 420.0, 420.0), (400.0, 410.0, 415.0))
+    ]
+    without, jumped = hypotheses
+    assert not _beats(jumped, without, 0.0)
+    assert _beats(jumped, without, 0.6)
+
+
+def test_a_jump_before_the_window_is_not_tried_where_it_could_not_win() -> None:
+    tried: dict[float, list[bool]] = {}
+    for mean in np.linspace(0.3, 0.5, 41):
+        for gap in (1.0, 1e-9):
+            prior = Prior(np.array([0.5, 0.65, mean]), TIGHT.precision, gap=gap)
+            base = still(record(), prior)
+            off = base.point - prior.mean
+            if 15.0 < off @ prior.precision @ off < 40.0:
+                race = Race(base, Deadline(), known=None)
+                race.run()
+                tried.setdefault(gap, []).append(any(h.before for h in race.tried))
+    assert all(tried[1.0])
+    assert not any(tried[1e-9])
