@@ -25,8 +25,8 @@ GATES = 25  # lengths looked at, each a fifth longer than the one before
 
 def undetermined(unknowns: Unknowns) -> Array:
     """Return the standard deviations (d,), in boxes, above which unknowns are not determined."""
-    relative = LARGEST_SHARE / np.where(unknowns.growth > 0.0, unknowns.growth, np.inf)
-    return np.where(unknowns.growth > 0.0, np.minimum(relative, UNDETERMINED), UNDETERMINED)
+    with np.errstate(divide='ignore'):  # on a linear scale there is no such share
+        return np.minimum(UNDETERMINED, LARGEST_SHARE / unknowns.growth)
 
 
 def weak_directions(

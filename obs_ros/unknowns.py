@@ -135,9 +135,8 @@ class Unknowns:
         """Return the values of unknown i at places z of its box, or of all at points z (..., d)."""
         lower, growth = self.lower[i], self.growth[i]
         linear = lower + z * (self.upper[i] - lower)
-        powers = np.minimum(
-            lower * np.exp(z * growth), self.upper[i]
-        )  # rounding at the upper bound
+        # Rounding must not leave the upper bound behind.
+        powers = np.minimum(lower * np.exp(z * growth), self.upper[i])
         return np.where(growth > 0.0, powers, linear)
 
     def slopes(self, z: Array, i: int | slice = EVERY) -> Array:

@@ -26,7 +26,7 @@ from obs_ros.sequence.history import Entry, History, Known
 from obs_ros.sequence.noise import Noise, variances_left
 from obs_ros.sequence.prior import Posterior, Prior
 from obs_ros.sequence.profile import widened_by_profile
-from obs_ros.sequence.race import Hypothesis, Race, inverse, weigh
+from obs_ros.sequence.race import Hypothesis, Race, inverse, may_jump, weigh
 from obs_ros.sequence.regimes import Layout, Regimes
 from obs_ros.sequence.trust import Doubt, without_stuck
 from obs_ros.solve import Solver, whitened
@@ -169,7 +169,8 @@ class Windows:
         self._explained = best
         places = {name: i for i, name in enumerate(objective.unknowns.names)}
         start = float(grid.t[0])
-        near = SAME_TIME * (float(grid.t[-1]) - start)
+        duration = float(grid.t[-1]) - start
+        near = SAME_TIME * duration
         earlier = history.jumps
         history.jumps = [known for known in earlier if known.time < start]
         for jump in jumps:
@@ -180,7 +181,7 @@ class Windows:
             ):
                 history.jumped(known)
             history.jumps.append(known)
-        history.prune(start, float(grid.t[-1]) - start)
+        history.prune(start, duration)
         if certainty.drifting:
             return True
         final = best.layout.final(z)[n:]
@@ -203,8 +204,7 @@ def told_alone(certainty: Certainty) -> BoolArray:
 def tells_nothing(certainty: Certainty) -> bool:
     """Whether a window without a jump has made no parameter much surer than it was before."""
     best = certainty.hypothesis
-    unknowns = best.regimes.objective.unknowns
-    steady = np.flatnonzero(np.isnan(unknowns.walks)) + unknowns.n_states
+    steady = may_jump(best.regimes.objective.unknowns)
     before = np.diagonal(inverse(best.regimes.prior.precision))[steady]
     return bool((np.diagonal(certainty.covariance)[steady] > NOTHING_NEW * before).all())
 
