@@ -8,10 +8,17 @@ export ROS_AUTOMATIC_DISCOVERY_RANGE := LOCALHOST
 
 bin := .venv/bin
 
-.PHONY: help setup peers design demo test clean
+# Files of tests run side by side, one after the other in each worker.
+jobs := $(shell n=$$(nproc); echo $$((n < 8 ? n : 8)))
+pytest := $(bin)/python -m pytest -n $(jobs) --dist loadfile -rs --durations=10 \
+	$(if $(ORDER),-p randomly --randomly-seed=$(ORDER))
+
+.PHONY: help setup peers design demo test check clean
 
 help:  ## this list
 	@sed -n 's/^\([a-z]*\):.*## \(.*\)/make \1\t\2/p' Makefile
+	@echo 'ORDER=7 runs tests in a random order, the same for the same number.'
+	@echo 'OBS_ROS_TEST_PATIENCE=30 waits 30 times as long as an idle machine needs, in place of 10.'
 	@echo 'PYTHON=/path/to/python chooses the Python (3.11, 3.12 or 3.13) that .venv is made with.'
 
 setup:  ## build .venv with all that demo and test need
@@ -27,11 +34,14 @@ demo:  ## simulator and estimator on the three-tank plant: estimates beside the 
 	@tools/setup.sh runtime
 	@$(bin)/python -m demo.three_tank
 
-test: setup  ## lint, format, types, tests
+test: setup  ## lint, format, types, and the tests that take seconds
 	$(bin)/ruff check .
 	$(bin)/ruff format --check .
 	$(bin)/mypy
-	$(bin)/python -m pytest
+	$(pytest) -m 'not slow'
+
+check: setup  ## the tests that take longer: processes, documents, benchmarks, the demo
+	$(pytest) -m slow
 
 clean:  ## remove .venv and everything else that was built
 	rm -rf .venv build *.egg-info .pytest_cache .mypy_cache .ruff_cache .hypothesis demo.png

@@ -3,11 +3,28 @@
 import getpass
 import os
 import tempfile
+import time
 from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
 
 import pytest
+from hypothesis import HealthCheck, settings
+
+from obs_ros.deadline import Deadline
+
+# Properties are the same at every run, on every machine, however busy.
+settings.register_profile(
+    'gate',
+    deadline=None,
+    derandomize=True,
+    database=None,
+    suppress_health_check=[HealthCheck.too_slow],
+)
+settings.load_profile('gate')
+
+# Deadlines count the time that their thread computes, not that in which others have the processor.
+Deadline._now = staticmethod(time.thread_time)  # type: ignore[method-assign]
 
 # Kernels compile once and stay for the next run, apart from the user's own.
 os.environ['OBS_ROS_CACHE'] = str(

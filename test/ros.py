@@ -1,46 +1,24 @@
 """Nodes in this process, each test in a ROS context and domain of its own."""
 
-import importlib
-import itertools
 import os
-import socket
 import time
-import warnings
 from collections.abc import Callable, Sequence
 from typing import Any
 
 import rclpy
 from diagnostic_msgs.msg import DiagnosticArray
+from patience import patience
 from rcl_interfaces.msg import SetParametersResult
 from rclpy.executors import SingleThreadedExecutor
 from rclpy.node import Node
 from rclpy.parameter import Parameter
 from sensor_msgs.msg import JointState
 
+from demo.domain import Domain
 from obs_ros.node.messages import STREAM, named_vector
-
-with warnings.catch_warnings():
-    # rclpy loads lark with the first message, and lark a module that is deprecated.
-    warnings.simplefilter('ignore', DeprecationWarning)
-    importlib.import_module('lark')
 
 # Nothing in the tests may talk outside this machine.
 os.environ['ROS_AUTOMATIC_DISCOVERY_RANGE'] = 'LOCALHOST'
-
-_domains = (1 + (os.getpid() + k) % 100 for k in itertools.count())
-
-
-def own_domain() -> tuple[int, socket.socket]:
-    """Return a domain, and what keeps other runs of the tests out of it until it is closed."""
-    for domain in itertools.islice(_domains, 100):
-        claim = socket.socket(socket.AF_UNIX)
-        try:
-            claim.bind(f'\0obs_ros_test_domain_{domain}')
-        except OSError:
-            claim.close()
-            continue
-        return domain, claim
-    raise RuntimeError('every ROS domain is in use by other tests')
 
 
 class Ros:
@@ -48,8 +26,8 @@ class Ros:
 
     def __init__(self, *args: str) -> None:
         self.context = rclpy.Context()
-        domain, self._claim = own_domain()
-        rclpy.init(args=list(args), context=self.context, domain_id=domain)
+        self._domain = Domain()
+        rclpy.init(args=list(args), context=self.context, domain_id=self._domain.number)
         self.executor = SingleThreadedExecutor(context=self.context)
         self._nodes: list[Node] = []
         self.node = self._add(Node('test', context=self.context))
@@ -62,10 +40,10 @@ class Ros:
         )
 
     def spin_until(self, predicate: Callable[[], Any], timeout: float = 10.0) -> Any:
-        """Spin until `predicate` holds and return its value; fail after `timeout` s."""
-        end = time.monotonic() + timeout
+        """Spin until `predicate` holds and return its value; fail after `patience(timeout)`."""
+        end = time.monotonic() + patience(timeout)
         while not (value := predicate()):
-            assert time.monotonic() < end, f'nothing came of it within {timeout} s'
+            assert time.monotonic() < end, f'nothing came of it within {patience(timeout)} s'
             self.executor.spin_once(timeout_sec=0.02)
         return value
 
@@ -117,7 +95,7 @@ class Ros:
             self.stop(node)
         self.executor.shutdown()
         self.context.try_shutdown()
-        self._claim.close()
+        self._domain.close()
 
     def _add(self, node: Node) -> Node:
         self.executor.add_node(node)

@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 
 from obs_ros.align import align
@@ -91,7 +91,6 @@ def reconstruct(kind: str, times: Array, values: Array, at: Array) -> Array:
     return np.asarray(0.5 * (values[before] + values[after]))
 
 
-@settings(derandomize=True, deadline=None)
 @given(
     kind=st.sampled_from(['hold', 'linear', 'mean']),
     output_stamps=st.sets(st.integers(11, 80), min_size=2, max_size=15),

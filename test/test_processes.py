@@ -15,6 +15,8 @@ from std_srvs.srv import SetBool
 
 from obs_ros.node.messages import LATCHED
 
+pytestmark = pytest.mark.slow
+
 TRUTH = {'p1': 1.0, 'p2': 1.0, 'p3': 1.0}
 WINDOW = 200  # s of plant time, where nodes are killed
 ARGUMENTS = {

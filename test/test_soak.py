@@ -6,25 +6,26 @@ import pytest
 
 pytest.importorskip('rclpy')
 
-from ros import own_domain
-
 from benchmarks.fuzz import fuzzed
 from benchmarks.live import Live
 from benchmarks.soak import GROWTH, soaked
+from demo.domain import Domain
+
+pytestmark = pytest.mark.slow
 
 
 @pytest.fixture
 def live(monkeypatch):
-    domain, claim = own_domain()
+    domain = Domain()
     for name in ('ROS_DOMAIN_ID', 'ROS_AUTOMATIC_DISCOVERY_RANGE'):
         monkeypatch.setenv(name, '')  # put back afterwards what it sets
-    live = Live(domain, 'window.duration:=20.0')
+    live = Live(domain.number, 'window.duration:=20.0')
     yield live
     if live.process.poll() is None:
         live.process.kill()
         live.process.wait()
     live._written.close()
-    claim.close()
+    domain.close()
 
 
 def test_a_short_soak_loses_nothing_and_keeps_its_memory(live):

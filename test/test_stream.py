@@ -1,7 +1,7 @@
 """Tests of obs_ros.stream."""
 
 import numpy as np
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 
 from obs_ros.stream import InputStream, Stream
@@ -42,7 +42,6 @@ def test_arrays_do_not_grow_while_few_samples_pass_through() -> None:
     assert stream.nbytes == 64 * 2 * 8
 
 
-@settings(derandomize=True, deadline=None)
 @given(
     capacity=st.integers(2, 40),
     steps=st.lists(st.tuples(st.integers(0, 300), st.booleans()), max_size=300),

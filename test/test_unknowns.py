@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 from plants import OSCILLATOR
 
@@ -84,7 +84,6 @@ def test_what_is_wrong_is_named(settings_: dict[str, Any], message: str) -> None
 unit = st.floats(0.0, 1.0)
 
 
-@settings(derandomize=True, deadline=None)
 @given(st.lists(unit, min_size=4, max_size=4), st.floats(-1e6, 1e6), st.floats(1e-3, 1e6))
 def test_points_and_values_are_inverse(z: list[float], lower: float, width: float) -> None:
     unknowns = Unknowns.of(OSCILLATOR, bounds={'position': (lower, lower + width)})

@@ -15,7 +15,6 @@ from obs_ros.window import COUNTS, SlidingWindow
 NAN = np.nan
 S = 10**9
 MS = 10**6
-BOUND = settings(derandomize=True, deadline=None)
 
 
 def out(time: float, *values: float) -> Sample:
@@ -507,7 +506,7 @@ def assert_same(records: list[Record], expected: list[dict[int, tuple[float, flo
         assert (np.diff(record.t) > 0).all()
 
 
-@settings(BOUND, max_examples=300)
+@settings(max_examples=300)
 @given(stamps_with_gaps(20), stamps_with_gaps(20), st.integers(20, 150), st.integers(5, 150))
 def test_records_are_those_of_the_rules(
     output_stamps: list[int], input_stamps: list[int], duration: int, period: int
@@ -518,7 +517,7 @@ def test_records_are_those_of_the_rules(
 
 
 # Five gaps of 10 ms are less than the shortest window: no sample of a block comes too late.
-@settings(BOUND, max_examples=300)
+@settings(max_examples=300)
 @given(
     stamps_with_gaps(10),
     stamps_with_gaps(10),
@@ -546,7 +545,7 @@ def test_late_samples_make_no_difference(
     assert_same(records, reference(output_stamps, input_stamps, duration, period))
 
 
-@settings(BOUND, max_examples=300)
+@settings(max_examples=300)
 @given(
     stamps_with_gaps(20),
     stamps_with_gaps(20),
@@ -571,7 +570,6 @@ def test_overflow_shortens_records_but_never_falsifies_them(
         assert set(stamps) == between
 
 
-@BOUND
 @given(stamps_with_gaps(20), st.integers(10, 300))
 def test_abutting_windows_use_every_output_of_a_window_exactly_once(
     stamps: list[int], duration: int
@@ -597,7 +595,7 @@ garbage = st.one_of(
 garbage_values = st.sampled_from([0.0, 1.0, NAN, np.inf, -np.inf, 1e308])
 
 
-@settings(BOUND, max_examples=300)
+@settings(max_examples=300)
 @given(
     st.lists(st.tuples(st.booleans(), garbage, garbage_values, garbage_values), max_size=200),
     st.integers(2, 20),

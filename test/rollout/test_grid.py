@@ -4,7 +4,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 from plants import NAN, OSCILLATOR, with_interpolation
 
@@ -41,7 +41,6 @@ def test_a_single_sample_is_held(interpolation: str) -> None:
     assert path(interpolation, T[:3], np.array([5.0, NAN, NAN])) == ([5.0] * 3, [0.0] * 3)
 
 
-@settings(derandomize=True, deadline=None)
 @given(
     st.lists(st.one_of(st.just(NAN), st.floats(-100.0, 100.0)), min_size=1, max_size=12),
     st.lists(st.floats(0.01, 10.0), min_size=12, max_size=12),

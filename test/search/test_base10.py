@@ -56,7 +56,7 @@ def test_ends_that_decimal_fractions_hit_are_in_range() -> None:
 
 
 @given(codings(), st.integers(0, 2**32))
-@settings(max_examples=60, deadline=None)
+@settings(max_examples=60)
 def test_what_is_written_is_read_again(coding: Base10, seed: int) -> None:
     rng = np.random.default_rng(seed)
     values = rng.uniform(coding.lower, coding.upper, (20, coding.lower.size))
@@ -70,7 +70,7 @@ def test_what_is_written_is_read_again(coding: Base10, seed: int) -> None:
 
 
 @given(codings(), st.integers(0, 2**32))
-@settings(max_examples=60, deadline=None)
+@settings(max_examples=60)
 def test_the_first_population_is_in_range(coding: Base10, seed: int) -> None:
     draws = np.random.default_rng(seed).random((50, coding.lower.size))
     draws[0], draws[1] = 0.0, np.nextafter(1.0, 0.0)

@@ -39,7 +39,7 @@ def test_it_converges(strategy: str, generations: int) -> None:
     assert cost == sphere(best[None])[0]
 
 
-@settings(derandomize=True, deadline=None, max_examples=40)
+@settings(max_examples=40)
 @given(
     size=st.integers(4, 30),
     dimension=st.integers(1, 8),

@@ -124,7 +124,7 @@ def test_a_child_outside_is_bred_again_ten_times_and_then_clamped() -> None:
 
 
 @given(st.integers(0, 2**32), st.integers(2, 40), st.floats(0.01, 1.0), st.booleans())
-@settings(max_examples=60, deadline=None)
+@settings(max_examples=60)
 def test_offspring_are_in_range_and_the_elite_survive(
     seed: int, size: int, probability: float, signed: bool
 ) -> None:
@@ -143,7 +143,7 @@ def test_offspring_are_in_range_and_the_elite_survive(
 
 
 @given(st.integers(0, 2**32), st.integers(2, 40))
-@settings(max_examples=40, deadline=None)
+@settings(max_examples=40)
 def test_gene_by_gene_or_on_arrays_the_bits_are_the_same(seed: int, size: int) -> None:
     arrays, loops = genetic._offspring_on_arrays, genetic._offspring_in_loops
     rng = np.random.default_rng(seed)
