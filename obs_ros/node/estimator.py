@@ -136,13 +136,14 @@ class Estimator(Node):
         seconds = self._observer.prepare()
         return seconds if self._forecast is None else seconds + self._forecast.prepare()
 
-    def _absorb(self, sample: Sample) -> None:
+    def _absorb(self, sample: Sample, arrival: float) -> None:
+        """Let the observer take a sample that arrived at `arrival` (steady clock, s)."""
         if not self.progress.enabled:
             return
+        self.progress.behind = time.monotonic() - arrival
         if self._observer.immediate:
-            self._step(sample)
+            self._step(sample, arrival)
             return
-        arrival = time.monotonic()
         if self._observer.absorb(sample):
             self._due = arrival
         self._watch_timeline()
@@ -151,7 +152,7 @@ class Estimator(Node):
         if self._due is not None:
             self._proceed()
 
-    def _step(self, sample: Sample) -> None:
+    def _step(self, sample: Sample, arrival: float) -> None:
         """Let an immediate observer take the sample, and publish its estimate."""
         if not self._prepared:
             self.progress.too_early += 1
@@ -166,7 +167,7 @@ class Estimator(Node):
             self._fail(Finished('estimate', None, error, begin, time.monotonic()))
             return
         if estimate is not None:
-            self._publish(estimate, begin)
+            self._publish(estimate, arrival)
 
     def _watch_timeline(self) -> None:
         if self._observer.last_break is not self._break:

@@ -6,43 +6,55 @@ from collections.abc import Callable, Mapping
 from copy import copy
 from typing import Any
 
+from rclpy.clock import ClockType
 from rclpy.event_handler import SubscriptionEventCallbacks
 from rclpy.node import Node
 from rclpy.qos import QoSPolicyKind, QoSProfile, ReliabilityPolicy, qos_policy_name_from_kind
 from rclpy.qos_overriding_options import QoSOverridingOptions
 
+from obs_ros.merge import Merge, Role
 from obs_ros.node.message_types import message_type
 from obs_ros.node.messages import OVERRIDABLE, STREAM
 from obs_ros.node.readers import Reader, WrongMessageError
 from obs_ros.node.turns import Turns
-from obs_ros.typing import Array
 
 RELIABILITY = int(QoSPolicyKind.RELIABILITY)
-_BATCH = 500  # messages read before other callbacks get their turn
+MOST = STREAM.depth  # messages read ahead; further ones wait in the middleware, which may drop them
 
 
 class Feed:
-    """Hands each vector that `reader` finds on `topic` to `take(stamp in ns, values)`.
+    """Adds each vector that `reader` finds on the topic called `topic` to the merge.
 
-    Wrong messages are counted, and named now and then.
+    When messages have come, `wake` is called; whoever then wants those that wait behind them calls
+    `read_waiting`. Wrong messages are counted, and named now and then. Arrival is when the
+    middleware received a message, however long it waited to be read.
 
     It asks for reliable delivery, and settles for best effort when a publisher offers no more.
     """
 
     def __init__(
-        self, node: Node, topic: str, reader: Reader, take: Callable[[int, Array], None]
+        self,
+        node: Node,
+        topic: str,
+        role: Role,
+        reader: Reader,
+        merge: Merge,
+        wake: Callable[[], None],
     ) -> None:
         self.topic = topic
+        self.role = role
         self.received = 0
         self.refused: Counter[str] = Counter()
         self.last_refusal = ''
         self.unheard = ''  # why a publisher is not heard, if one is not
         self.stamp: int | None = None  # of the last right message, ns
-        self.turns = Turns()
+        self.turns = Turns(lambda: self.publishers)
         self._refused_last = False
         self._node = node
         self._reader = reader
-        self._take = take
+        self._merge = merge
+        self._queue = merge.topic(role, reader.places, whole=reader.whole)
+        self._wake = wake
         self._arrival: float | None = None
         self._rate_since = (time.monotonic(), 0)
         self._subscribe(STREAM, OVERRIDABLE)
@@ -61,6 +73,11 @@ class Feed:
     def mixed(self) -> bool:
         """Whether publishers take turns, so that their samples mix."""
         return self.turns.taken and self.publishers > 1
+
+    @property
+    def full(self) -> bool:
+        """Whether so many messages wait that no more are read ahead."""
+        return len(self._queue) >= MOST
 
     @property
     def reliable(self) -> bool:
@@ -87,7 +104,7 @@ class Feed:
         self._subscription = self._node.create_subscription(
             message_type(self._reader.type),
             self.topic,
-            self._drain,
+            self._hear,
             copy(qos),  # the overrides are written into it
             event_callbacks=SubscriptionEventCallbacks(incompatible_qos=self._settle),
             qos_overriding_options=overriding,
@@ -109,22 +126,26 @@ class Feed:
         self.unheard = f'a publisher of {self.topic} is not heard: its QoS {policy} is another'
         self._node.get_logger().warning(self.unheard)
 
-    def _drain(self, message: Any, info: Mapping[str, Any]) -> None:
-        """Read the message, and those waiting behind it: a turn of the executor costs far more."""
+    def read_waiting(self) -> None:
+        """Read the messages that wait to be taken: a turn of the executor for each costs more."""
         subscription = self._subscription
-        self._read(message, info)
         with subscription.handle:
-            for _ in range(_BATCH):
+            while not self.full:
                 taken = subscription.handle.take_message(subscription.msg_type, subscription.raw)
                 if taken is None:
                     break
                 self._read(*taken)
 
+    def _hear(self, message: Any, info: Mapping[str, Any]) -> None:
+        self._read(message, info)
+        self._wake()
+
     def _read(self, message: Any, info: Mapping[str, Any]) -> None:
         self.received += 1
         self.turns.note(info['publication_sequence_number'])
+        waited, stamp = self._arrived(info['received_timestamp'])
         try:
-            stamp, values = self._reader.read(message)
+            stamp, values = self._reader.read(message, stamp)
         except WrongMessageError as error:
             self.refused[error.reason] += 1
             self._refused_last = True
@@ -133,6 +154,18 @@ class Feed:
                 f'message refused: {self.last_refusal}', throttle_duration_sec=5.0
             )
             return
-        self._arrival, self._refused_last = time.monotonic(), False
+        self._arrival, self._refused_last = time.monotonic() - waited, False
         self.stamp = stamp
-        self._take(stamp, values)
+        self._merge.add(self._queue, stamp, values, self._arrival)
+
+    def _arrived(self, received: int | None) -> tuple[float, int]:
+        """Return how long (s) the message waited to be read, and its arrival on the node's clock.
+
+        `received` (ns, system clock) is what the middleware says; some say nothing.
+        """
+        clock = self._node.get_clock()
+        if not received:
+            return 0.0, int(clock.now().nanoseconds)
+        waited = max(0.0, (time.time_ns() - received) / 1e9)
+        simulated = clock.clock_type == ClockType.ROS_TIME and clock.ros_time_is_active
+        return waited, int(clock.now().nanoseconds) if simulated else received

@@ -29,6 +29,7 @@ class Progress:
     compile_time: float = 0.0
     estimate: Estimate | None = None  # the last one; None after a reset
     latency: float = 0.0
+    behind: float = 0.0  # from the arrival of the newest sample until it was absorbed
     error: str = ''  # of the last solve; empty when it went well
     published: int = 0
     too_early: int = 0  # samples that came before an immediate observer was compiled

@@ -22,12 +22,23 @@ class WrongMessageError(ValueError):
 
 
 class Reader(Protocol):
-    """Makes a stamp and a vector out of a message of the type called `type`."""
+    """Makes a stamp and a vector out of a message of the type called `type`.
+
+    `whole` says that each message brings all of the `places`.
+    """
 
     type: str
+    whole: bool
 
-    def read(self, message: Any) -> tuple[int, Array]:
-        """Return stamp (ns) and values; raises WrongMessageError when they are not there."""
+    @property
+    def places(self) -> Sequence[int]:
+        """The entries of the vector that messages may bring."""
+
+    def read(self, message: Any, arrival: int) -> tuple[int, Array]:
+        """Return stamp (ns) and values; raises WrongMessageError when they are not there.
+
+        `arrival` (ns) is the stamp where the message brings none.
+        """
 
 
 def nanoseconds(stamp: Any) -> int:
@@ -39,11 +50,13 @@ class VectorReader:
     """Reads vectors with the entries `names` out of messages that may have them in any order."""
 
     type = NAMED_VECTOR
+    whole = True
 
     def __init__(self, names: Sequence[str]) -> None:
+        self.places = range(len(names))
         self._names = list(names)
 
-    def read(self, message: Any) -> tuple[int, Array]:
+    def read(self, message: Any, arrival: int) -> tuple[int, Array]:
         """Return stamp (ns) and values (len(names),).
 
         Raises WrongMessageError, its reason one of `wrong_length`, `unknown_name`, `missing_name`.
@@ -78,21 +91,21 @@ class FieldReader:
     """Reads the bound entries of a vector (width,) out of one kind of message, the others NaN.
 
     A message may lack some of them, as those of robots whose joints report by turns; one that has
-    none raises WrongMessageError, with the reason of a FieldError. `now` tells the stamp (ns) where
-    the header does not.
+    none raises WrongMessageError, with the reason of a FieldError.
     """
 
-    def __init__(
-        self, bound: Mapping[int, Binding], width: int, now: Callable[[], int] | None
-    ) -> None:
-        self.type = next(iter(bound.values())).type
+    def __init__(self, bound: Mapping[int, Binding], width: int) -> None:
+        first = next(iter(bound.values()))
+        self.type = first.type
+        self.places = list(bound)
+        self.whole = len(bound) == 1
+        self._by_header = first.stamp == HEADER
         self._bound = dict(bound)
         self._width = width
-        self._now = now
 
-    def read(self, message: Any) -> tuple[int, Array]:
+    def read(self, message: Any, arrival: int) -> tuple[int, Array]:
         """Return stamp (ns) and values (width,)."""
-        stamp = nanoseconds(message.header.stamp) if self._now is None else self._now()
+        stamp = nanoseconds(message.header.stamp) if self._by_header else arrival
         values = np.full(self._width, np.nan)
         errors: list[FieldError] = []
         for place, binding in self._bound.items():
@@ -109,17 +122,18 @@ class NamedReader:
     """Reads named entries of a vector (width,) out of named vectors, the others NaN."""
 
     type = NAMED_VECTOR
+    whole = True
 
     def __init__(self, entries: Mapping[int, str], width: int) -> None:
         self._reader = VectorReader(list(entries.values()))
-        self._places = list(entries)
+        self.places = list(entries)
         self._width = width
 
-    def read(self, message: Any) -> tuple[int, Array]:
+    def read(self, message: Any, arrival: int) -> tuple[int, Array]:
         """Return stamp (ns) and values (width,); raises WrongMessageError."""
-        stamp, found = self._reader.read(message)
+        stamp, found = self._reader.read(message, arrival)
         values = np.full(self._width, np.nan)
-        values[self._places] = found
+        values[self.places] = found
         return stamp, values
 
 
@@ -128,12 +142,11 @@ def topic_readers(
     bound: Mapping[str, Binding],
     default: str,
     resolve: Callable[[str], str],
-    now: Callable[[], int],
 ) -> list[tuple[str, Reader]]:
     """Return the topics that bring the entries of a vector, with a reader for each.
 
     Entries with a binding come from there, the others by name from the topic `default`, which
-    stands last. `resolve` makes full names of topics, `now` tells the time (ns) of an arrival.
+    stands last. `resolve` makes full names of topics.
     """
     width = len(entries)
     named = {i: name for i, name in enumerate(entries) if name not in bound}
@@ -145,8 +158,7 @@ def topic_readers(
             by_topic.setdefault(resolve(bound[name].topic), {})[i] = bound[name]
     readers: list[tuple[str, Reader]] = []
     for topic, those in by_topic.items():
-        by_header = next(iter(those.values())).stamp == HEADER
-        readers.append((topic, FieldReader(those, width, None if by_header else now)))
+        readers.append((topic, FieldReader(those, width)))
     if named:
         readers.append((default, NamedReader(named, width)))
     return readers

@@ -9,22 +9,25 @@ from rclpy.exceptions import InvalidTopicNameException
 from rclpy.node import Node
 from rclpy.validate_topic_name import validate_topic_name
 
-from obs_ros.merge import Merge
+from obs_ros.merge import Merge, Role
 from obs_ros.model import Model, names
 from obs_ros.node.bindings import HEADER, Binding
 from obs_ros.node.feed import Feed
 from obs_ros.node.message_types import fields_of, message_type
 from obs_ros.node.readers import NAMED_VECTOR, topic_readers
 from obs_ros.record import Sample
-from obs_ros.typing import Array
+
+BUDGET = 0.05  # s of wall time that samples take before other callbacks get their turn
+TICK, LEAST_TICK = 0.25, 0.001  # share of the wait, and s, after which samples that wait are tried
 
 
 class Streams:
-    """Subscribes to what the model needs, and hands out samples, each stream in order of stamp.
+    """Subscribes to what the model needs, and hands out samples in order of stamp, with arrivals.
 
     Outputs and inputs with a binding come from there, all others by name from plant/output and
-    plant/input. In a stream of several topics samples wait up to `wait` s for each other. What is
-    `bound` is expected to pass `check_bindings`.
+    plant/input. Whatever waits on any topic is read before the oldest of it is handed out, so no
+    backlog puts one topic before another; on messages that are still under way samples wait up to
+    `wait` s, see `Merge`. What is `bound` is expected to pass `check_bindings`.
     """
 
     def __init__(
@@ -33,58 +36,49 @@ class Streams:
         model: Model,
         bound: Mapping[str, Binding],
         wait: float,
-        absorb: Callable[[Sample], None],
+        absorb: Callable[[Sample, float], None],
     ) -> None:
         self._node = node
-        self._wait = wait
-        self._merges: list[Merge] = []
-        inputs, outputs = names(model.inputs), names(model.outputs)
-        # Inputs first: of messages that wait, they are then read first.
-        feeds = [
-            *self._subscribe('input', inputs, bound, lambda t, u: absorb(Sample(t, u=u))),
-            *self._subscribe('output', outputs, bound, lambda t, y: absorb(Sample(t, y=y))),
-        ]
-        self.feeds = dict(reversed(feeds))
-        if self._merges and wait:
-            node.create_timer(wait, self._release, clock=Clock(clock_type=ClockType.STEADY_TIME))
+        self._merge = Merge(wait, absorb)
+        self._guard = node.create_guard_condition(self._serve)
+        self._timer = node.create_timer(
+            max(wait * TICK, LEAST_TICK), self._serve, clock=Clock(clock_type=ClockType.STEADY_TIME)
+        )
+        self._timer.cancel()
+        self.feeds = {
+            **self._subscribe('output', names(model.outputs), bound),
+            **self._subscribe('input', names(model.inputs), bound),
+        }
 
     def clear(self) -> None:
         """Forget the samples that wait."""
-        for merge in self._merges:
-            merge.clear()
+        self._merge.clear()
 
     def _subscribe(
-        self,
-        stream: str,
-        entries: Sequence[str],
-        bound: Mapping[str, Binding],
-        take: Callable[[int, Array], None],
-    ) -> list[tuple[str, Feed]]:
-        """Return the feeds of a stream, each with its name in the diagnostics."""
-        default = f'plant/{stream}'
-        readers = topic_readers(entries, bound, default, self._node.resolve_topic_name, self._now)
-        if not any(name in bound for name in entries):
-            return [(stream, Feed(self._node, topic, reader, take)) for topic, reader in readers]
-        merge = Merge(len(entries), self._wait, take)
-        self._merges.append(merge)
-
-        def put(stamp: int, values: Array) -> None:
-            merge.add(stamp, values, time.monotonic())
-
-        return [
-            (
-                stream if topic == default else f'{stream}.{topic}',
-                Feed(self._node, topic, reader, put),
+        self, role: Role, entries: Sequence[str], bound: Mapping[str, Binding]
+    ) -> dict[str, Feed]:
+        """Return the feeds of one role, by their names in the diagnostics."""
+        default = f'plant/{role}'
+        return {
+            role if topic == default else f'{role}.{topic}': Feed(
+                self._node, topic, role, reader, self._merge, self._serve
             )
-            for topic, reader in readers
-        ]
+            for topic, reader in topic_readers(
+                entries, bound, default, self._node.resolve_topic_name
+            )
+        }
 
-    def _now(self) -> int:
-        return int(self._node.get_clock().now().nanoseconds)
-
-    def _release(self) -> None:
-        for merge in self._merges:
-            merge.release(time.monotonic())
+    def _serve(self) -> None:
+        """Hand out what is complete; after some time, let other callbacks have their turn."""
+        for feed in self.feeds.values():
+            feed.read_waiting()
+        end = time.monotonic() + BUDGET
+        if not self._merge.release(time.monotonic(), lambda: time.monotonic() > end):
+            self._guard.trigger()
+        if not len(self._merge):
+            self._timer.cancel()
+        elif self._timer.is_canceled():
+            self._timer.reset()
 
 
 def check_bindings(node: Node, model: Model, bound: Mapping[str, Binding]) -> None:

@@ -2,20 +2,19 @@
 
 import math
 from collections import Counter
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from obs_ros.merge import Merge
+from obs_ros.merge import Merge, Role, Topic
 from obs_ros.model import Model, names
 from obs_ros.node.bindings import HEADER, Binding
 from obs_ros.node.readers import Reader, WrongMessageError, topic_readers
 from obs_ros.record import Sample
 from obs_ros.registry import suggest
 from obs_ros.replay.extras import require
-from obs_ros.typing import Array
 
 LARGEST_MESSAGE = 1_000_000  # bytes
 STREAMS = ('input', 'output')
@@ -61,14 +60,17 @@ class Bag:
         self._typesys = require('rosbags.typesys', 'reading a bag')
         self._recorded = 0  # ns, of the message that is read
         self._ready: list[Sample] = []
-        self._merges: list[Merge] = []
+        self._merge = Merge(binder.wait, lambda sample, _: self._ready.append(sample))
         for role in binder.topics:
             if role not in STREAMS:
                 raise ValueError(f'--topic {role}=: {suggest(role, STREAMS)}')
         # By topic: whatever reads it, with what takes that; one topic may have both streams.
-        self._readers: dict[str, list[tuple[str, Reader, Callable[[int, Array], None]]]] = {}
-        for stream, variables in zip(STREAMS, (model.inputs, model.outputs), strict=True):
-            self._listen(stream, names(variables), binder)
+        self._readers: dict[str, list[tuple[Reader, Topic]]] = {}
+        self._listen('input', names(model.inputs), binder)
+        self._listen('output', names(model.outputs), binder)
+        self._needs_header = {
+            binder.resolve(each.topic) for each in binder.bound.values() if each.stamp == HEADER
+        }
         with self._open() as reader:
             self._connections(reader)
 
@@ -89,43 +91,27 @@ class Bag:
                     raise ValueError(f'{place}: cannot be decoded: {error}') from error
                 self._recorded = recorded
                 yield from self._samples(connection.topic, message)
-        for merge in self._merges:
-            merge.release(math.inf)
+        self._merge.release(math.inf)
         yield from self._taken()
 
-    def _listen(self, stream: str, entries: tuple[str, ...], binder: Binder) -> None:
-        """Note which topics bring the entries of a stream, and what becomes of their messages."""
-
-        def take(stamp: int, values: Array) -> None:
-            values_of = {'u': values} if stream == 'input' else {'y': values}
-            self._ready.append(Sample(stamp, **values_of))
-
-        default = binder.resolve(binder.topics.get(stream, f'plant/{stream}'))
-        readers = topic_readers(
-            entries, binder.bound, default, binder.resolve, lambda: self._recorded
-        )
-        put = take
-        if any(name in binder.bound for name in entries):
-            merge = Merge(len(entries), binder.wait, take)
-            self._merges.append(merge)
-
-            def put(stamp: int, values: Array) -> None:
-                merge.add(stamp, values, self._recorded / 1e9)
-
-        for topic, reader in readers:
-            self._readers.setdefault(topic, []).append((stream, reader, put))
-        self._needs_header = {
-            binder.resolve(each.topic) for each in binder.bound.values() if each.stamp == HEADER
-        }
+    def _listen(self, role: Role, entries: tuple[str, ...], binder: Binder) -> None:
+        """Note which topics bring the entries of a stream."""
+        default = binder.resolve(binder.topics.get(role, f'plant/{role}'))
+        for topic, reader in topic_readers(entries, binder.bound, default, binder.resolve):
+            queue = self._merge.topic(role, reader.places, whole=reader.whole)
+            self._readers.setdefault(topic, []).append((reader, queue))
 
     def _samples(self, topic: str, message: Any) -> Iterator[Sample]:
-        for stream, reader, put in self._readers[topic]:
+        now = self._recorded / 1e9
+        self._merge.release(now)
+        for reader, queue in self._readers[topic]:
             try:
-                stamp, values = reader.read(message)
+                stamp, values = reader.read(message, self._recorded)
             except WrongMessageError as error:
-                self.refused[f'{stream}.{error.reason}'] += 1
+                self.refused[f'{queue.role}.{error.reason}'] += 1
                 continue
-            put(stamp, values)
+            self._merge.add(queue, stamp, values, now)
+        self._merge.release(now)
         yield from self._taken()
 
     def _taken(self) -> list[Sample]:
@@ -150,11 +136,11 @@ class Bag:
         """Return the connections of the topics wanted; raises ValueError where one is missing."""
         types = {connection.topic: connection.msgtype for connection in reader.connections}
         for topic, readers in self._readers.items():
-            stream, wanted = readers[0][0], {reader.type for _, reader, _ in readers}
+            role, wanted = readers[0][1].role, {reader.type for reader, _ in readers}
             if topic not in types:
                 raise ValueError(
                     f'{self._path}: there is no topic {topic}: {suggest(topic, types)}; '
-                    f'another one is named with --topic {stream}=TOPIC or signals.<name>.topic'
+                    f'another one is named with --topic {role}=TOPIC or signals.<name>.topic'
                 )
             if {types[topic]} != wanted:
                 raise ValueError(

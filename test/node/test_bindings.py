@@ -140,7 +140,7 @@ def test_a_silent_topic_is_named_as_stale(ros):
     start(
         ros,
         bind('h1', '/one', JOINTS, 'position[0]'), bind('h2', '/two', JOINTS, 'position[0]'),
-        stale_after=0.2,
+        stale_after=2.0,
     )  # fmt: skip
     status = ros.health(outcome='waiting')
     assert '/one' in status.message or '/two' in status.message

@@ -11,7 +11,7 @@ STAMP = 1_700_000_000_123_456_789
 
 def test_what_is_written_is_read():
     message = named_vector(STAMP, ('a', 'b'), (1.0, float('nan')))
-    stamp, values = VectorReader(('a', 'b')).read(message)
+    stamp, values = VectorReader(('a', 'b')).read(message, 0)
     assert stamp == STAMP
     assert values[0] == 1.0 and values[1] != values[1]
     assert not message.velocity and not message.effort and not message.header.frame_id
@@ -19,7 +19,7 @@ def test_what_is_written_is_read():
 
 def test_order_is_by_name():
     message = named_vector(0, ('c', 'a', 'b'), (3.0, 1.0, 2.0))
-    assert VectorReader(('a', 'b', 'c')).read(message)[1].tolist() == [1.0, 2.0, 3.0]
+    assert VectorReader(('a', 'b', 'c')).read(message, 0)[1].tolist() == [1.0, 2.0, 3.0]
 
 
 @pytest.mark.parametrize(
@@ -35,12 +35,12 @@ def test_order_is_by_name():
 def test_wrong_messages_say_why(names, values, reason, text):
     message = JointState(name=names, position=array.array('d', values))
     with pytest.raises(WrongMessageError, match=text) as caught:
-        VectorReader(('a', 'b')).read(message)
+        VectorReader(('a', 'b')).read(message, 0)
     assert caught.value.reason == reason
 
 
 def test_values_outlive_their_message():
     message = named_vector(0, ('a',), (1.0,))
-    values = VectorReader(('a',)).read(message)[1]
+    values = VectorReader(('a',)).read(message, 0)[1]
     message.position[0] = 2.0
     assert values.tolist() == [1.0]

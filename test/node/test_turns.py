@@ -1,10 +1,10 @@
 import pytest
 
-from obs_ros.node.turns import RECENT, SWITCHES, Turns
+from obs_ros.node.turns import RECENT, RETURNS, Turns
 
 
-def followed(*numbers):
-    turns = Turns()
+def followed(*numbers, publishers=1):
+    turns = Turns(lambda: publishers)
     for number in numbers:
         turns.note(number)
     return turns
@@ -19,21 +19,35 @@ def test_gaps_are_lost_messages():
     assert followed(1, 2, 5, 6, 10).lost == 5
 
 
-@pytest.mark.parametrize('ahead', [0, 1, 95])
-def test_two_publishers_take_turns_wherever_their_numbers_stand(ahead):
-    numbers = [n for k in range(1, 20) for n in (k + ahead, k)]
-    turns = followed(*numbers)
+@pytest.mark.parametrize('ahead', [0, 1, 95, 5000])
+@pytest.mark.parametrize('burst', [1, 2, 10, 50])
+def test_publishers_take_turns_in_bursts_wherever_their_numbers_stand(burst, ahead):
+    numbers = [
+        n
+        for first in range(1, 8 * burst, burst)
+        for start in (first + ahead, first)
+        for n in range(start, start + burst)
+    ]
+    turns = followed(*numbers, publishers=2)
     assert turns.taken and turns.lost == 0
 
 
-def test_a_publisher_that_starts_again_is_one_switch():
-    turns = followed(*range(50, 60), *range(1, 10))
+def test_publishers_take_turns_though_messages_get_lost():
+    numbers = [n for k in range(0, 400, 10) for s in (k, k + 7000) for n in range(s + 1, s + 10)]
+    assert followed(*numbers, publishers=2).taken
+
+
+@pytest.mark.parametrize('starts', range(5))
+def test_a_publisher_that_starts_again_and_again_takes_no_turns(starts):
+    turns = followed(*range(50, 60), *(list(range(1, 10)) * starts))
     assert not turns.taken and turns.lost == 0
 
 
 def test_turns_are_forgotten_when_one_is_left():
-    turns = followed(*[1, 1] * SWITCHES, *range(2, 3 + RECENT))
-    assert not turns.taken
+    numbers = [1] + [n for k in range(1, 2 + RETURNS) for n in (k, k + 1)]
+    assert followed(*numbers, publishers=2).taken
+    last = numbers[-1]
+    assert not followed(*numbers, *range(last + 1, last + 2 + RECENT), publishers=2).taken
 
 
 def test_a_middleware_without_numbers_tells_nothing():

@@ -20,7 +20,7 @@ def read(path, given=None, **source):
 
 
 @pytest.mark.parametrize('storage', ['MCAP', 'SQLITE3'])
-def test_samples_come_as_they_were_recorded(tmp_path, storage):
+def test_samples_come_as_a_node_would_have_got_them(tmp_path, storage):
     with BagMaker(tmp_path / 'bag', storage) as bag:
         bag.vector('/plant/output', 5 * S, 2 * S + 7, y=0.5)
         bag.vector('/plant/input', 6 * S, 1 * S, u=0.1)
