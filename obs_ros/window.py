@@ -13,7 +13,7 @@ from obs_ros.model import Interpolation
 from obs_ros.record import Record, Sample
 from obs_ros.stream import STAMP_LIMIT, InputStream, Stream
 from obs_ros.timeline import Suspects, describe_break
-from obs_ros.typing import Array
+from obs_ros.typing import Array, IntArray
 
 COUNTS = {
     'late': 'samples dropped: they came after their window had been taken',
@@ -25,6 +25,7 @@ COUNTS = {
     'before_input': 'outputs dropped: not every input had a value yet',
     'overflow': 'samples dropped, oldest first: their stream had reached its capacity',
     'too_few': 'windows dropped: fewer than two outputs',
+    'skipped': 'windows passed over: a newer one had closed as well',
     'reset': 'breaks of the timeline, after which all samples were forgotten',
 }
 
@@ -131,14 +132,11 @@ class SlidingWindow:
 
     def take(self) -> Record | None:
         """Return the oldest window that is closed and was not returned yet, or None."""
-        while (edges := self._edges or self._first_edges()) and self._closed(edges[1]):
-            self._open(edges)
-            record = align(self._outputs, self._inputs, edges[1], self._interpolation)
-            self._move_on(edges[1])
-            if record is not None:
-                return record
-            self._counts['too_few'] += 1
-        return None
+        return self._take(newest=False)
+
+    def take_newest(self) -> Record | None:
+        """Return the newest window that is closed, or None; closed ones before it are skipped."""
+        return self._take(newest=True)
 
     def reset(self) -> None:
         """Forget all samples, but not the counts."""
@@ -247,26 +245,57 @@ class SlidingWindow:
             self._counts['overflow'] += self._outputs.drop_until(self._inputs.known_since - 1)
         self._edges = edges
 
-    def _closed(self, end: int) -> bool:
-        return all(
-            stream.newest is not None and stream.newest >= end
-            for stream in (self._outputs, self._inputs)
-            if stream.width
-        )
+    def _take(self, *, newest: bool) -> Record | None:
+        while (edges := self._edges or self._first_edges()) and self._passed() >= edges[1]:
+            self._open(edges)
+            last = (self._passed() - edges[1]) // self._period
+            lows, highs = self._solvable(edges[1], last)
+            if not lows.size:
+                self._counts['too_few'] += last + 1
+                self._move_on(last + 1)
+                return None
+            chosen = int(highs[-1] if newest else lows[0])
+            if newest:
+                begins = np.maximum(lows, np.concatenate([[0], highs[:-1] + 1]))
+                skipped = int(np.maximum(highs - begins + 1, 0).sum()) - 1
+                self._counts['skipped'] += skipped
+            else:
+                skipped = 0
+            self._counts['too_few'] += chosen - skipped
+            if chosen:
+                self._move_on(chosen)
+            assert self._edges is not None
+            record = align(self._outputs, self._inputs, self._edges[1], self._interpolation)
+            self._move_on(1)
+            if record is not None:
+                return record
+            self._counts['too_few'] += 1
+        return None
 
-    def _move_on(self, end: int) -> None:
-        """Open the window after the one that ends at `end`."""
-        end += self._period
+    def _passed(self) -> int:
+        """Return the stamp (ns) that outputs and inputs have reached."""
+        newest = [stream.newest for stream in (self._outputs, self._inputs) if stream.width]
+        return min(-STAMP_LIMIT if stamp is None else stamp for stamp in newest)
+
+    def _solvable(self, end: int, last: int) -> tuple[IntArray, IntArray]:
+        """Return first and last number of the windows that hold two neighbouring outputs, by pairs.
+
+        Window 0 ends at `end` (ns); those after window `last` are not looked at. Windows without
+        any pair are in none of these ranges, so that no number of them takes time.
+        """
+        stamps = self._outputs.stamps
+        left = end - self._duration
+        lows = np.maximum(-((end - stamps[1:]) // self._period), 0)
+        # Outputs before the open window are dropped: all that is there is at least in window 0.
+        highs = np.clip((stamps[:-1] - left - 1) // self._period, 0, last)
+        some = lows <= highs
+        return lows[some], highs[some]
+
+    def _move_on(self, windows: int) -> None:
+        """Open the window that comes so many windows after the open one."""
+        assert self._edges is not None
+        end = self._edges[1] + windows * self._period
         self._open((end - self._duration, end))
-        # Closed windows that end before the oldest output: many, if nobody took them for long.
-        if len(self._outputs):
-            passed = int(self._outputs.stamps[0]) - 1
-            if self._inputs.newest is not None:
-                passed = min(passed, self._inputs.newest)
-            empty = max(0, (passed - end) // self._period + 1)
-            self._counts['too_few'] += empty
-            end += empty * self._period
-            self._open((end - self._duration, end))
 
 
 def nanoseconds(name: str, seconds: float) -> int:

@@ -9,6 +9,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from obs_ros.align import align
 from obs_ros.record import Record, Sample
 from obs_ros.window import COUNTS, SlidingWindow
 
@@ -205,6 +206,57 @@ class TestInputsBetweenOutputs:
         np.testing.assert_array_equal(first.u, [[1, 2], [NAN, 3]])
         np.testing.assert_array_equal(second.u, [[9, 3], [NAN, NAN]])
         assert counted(window) == {'nan': 2, 'all_nan': 1, 'before_input': 1}
+
+
+class TestNewest:
+    """Straight to the newest window, whatever the settings: a remote one must not block a node."""
+
+    @given(
+        st.integers(1, 40),
+        st.integers(1, 40),
+        st.lists(st.integers(0, 120), min_size=1, max_size=40, unique=True).map(sorted),
+        st.lists(st.integers(0, 120), min_size=1, max_size=40, unique=True).map(sorted),
+    )
+    @settings(max_examples=300)
+    def test_it_is_the_last_of_those_taken_one_by_one(self, duration, period, outputs, inputs):  # type: ignore[no-untyped-def]
+        all_of_them, newest = (both(float(duration), float(period)) for _ in range(2))
+        samples = [*map(inp, inputs), *map(out, outputs)]
+        for sample in samples:
+            all_of_them.push(sample)
+            newest.push(sample)
+        records, last = take_all(all_of_them), newest.take_newest()
+        assert (last is None) == (not records)
+        if last is not None:
+            assert last.t.tolist() == records[-1].t.tolist()
+            np.testing.assert_array_equal(last.u, records[-1].u)
+        assert newest.take_newest() is None
+        assert newest.counts['skipped'] == max(0, len(records) - 1)
+        assert newest.counts['too_few'] == all_of_them.counts['too_few']
+        assert newest.end == all_of_them.end
+
+    @pytest.mark.parametrize(('duration', 'period'), [(300.0, 1e-9), (1e-9, 1e-9), (1e-5, 300.0)])
+    @pytest.mark.parametrize('take', ['take', 'take_newest'])
+    def test_no_settings_make_a_sample_cost_more_than_a_window(
+        self, monkeypatch: pytest.MonkeyPatch, take: str, duration: float, period: float
+    ) -> None:
+        """A period of 1 ns closes 10^9 windows a second: at most one of them is looked at."""
+        built = 0
+
+        def counting(*arguments: object) -> Record | None:
+            nonlocal built
+            built += 1
+            return align(*arguments)  # type: ignore[arg-type]
+
+        monkeypatch.setattr('obs_ros.window.align', counting)
+        window = outputs_only(duration, period)
+        for t in range(1000):
+            window.push(out(t))
+            before = built
+            getattr(window, take)()
+            assert built - before <= 1
+        passed = window.counts['skipped'] + window.counts['too_few'] + built
+        if take == 'take_newest' and duration > 1.0:
+            assert passed == (999 - 300) * 10**9 + 1
 
 
 class TestLateAndBrokenSamples:

@@ -74,13 +74,13 @@ class SlidingWindowObserver:
         self._window.push(sample)
         if self._window.last_break is not breaks:
             self._forget()
-        closed = False
-        while (record := self._window.take()) is not None:
-            closed = True
-            with self._lock:
-                self._skipped += self._due is not None
-                self._due = record
-        return closed
+        record = self._window.take_newest()
+        if record is None:
+            return False
+        with self._lock:
+            self._skipped += self._due is not None
+            self._due = record
+        return True
 
     def estimate(self, deadline: float | None = None) -> Estimate | None:
         """Solve the newest closed window within `deadline` s (None: until it is accepted).
@@ -124,7 +124,8 @@ class SlidingWindowObserver:
     @property
     def counts(self) -> Mapping[str, int]:
         """What was dropped, mended or skipped so far, by reason."""
-        return {**self._window.counts, 'stuck': self._stuck, 'skipped': self._skipped}
+        counts = self._window.counts
+        return {**counts, 'stuck': self._stuck, 'skipped': self._skipped + counts['skipped']}
 
     @property
     def last_break(self) -> str | None:
