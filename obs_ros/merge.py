@@ -13,7 +13,7 @@ from obs_ros.typing import Array
 Role = Literal['input', 'output']
 
 RECENT = 8  # intervals that tell when the next message is due
-LONGEST_DUE = 0.1  # s that outputs wait at most for inputs that are due: these may have paused
+LONGEST_DUE = 1.0  # s that outputs wait at most for inputs that are due: these may have paused
 
 
 class Message(NamedTuple):
@@ -81,7 +81,7 @@ class Merge:
     still come, but for `wait` s after its arrival at most:
 
     - until each entry of its role, inputs or outputs, is known up to its stamp;
-    - an output, for 0.1 s at most, for each topic of inputs that is due by its pace so far. One
+    - an output, for 1 s at most, for each topic of inputs that is due by its pace so far. One
       that was waited for in vain is not waited for again until it is heard: inputs may pause.
 
     Times of arrival (s) are of any one clock, such as that of a recording.
