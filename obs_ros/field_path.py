@@ -99,6 +99,28 @@ class FieldPath:
             raise FieldError('not_a_number', f'{self} is a {type(value).__name__}, not a number')
         return float(value)
 
+    def write(self, message: Any, value: float) -> None:
+        """Put a number there, where `read` will find it; arrays grow by NaN and names as needed.
+
+        Integers take the nearest one. Raises FieldError where a message is missing on the way.
+        """
+        for step in self.steps[:-1]:
+            owner, message = message, _field(message, step)
+            if step.key is not None:
+                message = _entry(owner, message, step)
+        last = self.steps[-1]
+        old = _field(message, last)
+        if last.key is None:
+            setattr(
+                message, last.field, type(old)(value if isinstance(old, float) else round(value))
+            )
+            return
+        index = last.key if isinstance(last.key, int) else _labelled(message, last)
+        whole = not isinstance(old, np.ndarray) and getattr(old, 'typecode', 'd') not in 'fd'
+        while len(old) <= index:
+            old.append(0 if whole else math.nan)
+        old[index] = round(value) if whole else value
+
     def check(self, type_name: str, fields_of: Callable[[str], Mapping[str, str]]) -> None:
         """Make sure that messages of a type have a number there, as far as the type tells.
 
@@ -149,6 +171,14 @@ def _index(owner: Any, step: Step) -> int:
             hint = suggest(str(step.key), [str(label) for label in labels])
             raise FieldError('no_entry', f'there is no {step.key!r} in {field}: {hint}')
     raise FieldError('no_entry', f'{step}: no field {", ".join(LABELS)} names the entries')
+
+
+def _labelled(owner: Any, step: Step) -> int:
+    """Return the index of a label, written down where it is not among the labels yet."""
+    labels: list[str] = next(getattr(owner, field) for field in LABELS if hasattr(owner, field))
+    if step.key not in labels:
+        labels.append(str(step.key))
+    return labels.index(str(step.key))
 
 
 def _entry_type(step: Step, type_name: str, fields: Mapping[str, str]) -> str:

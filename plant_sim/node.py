@@ -3,7 +3,7 @@
 import math
 import sys
 import time
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from typing import Any
 
 from rclpy.clock import Clock, ClockType
@@ -16,11 +16,14 @@ from std_srvs.srv import SetBool, Trigger
 
 from obs_ros.model import names
 from obs_ros.models import load_model
+from obs_ros.node.bindings import Binding, bindings, signal_knobs
 from obs_ros.node.diagnostics import Health, Level, publish_health
 from obs_ros.node.info import model_info, publish_info, settings_info
+from obs_ros.node.message_types import message_type
 from obs_ros.node.messages import STREAM, named_vector, time_message
 from obs_ros.node.parameters import Parameters
 from obs_ros.node.run import run
+from obs_ros.node.streams import check_bindings
 from plant_sim.pace import Pace
 from plant_sim.scenarios import load_scenario
 from plant_sim.settings import CHOICE, COMMON, fault_knobs
@@ -33,8 +36,10 @@ _BUDGET = 0.02  # s of wall time spent on late samples before services get their
 class Simulator(Node):
     """Publishes outputs, inputs and the truth of a simulated plant, sample by sample.
 
-    Stamps are plant time from 0 where /clock is published, else the wall time of the run's start
-    plus plant time. Raises ValueError when parameters given at start are wrong.
+    Outputs and inputs that parameters `signals.<name>` bind go out where the estimator of the same
+    parameters reads them, as a rig would publish them. Stamps are plant time from 0 where /clock
+    is published, else the wall time of the run's start plus plant time. Raises ValueError when
+    parameters given at start are wrong.
     """
 
     def __init__(self, **options: Any) -> None:
@@ -45,14 +50,16 @@ class Simulator(Node):
         parameters.declare(CHOICE)
         self.scenario = load_scenario(str(parameters.values['scenario']))
         self.model = load_model(self.scenario.model)
-        parameters.declare((*COMMON, *fault_knobs(self.model)))
+        parameters.declare((*COMMON, *fault_knobs(self.model), *signal_knobs(self.model)))
+        bound = bindings(self.model, parameters.values, parameters.unknown('signals.'))
+        check_bindings(self, self.model, bound)
         self._settings: Mapping[str, Any] = parameters.values
         self._simulates_time = bool(
             self._settings['publish_clock'] or self._settings['speed'] != 1.0
         )
         self._names = {
-            'plant/output': names(self.model.outputs),
-            'plant/input': names(self.model.inputs),
+            'plant/output': [n for n in names(self.model.outputs) if n not in bound],
+            'plant/input': [n for n in names(self.model.inputs) if n not in bound],
             'plant/state': names(self.model.states),
             'plant/parameters': names(self.model.parameters),
         }
@@ -61,6 +68,9 @@ class Simulator(Node):
             for topic, order in self._names.items()
             if order
         }
+        self._bound = _by_topic(bound.values())
+        for topic, (kind, _) in self._bound.items():
+            self._publishers_of[topic] = self.create_publisher(kind, topic, STREAM)
         self._clock_publisher = (
             self.create_publisher(ClockMessage, '/clock', 10) if self._simulates_time else None
         )
@@ -154,15 +164,25 @@ class Simulator(Node):
         stamp = self._nanoseconds(instant.t)
         if self._clock_publisher:
             self._publish_clock(stamp)
+        measured = dict(zip(names(self.model.outputs), instant.y, strict=True))
+        applied = dict(zip(names(self.model.inputs), instant.u, strict=True))
         for topic, values in (
-            ('plant/state', instant.x),
-            ('plant/parameters', instant.p),
-            ('plant/input', instant.u),
-            ('plant/output', instant.y),
+            ('plant/state', dict(zip(names(self.model.states), instant.x, strict=True))),
+            ('plant/parameters', dict(zip(names(self.model.parameters), instant.p, strict=True))),
+            ('plant/input', applied),
+            ('plant/output', measured),
         ):
-            if topic in self._publishers_of:
-                message = named_vector(stamp, self._names[topic], values)
+            if order := self._names[topic]:
+                message = named_vector(stamp, order, [values[name] for name in order])
                 self._publishers_of[topic].publish(message)
+        for topic, (kind, bound) in self._bound.items():
+            message = kind()
+            if hasattr(message, 'header'):
+                message.header.stamp = time_message(stamp)
+            for binding in bound:
+                value = {**measured, **applied}[binding.name]
+                binding.path.write(message, (value - binding.offset) / binding.scale)
+            self._publishers_of[topic].publish(message)
         self._sent += 1
 
     def _publish_clock(self, stamp: int) -> None:
@@ -204,6 +224,14 @@ class Simulator(Node):
             message = f'cannot keep up: {rate:.0f} of {wanted:.0f} samples/s; lower speed or rate'
             return Health(Level.WARN, message, figures)
         return Health(Level.OK, f'playing {self.scenario.name}', figures)
+
+
+def _by_topic(bound: Iterable[Binding]) -> dict[str, tuple[type, list[Binding]]]:
+    """Return the message type of each topic, and what is written into its messages."""
+    topics: dict[str, tuple[type, list[Binding]]] = {}
+    for binding in bound:
+        topics.setdefault(binding.topic, (message_type(binding.type), []))[1].append(binding)
+    return topics
 
 
 def _faults(values: Mapping[str, Any]) -> dict[str, float]:

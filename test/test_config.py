@@ -5,13 +5,17 @@ from pathlib import Path
 
 import pytest
 import yaml
+from diagnostic_msgs.msg import DiagnosticArray
+from ros import figures
 
+from obs_ros.estimate import Outcome
 from obs_ros.node.estimator import Estimator
 from plant_sim.node import Simulator
 from plant_sim.scenarios import SCENARIOS, load_scenario
 
 FILES = {p.stem: p for p in sorted((Path(__file__).parents[1] / 'config').glob('*.yaml'))}
 REFERENCE = FILES['three_tank']
+WALL = 2.0  # s that a window may take to fill
 NODES = {'simulator': Simulator, 'estimator': Estimator}
 
 
@@ -78,3 +82,29 @@ def test_every_scenario_has_a_file_for_both_nodes(ros, scenario):
         node = ros.start(NODES[name], *file, '-p', f'{choice}:={wanted}')
         assert node.get_parameter(choice).value == wanted
         assert node.model.name == model
+
+
+@pytest.mark.parametrize('path', FILES.values(), ids=FILES)
+def test_both_nodes_live_with_every_file_until_there_is_an_estimate(ros, path):
+    """Unchanged but for the speed of the longer windows; the nodes' own word on it is read, too."""
+    file = ('--ros-args', '--params-file', str(path))
+    estimator = ros.start(Estimator, *file)
+    window = listed(path, 'estimator').get('window.duration', 0.0)
+    speed = max(listed(path, 'simulator').get('speed', 1.0), window / WALL)
+    told = ros.listen('/diagnostics', DiagnosticArray)
+    ros.spin_until(lambda: estimator.progress.ready, timeout=120.0)
+    ros.start(Simulator, *file, '-p', f'speed:={speed}')
+
+    def judged():
+        statuses = {status.name: status for array in told for status in array.status}
+        outcomes = {figures(status).get('outcome') for status in statuses.values()}
+        return statuses.keys() == {'/estimator', '/simulator'} and outcomes & set(Outcome)
+
+    ros.spin_until(judged, timeout=120.0)
+    assert estimator.progress.published and not estimator.progress.failed
+
+
+def test_the_tanks_give_their_first_estimate_soon():
+    """Within the time that somebody who follows the README waits for it."""
+    simulated = listed(REFERENCE, 'estimator')['window.duration']
+    assert simulated / listed(REFERENCE, 'simulator')['speed'] <= 15.0

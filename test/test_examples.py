@@ -15,6 +15,7 @@ EXAMPLE = ROOT / 'examples' / 'my_plant'
 TUTORIAL = (ROOT / 'docs' / 'your-own-plant.md').read_text()
 NAME = 'my_plant.pendulum:PENDULUM'
 PARAMETERS = EXAMPLE / 'config' / 'pendulum.yaml'
+SCENARIO = 'my_plant.scenario:SWINGS'
 TRUTH = {'stiffness': 8.0, 'friction': 0.3}
 
 
@@ -120,3 +121,101 @@ def test_the_example_estimates_from_the_messages_of_its_bindings(ros, monkeypatc
     for name, true in TRUTH.items():
         assert 0.0 < sd[name] < 0.01
         assert abs(values[name] - true) < 3.0 * sd[name], name
+
+
+def test_the_simulator_plays_the_scenario_on_the_bindings_as_the_rig_would(ros):
+    """Sample by sample what a run offline gives, in the rig's units, and only there."""
+    from sensor_msgs.msg import JointState
+    from std_msgs.msg import Float64
+    from std_srvs.srv import SetBool
+
+    from plant_sim.node import Simulator
+    from plant_sim.scenarios import load_scenario
+    from plant_sim.simulation import Simulation
+
+    ros.start(
+        Simulator, '--ros-args', '--params-file', str(PARAMETERS), enabled=False, publish_clock=True
+    )
+    encoder = ros.listen('/joint_states', JointState)
+    drive = ros.listen('/drive/torque', Float64)
+    states = ros.listen('/plant/state')
+    assert ros.call('/simulator/enable', SetBool, data=True).success
+    ros.spin_until(lambda: min(map(len, (encoder, drive, states))) >= 60)
+    assert not ros.node.count_publishers('/plant/output')
+    assert not ros.node.count_publishers('/plant/input')
+    run = Simulation(load_scenario(SCENARIO))
+    for k in range(60):
+        instant = run.sample()
+        stamp = encoder[k].header.stamp
+        assert stamp.sec + 1e-9 * stamp.nanosec == pytest.approx(instant.t)
+        assert (encoder[k].name, list(encoder[k].position)) == (['pendulum'], list(instant.y))
+        assert 20.0 * drive[k].data == pytest.approx(instant.u[0])
+        assert tuple(states[k].position) == instant.x
+
+
+def test_a_wrong_binding_of_the_simulator_is_refused_as_the_estimators_is(ros):
+    from plant_sim.node import Simulator
+
+    with pytest.raises(ValueError, match=r"signals\.torque\.field: .* has no field 'value'"):
+        ros.start(
+            Simulator,
+            '--ros-args',
+            '--params-file',
+            str(PARAMETERS),
+            signals__torque__field='value',
+        )
+
+
+def test_the_tutorial_goes_from_its_files_to_estimates(ros):
+    """Both nodes with the file as it is: the estimator's own word, while it waits and after."""
+    from diagnostic_msgs.msg import DiagnosticArray
+    from ros import figures, vector
+
+    from obs_ros.estimate import Outcome
+    from obs_ros.node.estimator import Estimator
+    from plant_sim.node import Simulator
+
+    file = ('--ros-args', '--params-file', str(PARAMETERS))
+    estimator = ros.start(Estimator, *file)
+    told, found = ros.listen('/diagnostics', DiagnosticArray), ros.listen('/estimator/parameters')
+    ros.spin_until(lambda: estimator.progress.ready, timeout=120.0)
+    ros.start(Simulator, *file)
+
+    def outcomes():
+        statuses = [array.status[0] for array in told if array.status[0].name == '/estimator']
+        return {figures(status)['outcome'] for status in statuses}
+
+    ros.spin_until(lambda: found and outcomes() & set(Outcome), timeout=120.0)
+    assert 'collecting' in outcomes() and not estimator.progress.failed
+    assert vector(found[0]).keys() == TRUTH.keys()
+
+
+def test_the_scenario_tells_what_is_sought_and_shows_the_weight_that_slips():
+    """Offline, so that no arrival is late: values within 3 sd, and one jump, of stiffness."""
+    from obs_ros.node.settings import build_observer
+    from obs_ros.record import Sample
+    from obs_ros.replay.parameter_file import read_parameters
+    from obs_ros.replay.settings import setup
+    from plant_sim.scenarios import load_scenario
+    from plant_sim.simulation import Simulation
+
+    chosen = setup(read_parameters(PARAMETERS))
+    observer = build_observer(chosen.model, chosen.values)
+    run, scenario = Simulation(load_scenario(SCENARIO)), load_scenario(SCENARIO)
+    jumps, confirmed = [], 0
+    for _ in range(round(75.0 / scenario.sample_period)):
+        instant = run.sample()
+        stamp = round(instant.t * 1e9)
+        observer.absorb(Sample(stamp, u=np.array(instant.u)))
+        if not observer.absorb(Sample(stamp, y=np.array(instant.y))):
+            continue
+        estimate = observer.estimate()
+        jumps += [jump for jump in estimate.jumps if jump.new]
+        if estimate.outcome == 'converged':
+            confirmed += 1
+            for name, true in zip(TRUTH, scenario.parameters(instant.t - 1e-6)):
+                assert abs(estimate.parameters[name] - true) < 4.0 * estimate.stddev[name]
+    assert confirmed >= 60  # of 72
+    assert [set(jump.sizes) for jump in jumps] == [{'stiffness'}]
+    assert abs(jumps[0].sizes['stiffness'] + 1.5) < 3.0 * jumps[0].stddev['stiffness'] < 1.5
+    assert jumps[0].stamp / 1e9 == pytest.approx(60.0, abs=0.5)

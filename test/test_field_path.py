@@ -31,6 +31,7 @@ class Joints:
     position: Any = field(default_factory=lambda: array.array('d', [0.25, 0.5]))
     velocity: Any = field(default_factory=lambda: np.array([3, 4], dtype=np.float32))
     poses: Any = field(default_factory=lambda: [Pose(), Pose(Point(7.0))])
+    steps: Any = field(default_factory=lambda: array.array('i', [1]))
     on: bool = True
     label: str = 'joint'
     raw: bytes = b'ab'
@@ -63,6 +64,36 @@ def test_a_path_leads_to_its_number(text: str, value: float) -> None:
     read = path.read(Joints())
     assert read == value and type(read) is float
     assert str(path) == text
+
+
+@pytest.mark.parametrize(
+    ('text', 'value', 'found'),
+    [
+        ('position[elbow]', 2.5, 2.5),
+        ('position[wrist]', 2.5, 2.5),
+        ('position[4]', 2.5, 2.5),
+        ('velocity[1]', 2.5, 2.5),
+        ('poses[1].position.x', 2.5, 2.5),
+        ('steps[2]', 2.6, 3.0),
+        ('on', 0.0, 0.0),
+    ],
+)
+def test_a_number_is_found_where_it_was_written(text: str, value: float, found: float) -> None:
+    message = Joints(name=['elbow', 'left/shoulder.1'])
+    FieldPath.parse(text).write(message, value)
+    assert FieldPath.parse(text).read(message) == found
+
+
+def test_names_written_one_after_the_other_keep_their_own_values() -> None:
+    message = Joints(name=[], position=array.array('d'))
+    for k, name in enumerate(('left', 'right', 'left')):
+        FieldPath.parse(f'position[{name}]').write(message, k)
+    assert (message.name, list(message.position)) == (['left', 'right'], [2.0, 1.0])
+
+
+def test_a_number_that_has_no_place_is_refused() -> None:
+    with pytest.raises(FieldError, match='poses has 2 entries'):
+        FieldPath.parse('poses[2].position.x').write(Joints(), 1.0)
 
 
 @pytest.mark.parametrize(

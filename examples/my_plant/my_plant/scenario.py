@@ -1,0 +1,22 @@
+"""The pendulum on a rig that is not there yet: `ros2 run obs_ros simulator` plays it."""
+
+from plant_sim.scenario import Scenario
+from plant_sim.signals import Schedule
+
+PUSHES = (0.5, -0.5, 0.0, 0.5, 0.5, -0.5, 0.0, -0.5)  # 1/s2, each for half a second
+
+
+def push(t):
+    return (PUSHES[int(2.0 * t) % len(PUSHES)],)
+
+
+SWINGS = Scenario(
+    name='swings',
+    model='my_plant.pendulum:PENDULUM',
+    initial_state=(0.4, 0.0),  # rad, rad/s
+    inputs=push,
+    parameters=Schedule((0.0, 60.0), ((8.0, 0.3), (6.5, 0.3))),  # a weight slips after a minute
+    sample_period=0.02,  # s
+    duration=120.0,  # s
+    snr_db=54.0,  # noise of 0.002 rad
+)
