@@ -60,9 +60,10 @@ def test_executable_lies_where_ros2_run_looks(prefix, name):
     assert os.access(executable, os.X_OK)
 
 
-def test_share_holds_manifest_and_parameter_files(prefix):
+def test_share_holds_manifest_layout_and_parameter_files(prefix):
     share = prefix / 'share' / 'obs_ros'
-    assert (share / 'package.xml').read_text() == (ROOT / 'package.xml').read_text()
+    for file in (ROOT / 'package.xml', ROOT / 'docs' / 'plotjuggler.xml'):
+        assert (share / file.name).read_text() == file.read_text()
     installed = {file.name: file.read_text() for file in (share / 'config').glob('*.yaml')}
     assert installed == {file.name: file.read_text() for file in (ROOT / 'config').glob('*.yaml')}
 

@@ -20,6 +20,39 @@ fail() {
   exit 1
 }
 
+exec 8>&2  # the terminal, wherever a step's own words go
+child=
+
+# Runs a command that may take long, in a group of its own, so that Ctrl-C reaches it through
+# `stopped` alone and what it says of that goes nowhere.
+run() {
+  set -m
+  "$@" </dev/null &
+  child=$!
+  set +m
+  local code=0
+  wait "$child" || code=$?
+  child=
+  return "$code"
+}
+
+stopped() {
+  trap '' INT TERM
+  if [[ -n $child ]]; then
+    kill -INT -- "-$child" 2>/dev/null || true
+    wait "$child" 2>/dev/null || true
+  fi
+  unless_changed
+  echo 'setup: stopped; run it again to go on' >&8
+  exit 130
+}
+trap stopped INT TERM
+
+# A step that was cut short before it changed anything leaves .venv whole.
+unless_changed() {
+  grep -qs '^Installing collected packages' "$log" || rm -f "$steps/busy"
+}
+
 # Prints 'ok', or what is wrong with the interpreter $1. Old Pythons must be able to read it.
 judge() {
   timeout 20 "$1" - 2>/dev/null <<'PY' || echo 'does not run'
@@ -78,9 +111,10 @@ pip_step() {
   shift 3
   [[ -f $steps/$name && $(<"$steps/$name") == "$wanted" ]] && return
   say "installing $words ..."
+  : >"$log"
   touch "$steps/busy"
-  if ! .venv/bin/python -m pip install --no-input "$@" >"$log" 2>&1; then
-    grep -q '^Installing collected packages' "$log" || rm "$steps/busy"  # nothing was changed yet
+  if ! run .venv/bin/python -m pip install --no-input "$@" >"$log" 2>&1; then
+    unless_changed
     if grep -qiE 'connection|name resolution|unreachable|timed out' "$log"; then
       fail 'no package index could be reached; set-up needs the network once: connect, run it again'
     fi
@@ -97,12 +131,16 @@ what=${1:-test}
 
 # Two makes at once take turns.
 exec 9<tools/setup.sh
-flock 9
+if ! flock -n 9; then
+  say 'another make is setting up .venv: waiting until it is done ...'
+  run flock 9
+fi
 
 if ! venv_is_sound; then
   choose_python
   say "making .venv with $python (seconds) ..."
-  "$python" -m venv --clear .venv || fail "$python could not make a virtual environment in .venv"
+  run "$python" -m venv --clear .venv 2>/dev/null ||
+    fail "$python could not make a virtual environment in .venv"
   mkdir "$steps"
   echo "$PWD" >"$steps/venv"
   made_anew=1
@@ -127,8 +165,8 @@ fi
 # Installed, not linked: an editable install has no data files, so it is not in the ament index.
 # Built in .venv, since modules deleted here would live on in build/, which colcon uses as well.
 mapfile -t sources < <(
-  find setup.* pyproject.toml package.xml resource tools/launchers config obs_ros plant_sim \
-    -type f -not -name '*.pyc' | LC_ALL=C sort
+  find setup.* pyproject.toml package.xml resource tools/launchers config docs/plotjuggler.xml \
+    obs_ros plant_sim -type f -not -name '*.pyc' | LC_ALL=C sort
 )
 rm -rf "$steps/build"
 mkdir "$steps/build"
