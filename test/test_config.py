@@ -92,7 +92,7 @@ def test_both_nodes_live_with_every_file_until_there_is_an_estimate(ros, path):
     window = listed(path, 'estimator').get('window.duration', 0.0)
     speed = max(listed(path, 'simulator').get('speed', 1.0), window / WALL)
     told = ros.listen('/diagnostics', DiagnosticArray)
-    ros.spin_until(lambda: estimator.progress.ready, timeout=120.0)
+    ros.spin_until(lambda: estimator.progress.ready, timeout=30.0)
     ros.start(Simulator, *file, '-p', f'speed:={speed}')
 
     def judged():
@@ -100,7 +100,7 @@ def test_both_nodes_live_with_every_file_until_there_is_an_estimate(ros, path):
         outcomes = {figures(status).get('outcome') for status in statuses.values()}
         return statuses.keys() == {'/estimator', '/simulator'} and outcomes & set(Outcome)
 
-    ros.spin_until(judged, timeout=120.0)
+    ros.spin_until(judged, timeout=30.0)
     assert estimator.progress.published and not estimator.progress.failed
 
 

@@ -116,7 +116,7 @@ def test_the_example_estimates_from_the_messages_of_its_bindings(ros, monkeypatc
             stamp = round((start + t[i]) * 1e9)
             encoder(named_vector(stamp, ['wheel', 'pendulum'], [9.0, angles[i]]))
     clock(Clock(clock=time_message(round((start + 4.5) * 1e9))))
-    ros.spin_until(lambda: found and deviations, timeout=60.0)
+    ros.spin_until(lambda: found and deviations, timeout=30.0)
     values, sd = vector(found[0]), vector(deviations[0])
     for name, true in TRUTH.items():
         assert 0.0 < sd[name] < 0.01
@@ -178,14 +178,14 @@ def test_the_tutorial_goes_from_its_files_to_estimates(ros):
     file = ('--ros-args', '--params-file', str(PARAMETERS))
     estimator = ros.start(Estimator, *file)
     told, found = ros.listen('/diagnostics', DiagnosticArray), ros.listen('/estimator/parameters')
-    ros.spin_until(lambda: estimator.progress.ready, timeout=120.0)
+    ros.spin_until(lambda: estimator.progress.ready, timeout=30.0)
     ros.start(Simulator, *file)
 
     def outcomes():
         statuses = [array.status[0] for array in told if array.status[0].name == '/estimator']
         return {figures(status)['outcome'] for status in statuses}
 
-    ros.spin_until(lambda: found and outcomes() & set(Outcome), timeout=120.0)
+    ros.spin_until(lambda: found and outcomes() & set(Outcome), timeout=30.0)
     assert 'collecting' in outcomes() and not estimator.progress.failed
     assert vector(found[0]).keys() == TRUTH.keys()
 

@@ -107,6 +107,15 @@ def test_versions_agree():
     assert in_changelog[0] == MANIFEST.version
 
 
+@pytest.mark.parametrize('package', ['obs_ros', 'plant_sim', 'docs', 'README.md'])
+def test_nobody_is_sent_to_an_index_for_this_package(package):
+    """It is in none: packages are named themselves, extras are those of a clone."""
+    files = [ROOT / package] if package.endswith('.md') else sorted((ROOT / package).rglob('*'))
+    texts = [file.read_text() for file in files if file.suffix in ('.md', '.py')]
+    assert texts
+    assert not any(re.search(r'obs_ros\[[a-z]+\]|pip install .?obs_ros', text) for text in texts)
+
+
 @pytest.mark.parametrize('package', ['obs_ros', 'plant_sim'])
 def test_imports_are_declared(package):
     for file in source_files(package):

@@ -2,7 +2,7 @@
 
 `python -m obs_ros.design.h_infinity` solves the matrix inequality for the suspension and prints L,
 H, beta and the peak gain that L really has; `--keep` stores them where the observer takes them
-from. It needs cvxpy with Clarabel: `pip install obs_ros[design]`.
+from. It needs cvxpy with Clarabel: `pip install cvxpy clarabel`.
 """
 
 import argparse
@@ -159,7 +159,7 @@ def import_cvxpy() -> Any:
         import cvxpy
     except ImportError as error:
         raise ImportError(
-            'the design of H-infinity gains needs cvxpy: pip install obs_ros[design], or '
+            'the design of H-infinity gains needs cvxpy: pip install cvxpy clarabel, or '
             '`make design`; the observer itself runs without, on the gains stored'
         ) from error
     return cvxpy

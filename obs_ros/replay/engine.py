@@ -87,6 +87,7 @@ def replay(
 
 def _note(account: Account, sample: Sample) -> None:
     account.samples += 1
+    account.history.record(sample)
     account.first = sample.stamp if account.first is None else min(account.first, sample.stamp)
     account.last = sample.stamp if account.last is None else max(account.last, sample.stamp)
 

@@ -17,5 +17,5 @@ def require(module: str, what: str) -> Any:
         if (error.name or '').partition('.')[0] != package:
             raise
         raise MissingPackageError(
-            f"{what} needs the package {package}: pip install {package} (or 'obs_ros[replay]')"
+            f'{what} needs the package {package}: pip install {package}'
         ) from error

@@ -9,7 +9,9 @@ import numpy as np
 
 from obs_ros.estimate import Estimate, Jump
 from obs_ros.model import Model, names
+from obs_ros.record import Sample
 from obs_ros.replay.forecast import Forecast
+from obs_ros.replay.trace import Trace
 from obs_ros.typing import Array, IntArray
 
 MOST_JUMPS = 1000  # kept; all are counted
@@ -20,7 +22,9 @@ class History:
 
     Of the arrays, `values` and `deviations` (K, n + q) are those of states, then parameters;
     `residuals`, `forecasts` and `held` (K, r) are root mean squares by output (see `Forecast`),
-    `rms` (K, 1) over all outputs.
+    `rms` (K, 1) over all outputs. Of the traces, `measured` (K, r) and `applied` (K, m) are what
+    was recorded; `path` (K, n + q) are the states that the windows found for their samples, each
+    sample by the first window that holds it, and the parameters at that time.
     """
 
     def __init__(self, model: Model) -> None:
@@ -40,9 +44,17 @@ class History:
             'residuals': r, 'forecasts': r, 'held': r, 'rms': 1,
         }  # fmt: skip
         self._numbers = {kind: array('d') for kind in self._widths}
+        self.path, self._followed = Trace(width), -(2**62)  # ns, where it ends
+        self.measured, self.applied = Trace(r), Trace(len(model.inputs))
 
     def __len__(self) -> int:
         return len(self._stamps)
+
+    def record(self, sample: Sample) -> None:
+        """Note what was measured or applied."""
+        for trace, values in ((self.measured, sample.y), (self.applied, sample.u)):
+            if values is not None and trace.width:
+                trace.add(sample.stamp, values)
 
     def add(self, estimate: Estimate) -> int:
         """Note an estimate; return its index."""
@@ -67,7 +79,27 @@ class History:
         }
         for kind, row in rows.items():
             self._numbers[kind].extend(row)
+        self._follow(estimate)
         return len(self) - 1
+
+    def _follow(self, estimate: Estimate) -> None:
+        """Let the path go on through the samples that no earlier window held."""
+        if not estimate.usable or estimate.stamp is None:
+            return
+        parameters = np.array(list(estimate.parameters.values()), dtype=np.float64)
+        if not estimate.times.size:  # an observer that goes sample by sample
+            self.path.add(estimate.stamp, (*estimate.state.values(), *parameters))
+            return
+        stamps = estimate.stamp + np.round((estimate.times - estimate.t1) * 1e9).astype(np.int64)
+        fresh = slice(np.searchsorted(stamps, self._followed, side='right'), None)
+        rows = np.hstack([estimate.states, np.tile(parameters, (stamps.size, 1))])
+        n = estimate.states.shape[1]
+        for jump in estimate.jumps:
+            for place, name in enumerate(estimate.parameters, n):
+                rows[estimate.times < jump.time, place] -= jump.sizes.get(name, 0.0)
+        for stamp, row in zip(stamps[fresh], rows[fresh], strict=True):
+            self.path.add(int(stamp), row)
+        self._followed = int(stamps[-1])
 
     def judged(self, forecasts: Sequence[Forecast]) -> None:
         """Note what came of forecasts."""

@@ -1,18 +1,23 @@
 """Pictures of a replay: parameters and states with their bands, and what the fits leave."""
 
+import math
+from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
+from obs_ros.model import Variable
 from obs_ros.replay.engine import Account
 from obs_ros.replay.extras import require
-from obs_ros.typing import Array
+from obs_ros.replay.fitted import fitted_outputs, outputs_of_states
+from obs_ros.typing import Array, IntArray
 
 BAND = 2.0  # standard deviations
 MOST_POINTS = 4000  # of a curve
 MARKED = 400  # estimates at most that get a dot each
 CONFIRMED = ('converged', 'at_bound')
+STYLE = {'font.size': 9, 'axes.spines.top': False, 'axes.spines.right': False}
 COLOURS = ('#1f5fa8', '#c4561a', '#2d7f46', '#7a4fa0', '#8c6d1f', '#a83254')
 
 
@@ -27,39 +32,100 @@ def draw(account: Account, folder: Path) -> None:
     history = account.history
     if not len(history):
         return
-    n = len(history.model.states)
-    with plt.rc_context({'font.size': 9, 'axes.spines.top': False, 'axes.spines.right': False}):
+    with plt.rc_context(STYLE):
         if history.model.parameters:
-            _curves(plt, account, n, history.model.parameters, folder / 'parameters.png',
-                    f'Parameters, ± {BAND:g} sd')  # fmt: skip
-        _curves(plt, account, 0, history.model.states, folder / 'states.png',
-                f'States at the end of each window, ± {BAND:g} sd'
-                if account.horizon else f'States, ± {BAND:g} sd')  # fmt: skip
+            _parameters(plt, account, folder / 'parameters.png')
+        _states(plt, account, folder / 'states.png')
         _misfit(plt, account, folder / 'misfit.png')
 
 
-def _curves(plt: Any, account: Account, first: int, variables: Any, path: Path, title: str) -> None:
+def _parameters(plt: Any, account: Account, path: Path) -> None:
+    """Draw each parameter, estimate by estimate, with its band."""
     history = account.history
-    times, shown = _times(account)
-    values, deviations = history.rows('values')[shown], history.rows('deviations')[shown]
-    confirmed = np.isin(np.array(history.outcome_of)[shown], CONFIRMED)
-    figure, axes = _panels(plt, len(variables), title)
-    for place, (variable, ax) in enumerate(zip(variables, axes, strict=True), first):
-        colour = COLOURS[(place - first) % len(COLOURS)]
-        value, deviation = values[:, place], BAND * deviations[:, place]
-        _band(ax, times, value, deviation, colour)
-        _dots(ax, times, value, confirmed, np.isfinite(deviation), colour)
-        for jump in history.jumps:
-            if variable.name in jump.sizes:
-                ax.axvline(
-                    _since(account, jump.stamp), color='#b01030', linestyle='--', linewidth=1
-                )
-        unit = '' if variable.unit == '1' else f' ({variable.unit})'
-        ax.set_ylabel(f'{variable.name}{unit}')
+    variables, times = history.model.parameters, _times(account)[0]
+    figure, axes = _panels(plt, len(variables), f'Parameters, ± {BAND:g} sd')
+    for k, (variable, ax) in enumerate(zip(variables, axes, strict=True)):
+        place, colour = len(history.model.states) + k, COLOURS[k % len(COLOURS)]
+        value, deviation = _estimates(ax, account, place, colour, joined=True)
+        _label(ax, variable)
         _limit(ax, value, deviation, (variable.lower, variable.upper))
-    jumps = any(set(jump.sizes) & {v.name for v in variables} for jump in history.jumps)
+    jumps = _draw_jumps(account, axes, variables)
     _legend(figure, dots=times.size <= MARKED, jumps=jumps)
     _finish(plt, figure, axes, account, path)
+
+
+def _states(plt: Any, account: Account, path: Path) -> None:
+    """Draw the states that the fits found, what was measured, and the estimates with their bands.
+
+    Outputs that are no state have panels of their own, below.
+    """
+    history = account.history
+    model, times = history.model, _times(account)[0]
+    shown = outputs_of_states(model)
+    others = [k for k in range(len(model.outputs)) if k not in shown.values()]
+    title = 'States and outputs' if others else 'States'
+    figure, axes = _panels(plt, len(model.states) + len(others), f'{title}, ± {BAND:g} sd')
+    along = _seconds(account, history.path.stamps)
+    for place, (variable, ax) in enumerate(zip(model.states, axes, strict=False)):
+        colour, fitted = COLOURS[place % len(COLOURS)], history.path.rows[:, place]
+        measured = _measured(ax, account, shown[place]) if place in shown else np.empty(0)
+        ax.plot(*_broken(along, fitted), color=colour, linewidth=0.9)
+        value, deviation = _estimates(ax, account, place, colour, joined=account.horizon is None)
+        _label(ax, variable)
+        seen = np.concatenate([value, fitted, _usual(measured)])
+        # Padded: only estimates have a band.
+        spread = np.concatenate([deviation, np.full(seen.size - value.size, math.nan)])
+        _limit(ax, seen, spread, (-math.inf, math.inf))
+    fits = fitted_outputs(history)
+    for k, ax in zip(others, axes[len(model.states) :], strict=True):
+        measured = _measured(ax, account, k)
+        ax.plot(*_broken(along, fits[:, k]), color='0.2', linewidth=0.9)
+        _label(ax, model.outputs[k])
+        seen = np.concatenate([fits[:, k], _usual(measured)])
+        _limit(ax, seen, np.empty(0), (-math.inf, math.inf))
+    jumps = _draw_jumps(account, axes, model.unknowns)
+    _legend(figure, dots=times.size <= MARKED, jumps=jumps, path=account.horizon is not None)
+    _finish(plt, figure, axes, account, path)
+
+
+def _estimates(
+    ax: Any, account: Account, place: int, colour: str, *, joined: bool
+) -> tuple[Array, Array]:
+    """Draw the estimates of one unknown, `joined` with a band; return values and band widths."""
+    history = account.history
+    times, shown = _times(account)
+    value = history.rows('values')[shown][:, place]
+    deviation = BAND * history.rows('deviations')[shown][:, place]
+    confirmed = np.isin(np.array(history.outcome_of)[shown], CONFIRMED)
+    if joined:
+        ax.plot(times, value, color=colour, linewidth=0.8, alpha=0.5)
+        ax.fill_between(times, value - deviation, value + deviation, color=colour, alpha=0.18, lw=0)
+    if times.size <= MARKED:
+        ax.errorbar(times, value, np.nan_to_num(deviation), fmt='none', ecolor=colour,
+                    elinewidth=0.8, alpha=0.6)  # fmt: skip
+    _dots(ax, times, value, confirmed, np.isfinite(deviation), colour)
+    return value, deviation
+
+
+def _measured(ax: Any, account: Account, output: int) -> Array:
+    """Draw what was measured of an output, and return it."""
+    trace = account.history.measured
+    values = trace.rows[:, output]
+    ax.plot(_seconds(account, trace.stamps), values, linestyle='', marker='.', markersize=4,
+            color='0.68', zorder=0)  # fmt: skip
+    return values[np.isfinite(values)]
+
+
+def _draw_jumps(account: Account, axes: Any, variables: Sequence[Variable]) -> bool:
+    """Mark the jumps of the parameters shown, each in its panel, or in all; whether there were."""
+    names = [variable.name for variable in variables]
+    found = [jump for jump in account.history.jumps if set(jump.sizes) & set(names)]
+    own = len(names) == len(axes)
+    for jump in found:
+        for name, ax in zip(names, axes, strict=True) if own else ((None, ax) for ax in axes):
+            if name is None or name in jump.sizes:
+                ax.axvline(_since(account, jump.stamp), color='#b01030', linestyle='--', lw=1)
+    return bool(found)
 
 
 def _misfit(plt: Any, account: Account, path: Path) -> None:
@@ -86,8 +152,7 @@ def _misfit(plt: Any, account: Account, path: Path) -> None:
             ax.plot(times, rms, color=colour, linestyle=style, linewidth=1.2, label=label,
                     marker='o' if times.size <= MARKED else None, markersize=3)  # fmt: skip
         ax.set_yscale('log')
-        unit = '' if variable.unit == '1' else f' ({variable.unit})'
-        ax.set_ylabel(f'rms of {variable.name}{unit}')
+        _label(ax, variable, 'rms of ')
     axes[0].legend(loc='lower center', bbox_to_anchor=(0.5, 1.0), ncols=3, frameon=False)
     _finish(plt, figure, axes, account, path)
 
@@ -99,8 +164,34 @@ def _times(account: Account) -> tuple[Array, Any]:
     return np.array([_since(account, int(stamp)) for stamp in stamps[shown]]), shown
 
 
+def _seconds(account: Account, stamps: IntArray) -> Array:
+    return (stamps - (account.first or 0)) / 1e9
+
+
+def _broken(times: Array, values: Array) -> tuple[Array, Array]:
+    """Interrupt a line where no window was: at gaps ten times as long as most steps."""
+    if times.size < 3:
+        return times, values
+    steps = np.diff(times)
+    gaps = np.flatnonzero(steps > 10.0 * np.median(steps)) + 1
+    return np.insert(times, gaps, times[gaps]), np.insert(values, gaps, math.nan)
+
+
+def _usual(values: Array) -> Array:
+    """Return what spans the values but for their odd ones, so that a spike flattens nothing."""
+    if not values.size:
+        return values
+    low, middle, high = np.quantile(values, (0.01, 0.5, 0.99))
+    return np.asarray(np.clip(values, low - (middle - low), high + (high - middle)))
+
+
 def _since(account: Account, stamp: int | None) -> float:
     return ((stamp or 0) - (account.first or 0)) / 1e9
+
+
+def _label(ax: Any, variable: Variable, prefix: str = '') -> None:
+    unit = '' if variable.unit == '1' else f' ({variable.unit})'
+    ax.set_ylabel(f'{prefix}{variable.name}{unit}')
 
 
 def _panels(plt: Any, count: int, title: str) -> tuple[Any, Any]:
@@ -110,14 +201,6 @@ def _panels(plt: Any, count: int, title: str) -> tuple[Any, Any]:
     )  # fmt: skip
     figure.suptitle(title, x=0.01, ha='left', fontweight='bold')
     return figure, axes[:, 0]
-
-
-def _band(ax: Any, times: Array, value: Array, deviation: Array, colour: str) -> None:
-    ax.plot(times, value, color=colour, linewidth=0.8, alpha=0.5)
-    ax.fill_between(times, value - deviation, value + deviation, color=colour, alpha=0.18, lw=0)
-    if times.size <= MARKED:
-        ax.errorbar(times, value, np.nan_to_num(deviation), fmt='none', ecolor=colour,
-                    elinewidth=0.8, alpha=0.6)  # fmt: skip
 
 
 def _dots(ax: Any, times: Array, value: Array, confirmed: Any, known: Any, colour: str) -> None:
@@ -144,22 +227,29 @@ def _limit(ax: Any, value: Array, deviation: Array, bounds: tuple[float, float])
     ax.set_ylim(low - room, high + room)
 
 
-def _legend(figure: Any, *, dots: bool, jumps: bool) -> None:
+def _legend(figure: Any, *, dots: bool, jumps: bool, path: bool | None = None) -> None:
+    """Explain what is drawn; `path` is None where there are no measurements either."""
     lines = require('matplotlib.lines', 'drawing')
     style = {'linestyle': '', 'color': '0.3', 'markersize': 4}
     entries = (
         [
             lines.Line2D([], [], marker='o', label='confirmed', **style),
             lines.Line2D([], [], marker='o', markerfacecolor='white', label='in doubt', **style),
-            lines.Line2D([], [], marker='x', label='no standard deviation', **style),
+            lines.Line2D([], [], marker='x', label='no sd', **style),
         ]
         if dots
         else []
     )
+    if path is not None:
+        entries.insert(0, lines.Line2D([], [], label='measured', **{**style, 'marker': '.',
+                                                                    'color': '0.6'}))  # fmt: skip
+        label = 'fitted path' if path else 'estimate'
+        entries.insert(0, lines.Line2D([], [], color='0.3', linewidth=1.2, label=label))
     if jumps:
-        entries.append(lines.Line2D([], [], color='#b01030', linestyle='--', label='jump found'))
+        entries.append(lines.Line2D([], [], color='#b01030', linestyle='--', label='jump'))
     if entries:
-        figure.legend(handles=entries, loc='outside upper right', ncols=len(entries), frameon=False)
+        figure.legend(handles=entries, loc='outside upper right', ncols=len(entries), frameon=False,
+                      columnspacing=1.2, handletextpad=0.4)  # fmt: skip
 
 
 def _finish(plt: Any, figure: Any, axes: Any, account: Account, path: Path) -> None:

@@ -91,7 +91,7 @@ def compiled_or_numpy(
     except ImportError as error:
         reason = f'Numba does not work here: {error}'
         if backend == 'numba':
-            raise ImportError(f"{reason}; pip install 'obs_ros[fast]'") from error
+            raise ImportError(f'{reason}; pip install numba') from error
         log.warning('%s; NumPy is used, which is slower', reason)
         return plain()
     try:

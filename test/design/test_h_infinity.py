@@ -14,7 +14,7 @@ def test_without_cvxpy_it_says_what_to_install(
     monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
     monkeypatch.setitem(__import__('sys').modules, 'cvxpy', None)
-    with pytest.raises(ImportError, match=r'pip install obs_ros\[design\]'):
+    with pytest.raises(ImportError, match='pip install cvxpy clarabel'):
         import_cvxpy()
     assert main([]) == 1
     assert 'refused: the design of H-infinity gains needs cvxpy' in capsys.readouterr().out

@@ -189,7 +189,7 @@ def test_it_starts_without_ros_and_without_its_own_extras(table):
     )  # fmt: skip
     assert run.returncode == 0, run.stderr
     assert f'{COUNT} estimates' in run.stdout
-    assert "pip install rosbags (or 'obs_ros[replay]')" in run.stderr
+    assert 'pip install rosbags' in run.stderr
     assert 'pip install matplotlib' in run.stderr
 
 
