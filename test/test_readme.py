@@ -52,3 +52,16 @@ def test_every_file_that_the_readme_links_is_in_the_repository() -> None:
     if 'not a git repository' in tracked.stderr:
         pytest.skip('not a git checkout')
     assert tracked.returncode == 0, tracked.stderr
+
+
+def test_texts_that_are_long_are_shown_whole() -> None:
+    """`ros2 topic echo` cuts what it shows at 128 characters, advice included."""
+    pages = [README, *(page.read_text() for page in (ROOT / 'docs').glob('*.md'))]
+    commands = re.findall(r'ros2 topic echo [^`\n]*(?:/diagnostics|/info)', '\n'.join(pages))
+    assert len(commands) >= 4
+    assert all('--full-length' in command for command in commands), commands
+
+
+@pytest.mark.parametrize('page', ['README.md', 'docs/your-own-plant.md'])
+def test_what_inputs_do_between_samples_is_told_where_inputs_are_described(page: str) -> None:
+    assert re.search(r"interpolation.*'?linear.*mean", (ROOT / page).read_text(), re.DOTALL)
