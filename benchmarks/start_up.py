@@ -58,7 +58,7 @@ def started(folder: Path, cache: Path) -> Start:
     with subprocess.Popen(
         [sys.executable, '-m', 'benchmarks.first_solve', str(folder / 'window.npz')],
         cwd=root,
-        env={**os.environ, 'OBS_ROS_CACHE': str(cache), 'NUMBA_CACHE_DIR': str(cache)},
+        env={**os.environ, 'OBS_ROS_CACHE': str(cache)},
         stdout=subprocess.PIPE,
         text=True,
     ) as child:

@@ -26,7 +26,7 @@ settings.load_profile('gate')
 # Deadlines count the time that their thread computes, not that in which others have the processor.
 Deadline._now = staticmethod(time.thread_time)  # type: ignore[method-assign]
 
-# Kernels compile once and stay for the next run, apart from the user's own.
+# Kernels compile once, for all workers, and stay for the next run, apart from the user's own.
 os.environ['OBS_ROS_CACHE'] = str(
     Path(tempfile.gettempdir()) / f'obs_ros_test_kernels_{getpass.getuser()}'
 )

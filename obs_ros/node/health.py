@@ -4,8 +4,8 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any
 
-from obs_ros.acceleration import cache_trouble
 from obs_ros.estimate import Estimate, Jump, Outcome
+from obs_ros.kernel_cache import cache_trouble
 from obs_ros.node.diagnostics import Health, Level
 from obs_ros.node.feed import Feed
 from obs_ros.node.forecast import Forecast

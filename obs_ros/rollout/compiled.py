@@ -1,24 +1,22 @@
-"""Rollouts compiled by Numba: one generated module per model, cached in the user's cache folder."""
+"""Rollouts compiled by Numba: one generated module per model, its kernels in the cache folder."""
 
-import importlib.abc
-import importlib.util
+import functools
 import logging
-import os
-import shutil
 import sys
-import tempfile
 import threading
+from collections.abc import Callable
 from importlib.resources import files
-from pathlib import Path as FilePath
 from types import ModuleType
 from typing import Any
 
 import numba
 import numpy as np
 
-from obs_ros.acceleration import note_cache_trouble, storing
+from obs_ros.acceleration import OPTIONS
+from obs_ros.fingerprint import fingerprint
+from obs_ros.kernel_cache import stored
 from obs_ros.model import Model
-from obs_ros.rollout.functions import fingerprint, rebuilt
+from obs_ros.rollout.functions import rebuilt
 from obs_ros.rollout.grid import Grid
 from obs_ros.rollout.path import Path
 from obs_ros.rollout.series_parallel import Stretch
@@ -26,12 +24,10 @@ from obs_ros.typing import AnyArray, Array, IntArray
 
 LANES = 16  # candidates per chunk; below that LLVM unrolls the lane loop instead of vectorising it
 BLOCK_VALUES = 4096  # 32 kB: the outputs of one time block stay in the first-level cache
-KEPT_MODULES = 64  # generated modules kept in the cache folder
 
 # Products may be fused, reciprocals taken and the sign of zero lost; NaN and infinity must survive,
 # since a diverged candidate is known by them.
 FASTMATH = {'contract', 'arcp', 'nsz'}
-OPTIONS: dict[str, Any] = {'error_model': 'numpy', 'nogil': True}
 
 CompileError = numba.core.errors.NumbaError
 
@@ -133,7 +129,7 @@ def padded(x0: Array, p: Array) -> tuple[Array, Array]:
 
 
 def load_module(model: Model) -> ModuleType:
-    """Import the model's generated module, writing it first where it is new.
+    """Return the model's generated module, whose functions compile when they are first called.
 
     Its name tells the model's code and constants, so another model or an edited one never meets a
     stale kernel. Without a writable cache folder everything works, but compiles in every process.
@@ -141,47 +137,33 @@ def load_module(model: Model) -> ModuleType:
     text = source(model)
     name = f'obs_ros_kernels_{fingerprint(text, model.dynamics, model.output)}'
     with _lock:
-        if name in sys.modules:
-            return sys.modules[name]
-        path = stored(name, text)
-        cached = path is not None
-        if path is None or not any(path.parent.glob('__pycache__/*.nbi')):
-            log.info('compiling the kernels of model %r: several seconds, once', model.name)
-        if path is None:
-            spec = importlib.util.spec_from_loader(name, Unstored(text))
-        else:
-            spec = importlib.util.spec_from_file_location(name, path)
-        assert spec is not None and spec.loader is not None
-        module = importlib.util.module_from_spec(spec)
-        bind(module, model, cached)
-        sys.modules[name] = module
-        spec.loader.exec_module(module)
-        return module
+        if name not in sys.modules:
+            module = ModuleType(name, f'Kernels of model {model.name!r}.')
+            bind(module, model)
+            exec(compile(text, f'<{name}>', 'exec'), module.__dict__)
+            sys.modules[name] = module
+        return sys.modules[name]
 
 
-class Unstored(importlib.abc.InspectLoader):
-    """Loads a generated module of which no file could be written."""
-
-    def __init__(self, text: str) -> None:
-        self._text = text
-
-    def get_source(self, fullname: str) -> str:
-        """Return the module's text."""
-        return self._text
-
-
-def bind(module: ModuleType, model: Model, cached: bool) -> None:
+def bind(module: ModuleType, model: Model) -> None:
     """Give the generated module its decorators and the model's two functions."""
     # Inlining has to happen before the loop vectoriser runs, or lanes are computed one by one.
     inline = numba.njit(forceinline=True, fastmath=FASTMATH, **OPTIONS)
+
+    @functools.cache  # once for all kernels
+    def announce() -> None:
+        log.info('compiling the kernels of model %r: several seconds, once', model.name)
+
+    def entry(kernel: Callable[..., None]) -> Any:
+        compiled = numba.njit(fastmath=FASTMATH, **OPTIONS)(kernel)
+        return stored(compiled, lambda: module.__name__, announce)
+
     module.__dict__.update(
         jit=inline,
         jit_sum=numba.njit(forceinline=True, fastmath=FASTMATH | {'reassoc'}, **OPTIONS),
-        entry=lambda kernel: storing(
-            numba.njit(fastmath=FASTMATH, cache=cached, **OPTIONS)(kernel)
-        ),
-        dynamics=inline(rebuilt(model.dynamics, inline)),
-        output=inline(rebuilt(model.output, inline)),
+        entry=entry,
+        dynamics=inline(rebuilt(model.dynamics, inline, module.__name__)),
+        output=inline(rebuilt(model.output, inline, module.__name__)),
     )
 
 
@@ -232,39 +214,3 @@ def header(model: Model) -> str:
             ),
         ]
     )
-
-
-def stored(name: str, text: str) -> FilePath | None:
-    """Return the module's file in the cache folder, written if new; None if that is impossible."""
-    path = cache_folder() / name / f'{name}.py'
-    try:
-        if not path.exists() or path.read_text() != text:
-            path.parent.mkdir(parents=True, exist_ok=True)
-            # Written aside and moved: another process may be reading or writing the same file.
-            handle, draft = tempfile.mkstemp(dir=path.parent)
-            with os.fdopen(handle, 'w') as file:
-                file.write(text)
-            os.replace(draft, path)
-            prune(path.parent.parent)
-        elif not os.access(path.parent, os.W_OK):
-            return path if any(path.parent.glob('__pycache__/*.nbi')) else None
-        os.utime(path.parent)
-    except OSError as error:
-        note_cache_trouble(path.parent, error)
-        return None
-    return path
-
-
-def cache_folder() -> FilePath:
-    """Return where generated modules live: $OBS_ROS_CACHE, else the user's cache folder."""
-    if own := os.environ.get('OBS_ROS_CACHE'):
-        return FilePath(own)
-    base = os.environ.get('XDG_CACHE_HOME')
-    return (FilePath(base) if base else FilePath.home() / '.cache') / 'obs_ros'
-
-
-def prune(folder: FilePath) -> None:
-    """Delete the generated modules that were not used for longest: edited models leave old ones."""
-    modules = sorted(folder.glob('obs_ros_kernels_*'), key=lambda path: path.stat().st_mtime)
-    for path in modules[:-KEPT_MODULES]:
-        shutil.rmtree(path, ignore_errors=True)

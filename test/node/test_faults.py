@@ -597,7 +597,7 @@ def test_a_model_that_diverges_is_withheld(ros, monkeypatch):
 def test_where_no_kernel_can_be_stored_it_runs_and_says_so(tmp_path, full):
     folder = tmp_path / 'cache' if full else Path(os.devnull) / 'cache'
     script = UNSTORED.format(limit='resource.RLIMIT_FSIZE, (20_000, 20_000)' if full else '')
-    environment = {**os.environ, 'OBS_ROS_CACHE': str(folder), 'NUMBA_CACHE_DIR': str(folder),
+    environment = {**os.environ, 'OBS_ROS_CACHE': str(folder),
                    'PYTHONPATH': os.pathsep.join(sys.path)}  # fmt: skip
     ended = subprocess.run(
         [sys.executable, '-c', script], env=environment, capture_output=True, text=True, timeout=120
@@ -613,7 +613,7 @@ import resource
 from plants import VESSEL
 import numpy as np
 from obs_ros import Record, solve_window
-from obs_ros.acceleration import cache_trouble
+from obs_ros.kernel_cache import cache_trouble
 limits = ({limit})
 if limits:
     resource.setrlimit(*limits)

@@ -1,0 +1,110 @@
+"""A hash of all that a function's compiled code depends on."""
+
+import dis
+import hashlib
+from collections.abc import Callable, Iterator
+from types import CodeType, FunctionType, ModuleType
+from typing import Any
+
+import numpy as np
+
+
+def fingerprint(text: str, *functions: Callable[..., Any]) -> str:
+    """Hash a text and functions: their code, constants, and the globals they use, to any depth.
+
+    The names of the functions' modules count too, since compiled code looks these modules up.
+    """
+    digest = hashlib.sha256(text.encode())
+    seen: set[int] = set()
+    for function in functions:
+        _hash_value(digest, function, seen)
+    return digest.hexdigest()[:24]
+
+
+def used_globals(function: FunctionType) -> Iterator[tuple[str, Any]]:
+    """Yield name and value of every global that the function reads, in the names' order."""
+    for name in sorted(_operands(function.__code__, 'LOAD_GLOBAL', 'LOAD_NAME')):
+        if name in function.__globals__:
+            yield name, function.__globals__[name]
+
+
+def used_attributes(function: FunctionType) -> list[str]:
+    """Return the names of all attributes that the function reads, of whatever, in order."""
+    return sorted(_operands(function.__code__, 'LOAD_ATTR', 'LOAD_METHOD'))
+
+
+def of_library(value: Any) -> bool:
+    """Whether this is a function or module of NumPy, say, known well enough by its name."""
+    if isinstance(value, ModuleType):
+        return _is_library(value.__name__)
+    return hasattr(value, '__qualname__') and _is_library(getattr(value, '__module__', None) or '')
+
+
+def _is_library(module: str) -> bool:
+    return module.split('.')[0] in ('numpy', 'math', 'scipy', 'builtins')
+
+
+def _operands(code: CodeType, *operations: str) -> set[str]:
+    found = {step.argval for step in dis.get_instructions(code) if step.opname in operations}
+    for constant in code.co_consts:
+        if isinstance(constant, CodeType):
+            found |= _operands(constant, *operations)
+    return found
+
+
+def _hash_value(digest: Any, value: Any, seen: set[int]) -> None:
+    value = getattr(value, 'py_func', value)  # a function that is compiled already
+    if of_library(value):
+        digest.update(f'{value.__module__}.{value.__qualname__}'.encode())
+    elif isinstance(value, FunctionType):
+        _hash_function(digest, value, seen)
+    elif isinstance(value, CodeType):
+        digest.update(value.co_code)
+        names = value.co_names, value.co_varnames, value.co_freevars, value.co_kwonlyargcount
+        digest.update(repr(names).encode())
+        for constant in value.co_consts:
+            _hash_value(digest, constant, seen)
+    elif isinstance(value, np.ndarray):
+        digest.update(repr((value.dtype, value.shape)).encode())
+        digest.update(value.tobytes())
+    elif isinstance(value, (tuple, list)):
+        digest.update(f'{type(value).__qualname__} of {len(value)}'.encode())
+        for entry in value:
+            _hash_value(digest, entry, seen)
+    elif isinstance(value, type):
+        digest.update(f'{value!r} {getattr(value, "_fields", "")}'.encode())
+    else:  # numbers and strings by value
+        digest.update(repr(value).encode())
+
+
+def _hash_function(digest: Any, function: FunctionType, seen: set[int]) -> None:
+    if id(function) in seen:
+        return
+    seen.add(id(function))
+    digest.update(f'{function.__module__}.{function.__qualname__}'.encode())
+    _hash_value(digest, function.__code__, seen)
+    _hash_value(digest, function.__defaults__, seen)
+    _hash_value(digest, sorted((function.__kwdefaults__ or {}).items()), seen)
+    attributes = used_attributes(function)
+    cells = (('', cell.cell_contents) for cell in function.__closure__ or ())
+    for name, used in (*used_globals(function), *cells):
+        digest.update(name.encode())
+        if isinstance(used, ModuleType):
+            _hash_module(digest, used, attributes, seen)
+        else:
+            _hash_value(digest, used, seen)
+
+
+def _hash_module(digest: Any, module: ModuleType, attributes: list[str], seen: set[int]) -> None:
+    """Hash what a function may use of a module, or of modules inside it, by these names."""
+    reached = [module]
+    for inner in reached:
+        digest.update(inner.__name__.encode())
+        if of_library(inner):
+            continue
+        for attribute in attributes:
+            used = getattr(inner, attribute, None)
+            if not isinstance(used, ModuleType):
+                _hash_value(digest, used, seen)
+            elif used not in reached:
+                reached.append(used)
