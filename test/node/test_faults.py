@@ -394,6 +394,21 @@ def test_two_publishers_in_turns_are_told_and_estimates_withheld(ros, monkeypatc
     assert not bench.parameters and told['published'] == '0'
 
 
+def test_two_publishers_that_send_in_bursts_are_told_too(ros, monkeypatch):
+    """Ten at a time, their clocks .3 s apart: time seems to jump back again and again."""
+    bench = Bench(ros, monkeypatch, **NOISE)
+    other = Others(ros)
+    messages = run()
+    for k in range(0, len(messages), 20):
+        burst = messages[k : k + 20]
+        bench.play(burst)
+        for message in burst:
+            other.say(message._replace(t=message.t - 0.3))
+    message, told = bench.told('mixed')
+    assert '2 publishers' in message
+    assert told['published'] == '0' and told['output.lost'] == '0'
+
+
 def test_a_publisher_that_takes_over_is_no_second_one(ros, monkeypatch):
     """As when the simulator is killed and started again: the old one may be listed for long."""
     bench = Bench(ros, monkeypatch, **NOISE)
