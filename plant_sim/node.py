@@ -7,7 +7,6 @@ from collections.abc import Mapping
 from typing import Any
 
 from rclpy.clock import Clock, ClockType
-from rclpy.node import Node
 from rclpy.parameter import Parameter
 from rclpy.timer import Timer
 from rosgraph_msgs.msg import Clock as ClockMessage
@@ -17,6 +16,7 @@ from std_srvs.srv import SetBool, Trigger
 from obs_ros.model import names
 from obs_ros.models import load_model
 from obs_ros.node.diagnostics import Health, Level, publish_health
+from obs_ros.node.guarded import GuardedNode
 from obs_ros.node.info import model_info, publish_info, settings_info
 from obs_ros.node.messages import STREAM, named_vector, time_message
 from obs_ros.node.parameters import Parameters
@@ -30,7 +30,7 @@ _SHORTEST_TICK, _LONGEST_TICK = 0.001, 0.01  # s of wall time
 _BUDGET = 0.02  # s of wall time spent on late samples before services get their turn
 
 
-class Simulator(Node):
+class Simulator(GuardedNode):
     """Publishes outputs, inputs and the truth of a simulated plant, sample by sample.
 
     Stamps are plant time from 0 where /clock is published, else the wall time of the run's start

@@ -9,14 +9,14 @@ from typing import Any
 import rclpy
 from rclpy.clock import JumpThreshold
 from rclpy.duration import Duration
-from rclpy.node import Node
 from std_srvs.srv import SetBool, Trigger
 
 from obs_ros.estimate import Estimate
 from obs_ros.models import load_model
 from obs_ros.node.bindings import bindings, signal_knobs
-from obs_ros.node.diagnostics import Health, publish_health
+from obs_ros.node.diagnostics import Health, Level, publish_health
 from obs_ros.node.forecast import Forecast
+from obs_ros.node.guarded import GuardedNode
 from obs_ros.node.health import Progress, examine
 from obs_ros.node.info import model_info, publish_info, settings_info
 from obs_ros.node.parameters import Parameters
@@ -24,14 +24,16 @@ from obs_ros.node.publication import EstimatePublisher
 from obs_ros.node.run import run
 from obs_ros.node.settings import CHOICE, build_observer, differs, observer_knobs
 from obs_ros.node.streams import Streams, check_bindings
+from obs_ros.node.waiting import Waiting
 from obs_ros.node.worker import Finished, Worker
 from obs_ros.observers import Observer
 from obs_ros.record import Sample
+from obs_ros.texts import one_line
 
 _PATIENCE = 0.3  # s that the end of the node waits for a solve
 
 
-class Estimator(Node):
+class Estimator(GuardedNode):
     """Feeds an observer from plant/output and plant/input and publishes what it estimates.
 
     Parameters `signals.<name>` bind outputs and inputs to fields of other topics.
@@ -57,6 +59,7 @@ class Estimator(Node):
         self._due: float | None = None
         self._solving = 0.0  # the same of the window that is being solved
         self._forecast: Forecast | None = None
+        self._waiting = Waiting()
         self._guard = self.create_guard_condition(self._collect)
         self._worker = Worker(notify=self._guard.trigger)
         try:
@@ -265,10 +268,19 @@ class Estimator(Node):
             self._worker.discard()
 
     def _examine(self) -> Health:
-        return examine(
+        self.progress.collected = self._observer.collected
+        self.progress.solving = self._due is not None or self._worker.running == 'estimate'
+        health = examine(
             self.progress, self._feeds, self._settings, self._observer.counts, self._break,
             self._forecast,
         )  # fmt: skip
+        if line := self._waiting.line(health):
+            # rclpy holds every line of code to one severity.
+            if health.level is Level.OK:
+                self.get_logger().info(one_line(line))
+            else:
+                self.get_logger().warning(one_line(line))
+        return health
 
 
 def main() -> int:

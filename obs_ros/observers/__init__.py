@@ -57,6 +57,13 @@ class Observer(Protocol):
         """What was dropped, mended or skipped so far, by reason."""
 
     @property
+    def collected(self) -> float | None:
+        """Sample time (s) that the window that is open holds; None before its first output.
+
+        None as well where there are no windows.
+        """
+
+    @property
     def last_break(self) -> str | None:
         """The last break of the samples' timeline, in words; None if there was none."""
 

@@ -80,6 +80,10 @@ class FakeObserver:
         self.outputs.clear()
 
     @property
+    def collected(self) -> float | None:
+        return None
+
+    @property
     def counts(self) -> Mapping[str, int]:
         return {'late': 3, 'skipped': self.skipped}
 
