@@ -1,7 +1,7 @@
 """One row of a node's table of parameters: its type, range and description. Knows no ROS."""
 
 import math
-from collections.abc import Iterable
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 from typing import Any
 
@@ -90,6 +90,13 @@ class Knob:
         if math.isnan(value):
             return self.nan
         return self.lower <= value <= self.upper and (value > 0 or not self.positive)
+
+
+def check_names(given: Iterable[str], renamed: Mapping[str, str]) -> None:
+    """Raise ValueError for a name by which a parameter was called once, naming the new one."""
+    for name in given:
+        if name in renamed:
+            raise ValueError(f'{name} is now {renamed[name]}: give that one')
 
 
 def markdown_table(knobs: Iterable[Knob]) -> str:

@@ -22,7 +22,7 @@ from obs_ros.node.info import model_info, publish_info, settings_info
 from obs_ros.node.parameters import Parameters
 from obs_ros.node.publication import EstimatePublisher
 from obs_ros.node.run import run
-from obs_ros.node.settings import CHOICE, build_observer, differs, observer_knobs
+from obs_ros.node.settings import CHOICE, RENAMED, build_observer, differs, observer_knobs
 from obs_ros.node.streams import Streams, check_bindings
 from obs_ros.node.waiting import Waiting
 from obs_ros.node.worker import Finished, Worker
@@ -69,7 +69,7 @@ class Estimator(GuardedNode):
             raise
 
     def _start(self) -> None:
-        parameters = Parameters(self)
+        parameters = Parameters(self, RENAMED)
         parameters.declare(CHOICE)
         self.model = load_model(parameters.values['model'])
         parameters.declare(observer_knobs(self.model, parameters.values['observer']))
@@ -78,7 +78,7 @@ class Estimator(GuardedNode):
         check_bindings(self, self.model, bound)
         self._publish_info = publish_info(self)
         self._publisher = EstimatePublisher(
-            self, self.model, predicting='predict' in parameters.values
+            self, self.model, predicting='prediction.enabled' in parameters.values
         )
         parameters.watch(self._propose, self._adopt)
         self._streams = Streams(
@@ -126,13 +126,13 @@ class Estimator(GuardedNode):
 
     def _predict(self) -> None:
         """Begin to predict, or cease, as the settings say."""
-        if self._settings.get('predict') and self._forecast is None:
+        if self._settings.get('prediction.enabled') and self._forecast is None:
             self._forecast = Forecast(self.model, self._publisher.publish_prediction)
             self._prepared = False
-        elif not self._settings.get('predict'):
+        elif not self._settings.get('prediction.enabled'):
             self._forecast = None
         if self._forecast is not None:
-            self._forecast.rate = self._settings['predict.rate']
+            self._forecast.rate = self._settings['prediction.rate']
 
     def _prepare(self) -> float:
         """Compile what is not compiled yet, in the worker; return the seconds that it took."""

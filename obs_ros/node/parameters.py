@@ -9,7 +9,7 @@ from rcl_interfaces.msg import ParameterDescriptor, SetParametersResult
 from rclpy.node import Node
 from rclpy.parameter import Parameter
 
-from obs_ros.knob import Knob, Value, plain
+from obs_ros.knob import Knob, Value, check_names, plain
 from obs_ros.registry import suggest
 
 # What rclpy and rcl declare on their own, wherever the user says so.
@@ -17,9 +17,12 @@ _FOREIGN = re.compile(r'use_sim_time|start_type_description_service|qos_override
 
 
 class Parameters:
-    """The parameters of one node, which must declare automatically what the user gives."""
+    """The parameters of one node, which must declare automatically what the user gives.
 
-    def __init__(self, node: Node) -> None:
+    Raises ValueError where the user gives one of those that are `renamed` by its old name.
+    """
+
+    def __init__(self, node: Node, renamed: Mapping[str, str] | None = None) -> None:
         self._node = node
         self._knobs: dict[str, Knob] = {}
         self._values: dict[str, Value] = {}
@@ -30,6 +33,7 @@ class Parameters:
             for name, parameter in node.get_parameters_by_prefix('').items()
             if not _FOREIGN.fullmatch(name)
         }
+        check_names(self._given, renamed or {})
         for name in self._given:
             node.undeclare_parameter(name)
 

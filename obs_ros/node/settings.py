@@ -15,6 +15,9 @@ from obs_ros.search.population import POPULATIONS
 
 ALL, NONE = 'all', 'none'
 
+# What parameters were called once, with what they are called now.
+RENAMED = {'predict': 'prediction.enabled', 'predict.rate': 'prediction.rate'}
+
 # They say what is loaded: a remote `param set` must never import code.
 CHOICE = (
     Knob(
@@ -39,10 +42,13 @@ LIVE = (
         'stale_after', 5.0, 'wall time without samples after which a stream is stale', 's',
         positive=True,
     ),
-    Knob('predict', True, 'publish ~/prediction, the state carried on to the newest output'),
     Knob(
-        'predict.rate', 0.0, 'predictions per s of sample time at most; 0: one for every output',
-        'Hz', lower=0.0,
+        'prediction.enabled', True,
+        'publish ~/prediction, the state carried on to the newest output',
+    ),
+    Knob(
+        'prediction.rate', 0.0,
+        'predictions per s of sample time at most; 0: one for every output', 'Hz', lower=0.0,
     ),
 )  # fmt: skip
 

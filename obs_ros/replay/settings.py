@@ -5,11 +5,11 @@ from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 from typing import Any
 
-from obs_ros.knob import Knob, Value
+from obs_ros.knob import Knob, Value, check_names
 from obs_ros.model import Model
 from obs_ros.models import load_model
 from obs_ros.node.bindings import Binding, bindings, signal_knobs
-from obs_ros.node.settings import CHOICE, observer_knobs
+from obs_ros.node.settings import CHOICE, RENAMED, observer_knobs
 from obs_ros.registry import suggest
 
 # What every node has, and a replay has no use for.
@@ -45,6 +45,7 @@ def setup(given: Mapping[str, Any]) -> Setup:
     def coerced(knobs: Iterable[Knob]) -> dict[str, Value]:
         return {knob.name: knob.coerce(given.get(knob.name, knob.default)) for knob in knobs}
 
+    check_names(given, RENAMED)
     values = coerced(CHOICE)
     model = load_model(str(values['model']))
     values |= coerced(observer_knobs(model, str(values['observer'])))

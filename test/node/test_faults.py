@@ -536,7 +536,7 @@ def test_every_parameter_that_is_not_read_only_changes_live(ros, monkeypatch):
     bench = Bench(ros, monkeypatch)
     estimator = bench.estimator
     values = {
-        'deadline': 0.5, 'stale_after': 9.0, 'predict': False, 'predict.rate': 5.0,
+        'deadline': 0.5, 'stale_after': 9.0, 'prediction.enabled': False, 'prediction.rate': 5.0,
         'window.duration': 50.0, 'window.period': 25.0, 'window.capacity': 5000,
         'parameters': ['p1', 'p2'], 'states': ['h1', 'h2', 'h3'], 'learn_noise': True,
         'fitness': 'euclidean', 'seed': 7, 'search.method': 'chaotic_de', 'search.chaos': 'tent',

@@ -1,14 +1,20 @@
 import math
+import re
 
 import pytest
 from rclpy.node import Node
 from ros import set_parameter
 
 from obs_ros.knob import Knob, markdown_table
-from obs_ros.models import load_model
+from obs_ros.models import MODELS, load_model
 from obs_ros.node import settings
+from obs_ros.node.bindings import signal_knobs
+from obs_ros.node.estimator import Estimator
 from obs_ros.node.parameters import Parameters
+from obs_ros.observers import OBSERVERS
+from obs_ros.replay.settings import setup
 from plant_sim import settings as plant_settings
+from plant_sim.node import Simulator
 
 GAIN = Knob('gain', 1.0, 'loop gain', 'V/cm', lower=0.0, upper=5.0)
 WORD = Knob('word', '', 'what to do', choices=('', 'stay', 'leave'))
@@ -49,6 +55,44 @@ def test_every_default_is_allowed_and_described(knob):
     assert knob.coerce(knob.default) is knob.default or knob.coerce(knob.default) == knob.default
     assert knob.default != () and knob.description
     assert f'`{knob.name}`' in markdown_table([knob])
+
+
+@pytest.mark.parametrize('observer', OBSERVERS)
+@pytest.mark.parametrize('model', MODELS)
+def test_no_parameter_is_a_value_and_a_prefix(observer, model):
+    """`ros2 param dump` nests them by their dots."""
+    model = load_model(model)
+    names = {
+        knob.name
+        for knob in (
+            *settings.CHOICE, *settings.observer_knobs(model, observer), *signal_knobs(model),
+        )
+    }  # fmt: skip
+    assert len(names) > 10 and not clashing(names)
+
+
+def clashing(names):
+    return [(a, b) for a in names for b in names if b.startswith(f'{a}.')]
+
+
+@pytest.mark.parametrize('kind', [Estimator, Simulator])
+def test_no_parameter_of_a_node_is_a_value_and_a_prefix(ros, kind):
+    """Those that ROS declares, QoS and all, among them."""
+    node = ros.start(kind)
+    names = set(node.get_parameters_by_prefix(''))
+    assert any(name.startswith('qos_overrides.') for name in names) == (kind is Estimator)
+    assert 'use_sim_time' in names and not clashing(names)
+
+
+@pytest.mark.parametrize(
+    ('old', 'value', 'new'),
+    [('predict', True, 'prediction.enabled'), ('predict.rate', 2.0, 'prediction.rate')],
+)
+def test_old_names_are_refused_with_the_new_one(ros, old, value, new):
+    with pytest.raises(ValueError, match=f'^{re.escape(old)} is now {re.escape(new)}'):
+        ros.start(Estimator, **{old: value})
+    with pytest.raises(ValueError, match=f'^{re.escape(old)} is now {re.escape(new)}'):
+        setup({old: value})
 
 
 def make_node(**options):
