@@ -1,5 +1,6 @@
 """One row of a node's table of parameters: its type, range and description. Knows no ROS."""
 
+import contextlib
 import math
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
@@ -117,7 +118,8 @@ def plain(value: Value) -> Any:
 
 def _as_type(name: str, kind: type, value: Any) -> Any:
     if kind is float and isinstance(value, int) and not isinstance(value, bool):
-        return float(value)
+        with contextlib.suppress(OverflowError):
+            return float(value)
     if type(value) is not kind:
         raise ValueError(f'{name} must be {_WORDS[kind]}, not {value!r}')
     return value
