@@ -1,6 +1,11 @@
 """Texts from outside, made fit for a line of a log or of /diagnostics."""
 
+from collections.abc import Collection
+from itertools import islice
+
 LONGEST = 200  # characters of one text from outside
+LONGEST_NAME = 100  # characters of one of many names
+MOST_LISTED = 40  # names
 LONGEST_LINE = 2000  # characters of a whole message
 
 
@@ -14,7 +19,9 @@ def quoted(value: object, longest: int = LONGEST) -> str:
         text, size = repr(value[:longest]), len(value)
     else:
         try:
-            text = repr(value)
+            # Of several arguments, as a SyntaxError has, the text says more.
+            several = isinstance(value, BaseException) and len(value.args) != 1
+            text = f'{type(value).__name__}({str(value)!r})' if several else repr(value)
         except Exception as error:
             text = f'{type(value).__name__}, whose repr raises {type(error).__name__}'
         size = len(text)
@@ -33,6 +40,13 @@ def one_line(text: object, longest: int = LONGEST_LINE) -> str:
     # What is cut anyway is not looked at.
     shown = _printable(' '.join(whole[: 2 * longest].split()))
     return shown if len(shown) <= longest else f'{shown[: longest - 3]}...'
+
+
+def listing(texts: Collection[str]) -> str:
+    """Return the first of the texts side by side, and how many more there are."""
+    first = [one_line(text, LONGEST_NAME) for text in islice(texts, MOST_LISTED)]
+    more = len(texts) - len(first)
+    return ', '.join(first) + (f' and {more} more' if more else '')
 
 
 def _printable(text: str) -> str:

@@ -23,7 +23,7 @@ from obs_ros.node.parameters import Parameters
 from obs_ros.node.run import run
 from plant_sim.pace import Pace
 from plant_sim.scenarios import load_scenario
-from plant_sim.settings import CHOICE, COMMON, fault_knobs
+from plant_sim.settings import CHOICE, COMMON, check_rate, fault_knobs
 from plant_sim.simulation import Instant, Simulation
 
 _SHORTEST_TICK, _LONGEST_TICK = 0.001, 0.01  # s of wall time
@@ -103,6 +103,7 @@ class Simulator(GuardedNode):
                 'stamps are wall time here, so speed must stay 1: start with publish_clock true '
                 'to change it while running'
             )
+        check_rate(self.scenario, self.model, values)
         return values
 
     def _adopt(self, values: Mapping[str, Any]) -> None:

@@ -84,7 +84,7 @@ def test_a_wrong_variable_is_refused_by_name(changes: dict[str, Any], message: s
         ),
         (
             {'dynamics': lambda t, x, u, p: (x[0] if x[0] > 0.0 else u[0],)},
-            'dynamics fails on arrays over candidates: The truth value',
+            "dynamics fails on arrays over candidates: ValueError('The truth value",
         ),
         (
             {'dynamics': lambda t, x, u, p: (x[0] if x[0] > 0.0 else u[0],)},

@@ -28,7 +28,7 @@ from obs_ros.node.waiting import Waiting
 from obs_ros.node.worker import Finished, Worker
 from obs_ros.observers import Observer
 from obs_ros.record import Sample
-from obs_ros.texts import one_line
+from obs_ros.texts import one_line, quoted
 
 _PATIENCE = 0.3  # s that the end of the node waits for a solve
 
@@ -176,7 +176,7 @@ class Estimator(GuardedNode):
         if self._observer.last_break is not self._break:
             self._break = self._observer.last_break
             self._forget_solve()
-            self.get_logger().warning(f'start anew: {self._break}')
+            self.get_logger().warning(f'start anew: {one_line(self._break)}')
 
     def _proceed(self) -> None:
         """Give the worker what is next, unless it is busy."""
@@ -185,7 +185,8 @@ class Estimator(GuardedNode):
         if not self._prepared:
             if not self.progress.compile_time:
                 self.get_logger().info(
-                    f'compiling model {self.model.name!r}; the first time it takes several seconds'
+                    f'compiling model {quoted(self.model.name)}; '
+                    'the first time it takes several seconds'
                 )
             self._worker.start('prepare', self._prepare)
         elif self._due is not None:

@@ -3,6 +3,7 @@
 import functools
 
 import pytest
+from diagnostic_msgs.msg import DiagnosticArray
 from rcl_interfaces.msg import Parameter, ParameterValue
 from rcl_interfaces.srv import SetParameters, SetParametersAtomically
 from ros import figures, set_parameter
@@ -130,3 +131,23 @@ def test_an_estimator_whose_diagnostics_fail_lives(ros, monkeypatch):
     monkeypatch.undo()
     assert not ros.health(outcome='waiting').message.startswith('diagnostics')
     assert set_parameter(node, 'deadline', 2.0).successful
+
+
+def test_a_name_of_a_megabyte_makes_no_megabyte_of_diagnostics(ros, capfd):
+    """Nor do escape sequences get through, here or to the terminal."""
+    ros.start(Estimator)
+    arrays = ros.listen('/diagnostics', DiagnosticArray)
+    send = ros.speak('plant/output')
+    name = 'x\x1b[31m\n' + 1_000_000 * 'y'
+
+    def refused():
+        return [a for a in arrays if 'refused' in a.status[0].message]
+
+    send(1.0, [name, 'h2'], [1.0, 2.0])
+    (status,) = ros.spin_until(refused)[0].status
+    assert figures(status)['output.unknown_name'] == '1'
+    texts = [status.message, *(text for each in status.values for text in (each.key, each.value))]
+    assert sum(map(len, texts)) < 10_000
+    assert all(text.isprintable() for text in texts)
+    lines = [line for line in capfd.readouterr().err.splitlines() if 'refused' in line]
+    assert lines and all(line.isprintable() and len(line) < 1000 for line in lines)

@@ -142,7 +142,7 @@ def test_a_misspelt_parameter_is_named_with_what_may_have_been_meant(ros, capfd)
     parameters = Parameters(node)
     parameters.declare([GAIN])
     parameters.watch(dict, lambda _: None)
-    assert "there is no parameter 'gian': did you mean 'gain'?" in capfd.readouterr().err
+    assert "there are no such parameters: 'gian' (did you mean 'gain'?)" in capfd.readouterr().err
 
 
 def swing_settings(ros, *cli, **parameters):
