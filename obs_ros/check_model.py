@@ -25,6 +25,7 @@ from obs_ros.sequence.gate import Gate
 from obs_ros.sequence.prior import Prior
 from obs_ros.sequence.race import weigh
 from obs_ros.sequence.regimes import Layout, Regimes
+from obs_ros.texts import one_line, quoted
 from obs_ros.typing import Array
 from obs_ros.unknowns import Unknowns
 
@@ -52,7 +53,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
     try:
         print('\n'.join(check(options)))
     except ValueError as error:
-        print(f'check_model: {" ".join(str(error).split())}', file=sys.stderr)
+        print(f'check_model: {one_line(error)}', file=sys.stderr)
         return 1
     return 0
 
@@ -117,7 +118,7 @@ def simulated(
     wrong = ~np.isfinite(np.concatenate([states, outputs], axis=1)).all(axis=(1, 2))
     if wrong.any():
         raise ValueError(
-            f'model {model.name!r}: not finite any more {t[wrong.argmax()]:g} s after it was '
+            f'model {quoted(model.name)}: not finite any more {t[wrong.argmax()]:g} s after it was '
             f'started at {_listed(model.unknowns, (*x0, *p))}: shorten max_step '
             f'({model.max_step:g} s), or start elsewhere with --value'
         )
@@ -264,11 +265,11 @@ def _by_name(option: str, given: Sequence[str], known: tuple[str, ...]) -> dict[
     for text in given:
         name, _, value = text.partition('=')
         if name not in known:
-            raise ValueError(f'{option}: there is no {name!r}: {suggest(name, known)}')
+            raise ValueError(f'{option}: there is no {quoted(name)}: {suggest(name, known)}')
         try:
             found[name] = float(value)
         except ValueError:
-            raise ValueError(f'{option} must be {name}=NUMBER, not {text!r}') from None
+            raise ValueError(f'{option} must be {name}=NUMBER, not {quoted(text)}') from None
         if not math.isfinite(found[name]):
             raise ValueError(f'{option} {text}: the number must be finite')
     return found

@@ -14,6 +14,7 @@ from typing import Any
 import numpy as np
 
 from obs_ros.registry import suggest
+from obs_ros.texts import quoted
 
 # Where `[label]` is looked up: the field beside the array that names its entries.
 LABELS = ('name', 'names', 'joint_names')
@@ -59,13 +60,15 @@ class FieldPath:
         """Read a path as it is written; raises ValueError where it is none."""
         if not text or len(text) > LONGEST:
             raise ValueError(f'a field path has 1 to {LONGEST} characters, not {len(text)}')
+        if not text.isprintable():
+            raise ValueError(f'a field path has printable characters, which {quoted(text)} has not')
         steps, position = [], 0
         while True:
             step = _STEP.match(text, position)
             if step is None:
                 raise ValueError(
-                    f'{text!r} is not a field path like data[2], position[shoulder] or '
-                    f'pose.position.x: no field can begin at {text[position:]!r}'
+                    f'{quoted(text)} is not a field path like data[2], position[shoulder] or '
+                    f'pose.position.x: no field can begin at {quoted(text[position:])}'
                 )
             key = step['key']
             # isdecimal alone would take digits of other scripts.
@@ -76,8 +79,9 @@ class FieldPath:
                 return cls(tuple(steps))
             if text[position] != '.':
                 raise ValueError(
-                    f'{text!r} is not a field path like data[2], position[shoulder] or '
-                    f'pose.position.x: {text[position:]!r} cannot follow {text[:position]!r}'
+                    f'{quoted(text)} is not a field path like data[2], position[shoulder] or '
+                    f'pose.position.x: {quoted(text[position:])} cannot follow '
+                    f'{quoted(text[:position])}'
                 )
             position += 1
 
@@ -132,7 +136,8 @@ class FieldPath:
             fields = fields_of(type_name)
             if step.field not in fields:
                 raise ValueError(
-                    f'{type_name} has no field {step.field!r}: {suggest(step.field, list(fields))}'
+                    f'{type_name} has no field {quoted(step.field)}: '
+                    f'{suggest(step.field, list(fields))}'
                 )
             type_name = fields[step.field]
             if step.key is not None:
@@ -148,7 +153,7 @@ def _field(message: Any, step: Step) -> Any:
         return getattr(message, step.field)
     except AttributeError:
         kind = type(message).__name__
-        raise FieldError('no_field', f'{kind} has no field {step.field!r}') from None
+        raise FieldError('no_field', f'{kind} has no field {quoted(step.field)}') from None
 
 
 def _entry(owner: Any, array: Any, step: Step) -> Any:
@@ -169,7 +174,7 @@ def _index(owner: Any, step: Step) -> int:
                 if label == step.key:
                     return index
             hint = suggest(str(step.key), [str(label) for label in labels])
-            raise FieldError('no_entry', f'there is no {step.key!r} in {field}: {hint}')
+            raise FieldError('no_entry', f'there is no {quoted(step.key)} in {field}: {hint}')
     raise FieldError('no_entry', f'{step}: no field {", ".join(LABELS)} names the entries')
 
 

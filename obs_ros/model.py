@@ -1,8 +1,10 @@
 """What a plant is: named variables with units and bounds, and two plain functions."""
 
+import contextlib
 import math
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
+from numbers import Real
 from types import FunctionType
 from typing import Any, Literal, get_args
 
@@ -35,8 +37,11 @@ class Variable:
     second, as a standard deviation in units per square root of a second, infinite for one that is
     new in every window. Without it a parameter stays where it is, or jumps.
 
-    Raises ValueError for a name that is no identifier, crossed bounds, bounds that a logarithm does
-    not have, a nominal outside them and a walk that is not positive, or on a scale that has none.
+    Numbers are floats, whether given as such or as integers.
+
+    Raises ValueError for a name that is no identifier, what is no number, crossed bounds, bounds
+    that a logarithm does not have, a nominal outside them and a walk that is not positive, or on a
+    scale that has none.
     """
 
     name: str
@@ -51,6 +56,10 @@ class Variable:
     def __post_init__(self) -> None:
         if not self.name.isidentifier():
             raise ValueError(f'variable name {self.name!r} is not an identifier')
+        for field in ('lower', 'upper', 'nominal', 'walk'):
+            value = getattr(self, field)
+            if value is not None or field in ('lower', 'upper'):
+                object.__setattr__(self, field, _number(f'{self.name}: {field}', value))
         if self.scale not in get_args(Scale):
             raise ValueError(
                 f'{self.name}: scale {self.scale!r} is none of {", ".join(get_args(Scale))}'
@@ -106,6 +115,8 @@ class Model:
             twice = sorted({name for name in names if names.count(name) > 1})
             if twice:
                 raise ValueError(f'model {self.name!r} has more than one variable {twice[0]!r}')
+        max_step = _number(f'model {self.name!r}: max_step', self.max_step)
+        object.__setattr__(self, 'max_step', max_step)
         if not self.max_step > 0:
             raise ValueError(f'model {self.name!r}: max_step {self.max_step} s is not positive')
         if self.integrator not in get_args(Integrator):
@@ -187,6 +198,14 @@ def inside(variable: Variable) -> float:
     if math.isinf(upper):
         return lower + 1.0
     return upper - 1.0 if math.isinf(lower) else 0.5 * (lower + upper)
+
+
+def _number(what: str, value: object) -> float:
+    """Return the number as a float; raises ValueError for what is none."""
+    if isinstance(value, Real) and not isinstance(value, bool):
+        with contextlib.suppress(OverflowError):
+            return float(value)
+    raise ValueError(f'{what} must be a number, not {value!r}')
 
 
 def _around(variable: Variable, rng: np.random.Generator) -> Array:

@@ -10,6 +10,8 @@ from typing import Any
 
 import numpy as np
 
+from obs_ros.texts import LONGEST, one_line, quoted
+
 Vectors = Mapping[str, tuple[str, ...]]  # names of the entries of x, u and p, in this order
 
 _UNPACKING = re.compile(
@@ -30,7 +32,7 @@ def called(function: FunctionType, arguments: Sequence[Any], vectors: Vectors) -
             return function(*arguments)  # type: ignore[no-any-return]
     except Exception as error:
         raise ValueError(
-            f'fails on arrays over candidates: {error}'
+            f'fails on arrays over candidates: {quoted(error)}'
             f'{_remedy(error, vectors)} ({_place(function, error.__traceback__)})'
         ) from error
 
@@ -86,7 +88,7 @@ def check_finite(
             with np.errstate(divide='raise', over='raise', invalid='raise', under='ignore'):
                 function(*first)
         except Exception as error:
-            where, why = _place(function, error.__traceback__), f', {error}'
+            where, why = _place(function, error.__traceback__), f', {quoted(error)}'
         at = ', '.join(
             f'{label} = {value[0]:g}'
             for labels, values in zip(vectors.values(), first[1:], strict=True)
@@ -137,11 +139,11 @@ def _return_line(function: FunctionType) -> str:
 
 def _line(function: FunctionType, number: int) -> str:
     file = function.__code__.co_filename
-    text = linecache.getline(file, number).strip()
+    text = one_line(linecache.getline(file, number), LONGEST)
     return f'{Path(file).name}:{number}' + (f': `{text}`' if text else '')
 
 
 def _kind(value: Any) -> str:
     if isinstance(value, np.ndarray):
         return f'an array of shape {value.shape}'
-    return f'the {type(value).__name__} {value!r}'[:80]
+    return f'the {type(value).__name__} {quoted(value, 60)}'

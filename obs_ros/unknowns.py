@@ -10,6 +10,7 @@ import numpy as np
 from obs_ros.acceleration import accelerated
 from obs_ros.model import Model, Variable, check_bounds, names
 from obs_ros.registry import suggest
+from obs_ros.texts import quoted
 from obs_ros.typing import Array, IntArray
 
 REACH = 10.0  # of the nominal value, or units, where there is no bound
@@ -63,13 +64,13 @@ class Unknowns:
         for name, pair in bounds.items():
             model.variable(name)
             if np.shape(pair) != (2,):
-                raise ValueError(f'bounds of {name} must be (lower, upper), not {pair!r}')
+                raise ValueError(f'bounds of {name} must be (lower, upper), not {quoted(pair)}')
         chosen = (
             *_chosen('state', names(model.states), states, fixed),
             *_chosen('parameter', names(model.parameters), parameters, fixed),
         )
         if not chosen:
-            raise ValueError(f'nothing to estimate: every unknown of {model.name!r} is fixed')
+            raise ValueError(f'nothing to estimate: every unknown of {quoted(model.name)} is fixed')
         given = np.full(len(model.unknowns), np.nan)
         boxes, walls, growth = [], [], []
         for i, variable in enumerate(model.unknowns):
@@ -238,7 +239,7 @@ def _chosen(
     wanted = tuple(wanted)
     for name in wanted:
         if name not in known:
-            raise ValueError(f'no {kind} {name!r} to estimate: {suggest(name, known)}')
+            raise ValueError(f'no {kind} {quoted(name)} to estimate: {suggest(name, known)}')
         if name in fixed:
-            raise ValueError(f'{kind} {name!r} cannot be both estimated and fixed')
+            raise ValueError(f'{kind} {quoted(name)} cannot be both estimated and fixed')
     return wanted

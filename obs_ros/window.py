@@ -112,6 +112,16 @@ class SlidingWindow:
         return edges[1] if edges else None
 
     @property
+    def collected(self) -> float | None:
+        """Time (s) from the start of the next window to where both streams are; None: no start."""
+        edges = self._edges or self._first_edges()
+        if edges is None:
+            return None
+        newest = [s.newest for s in (self._outputs, self._inputs) if s.width]
+        reached = min(edges[0] if stamp is None else stamp for stamp in newest)
+        return min(max(reached - edges[0], 0), self._duration) / 1e9
+
+    @property
     def nbytes(self) -> int:
         """Memory taken by the stored samples (bytes)."""
         return self._outputs.nbytes + self._inputs.nbytes

@@ -7,7 +7,6 @@ from collections.abc import Iterable, Mapping
 from typing import Any
 
 from rclpy.clock import Clock, ClockType
-from rclpy.node import Node
 from rclpy.parameter import Parameter
 from rclpy.timer import Timer
 from rosgraph_msgs.msg import Clock as ClockMessage
@@ -18,6 +17,7 @@ from obs_ros.model import names
 from obs_ros.models import load_model
 from obs_ros.node.bindings import Binding, bindings, signal_knobs
 from obs_ros.node.diagnostics import Health, Level, publish_health
+from obs_ros.node.guarded import GuardedNode
 from obs_ros.node.info import model_info, publish_info, settings_info
 from obs_ros.node.message_types import message_type
 from obs_ros.node.messages import STREAM, named_vector, time_message
@@ -26,14 +26,14 @@ from obs_ros.node.run import run
 from obs_ros.node.streams import check_bindings
 from plant_sim.pace import Pace
 from plant_sim.scenarios import load_scenario
-from plant_sim.settings import CHOICE, COMMON, fault_knobs
+from plant_sim.settings import CHOICE, COMMON, check_rate, fault_knobs
 from plant_sim.simulation import Instant, Simulation
 
 _SHORTEST_TICK, _LONGEST_TICK = 0.001, 0.01  # s of wall time
 _BUDGET = 0.02  # s of wall time spent on late samples before services get their turn
 
 
-class Simulator(Node):
+class Simulator(GuardedNode):
     """Publishes outputs, inputs and the truth of a simulated plant, sample by sample.
 
     Outputs and inputs that parameters `signals.<name>` bind go out where the estimator of the same
@@ -113,6 +113,7 @@ class Simulator(Node):
                 'stamps are wall time here, so speed must stay 1: start with publish_clock true '
                 'to change it while running'
             )
+        check_rate(self.scenario, self.model, values)
         return values
 
     def _adopt(self, values: Mapping[str, Any]) -> None:

@@ -1,11 +1,17 @@
 """The simulator's parameters."""
 
 import math
-from typing import get_args
+from collections.abc import Mapping
+from typing import Any, get_args
 
-from obs_ros.knob import Knob
+from obs_ros.knob import LARGEST_SEED, Knob
+from obs_ros.measurable import LARGEST
 from obs_ros.model import Model
+from plant_sim.scenario import Scenario
 from plant_sim.simulation import NoiseReference
+
+MOST_STEPS = 1e5  # of the plant, from one sample to the next: a second
+MOST_SAMPLES = 3e5  # of the run that measures the power of the outputs: some seconds
 
 CHOICE = (
     Knob(
@@ -16,7 +22,8 @@ CHOICE = (
 
 COMMON = (
     Knob(
-        'speed', 1.0, 'plant time per wall time; other than 1 publishes /clock', positive=True
+        'speed', 1.0, 'plant time per wall time; other than 1 publishes /clock', lower=1e-3,
+        upper=1e6,
     ),
     Knob(
         'publish_clock', False, 'publish /clock at speed 1 too, and stamp with plant time from 0',
@@ -25,12 +32,13 @@ COMMON = (
     Knob('enabled', True, 'run, or stand still; at start as well'),
     Knob(
         'rate', 0.0, "samples per s of plant time; 0: the scenario's own; taken up by ~/reset",
-        'Hz', lower=0.0,
+        'Hz', lower=0.0, upper=1e5,
     ),
-    Knob('seed', 0, 'seed of the noise and of random inputs; taken up by ~/reset', lower=0),
+    Knob('seed', 0, 'seed of the noise and of random inputs; taken up by ~/reset', lower=0,
+         upper=LARGEST_SEED),
     Knob(
         'snr_db', math.nan, "signal-to-noise ratio; nan: the scenario's own; inf: no noise", 'dB',
-        nan=True,
+        lower=-200.0, nan=True,
     ),
     Knob(
         'noise_reference', 'unit',
@@ -47,7 +55,23 @@ def fault_knobs(model: Model) -> tuple[Knob, ...]:
         Knob(
             f'plant.{v.name}', math.nan,
             f'holds {v.name} there, whatever the scenario has scheduled; nan: as scheduled',
-            v.unit, lower=v.lower, upper=v.upper, nan=True,
+            v.unit, lower=max(v.lower, -LARGEST), upper=min(v.upper, LARGEST), nan=True,
         )
         for v in model.parameters
     )  # fmt: skip
+
+
+def check_rate(scenario: Scenario, model: Model, values: Mapping[str, Any]) -> None:
+    """Raise ValueError for a rate at which one sample, or a restart, would block the node."""
+    rate = values['rate']
+    if rate and 1.0 / rate > MOST_STEPS * model.max_step:
+        raise ValueError(
+            f'raise rate: from one sample to the next at {rate:g} Hz the plant takes '
+            f'{1.0 / rate / model.max_step:.2g} steps, at most {MOST_STEPS:g}'
+        )
+    samples = scenario.duration * (rate or 1.0 / scenario.sample_period)
+    if values['noise_reference'] == 'measured' and samples > MOST_SAMPLES:
+        raise ValueError(
+            f'lower rate, or let noise_reference be unit: the {scenario.duration:g} s of '
+            f'{scenario.name} would take {samples:.2g} samples to measure, at most {MOST_SAMPLES:g}'
+        )

@@ -84,7 +84,7 @@ def test_a_wrong_variable_is_refused_by_name(changes: dict[str, Any], message: s
         ),
         (
             {'dynamics': lambda t, x, u, p: (x[0] if x[0] > 0.0 else u[0],)},
-            'dynamics fails on arrays over candidates: The truth value',
+            "dynamics fails on arrays over candidates: ValueError('The truth value",
         ),
         (
             {'dynamics': lambda t, x, u, p: (x[0] if x[0] > 0.0 else u[0],)},
@@ -179,3 +179,19 @@ def test_only_parameters_may_have_a_log_scale(group: str) -> None:
     said = f"{first.name} has scale 'log', which only parameters may have"
     with pytest.raises(ValueError, match=re.escape(said)):
         replace(THREE_TANK, **{group: (changed, *others)})
+
+
+@pytest.mark.parametrize('number', [int, np.int64, np.float32, float])
+def test_numbers_of_a_variable_are_floats(number: Any) -> None:
+    v = Variable('v', lower=number(1), upper=number(4), nominal=number(2), walk=number(3))
+    assert [type(each) for each in (v.lower, v.upper, v.nominal, v.walk)] == [float] * 4
+    assert v == Variable('v', lower=1.0, upper=4.0, nominal=2.0, walk=3.0)
+    assert type(plant(max_step=number(1)).max_step) is float
+
+
+@pytest.mark.parametrize('wrong', ['1', True, None, 1j, 10**400, [1.0]])
+def test_what_is_no_number_is_refused_by_name(wrong: Any) -> None:
+    with pytest.raises(ValueError, match=r'^v: lower must be a number, not '):
+        Variable('v', lower=wrong)
+    with pytest.raises(ValueError, match=r"^model 'plant': max_step must be a number, not "):
+        plant(max_step=wrong)

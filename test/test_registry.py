@@ -34,7 +34,10 @@ def test_a_path_to_the_users_own_module(tmp_path, monkeypatch) -> None:
         (None, 'number must be a name, not None'),
         (42, 'number must be a name, not 42'),
         ('math:taau', "module math has no 'taau': did you mean 'tau'"),
-        ('no_such_package.plant:A', "No module named 'no_such_package'; is its package installed?"),
+        (
+            'no_such_package.plant:A',
+            '("No module named \'no_such_package\'"); is its package installed?',
+        ),
     ],
 )
 def test_what_is_wrong_is_named(name: Any, message: str) -> None:
@@ -52,8 +55,8 @@ def test_a_module_that_lacks_one_of_its_own_imports_says_which(tmp_path, monkeyp
 @pytest.mark.parametrize(
     ('text', 'message'),
     [
-        ('x = 1\ndef f(:\n', 'SyntaxError: invalid syntax (registry_wrong.py, line 2)'),
-        ('x = 1\ny = z\n', "NameError: name 'z' is not defined (registry_wrong.py:2)"),
+        ('x = 1\ndef f(:\n', "SyntaxError('invalid syntax (registry_wrong.py, line 2)')"),
+        ('x = 1\ny = z\n', """NameError("name 'z' is not defined") (registry_wrong.py:2)"""),
         (
             'from obs_ros import Variable\n\nA = Variable("a b")\n',
             "number 'registry_wrong:A': variable name 'a b' is not an identifier "

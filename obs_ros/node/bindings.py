@@ -7,8 +7,10 @@ from typing import Any
 
 from obs_ros.field_path import FieldPath
 from obs_ros.knob import Knob
+from obs_ros.measurable import LARGEST
 from obs_ros.model import Model, names
 from obs_ros.registry import suggest
+from obs_ros.texts import LONGEST, one_line, quoted
 
 HEADER, ARRIVAL = 'header', 'arrival'
 
@@ -48,10 +50,10 @@ def bindings(
         name, _, rest = given.removeprefix('signals.').rpartition('.')
         if name in signals:
             known = [knob.name.rpartition('.')[2] for knob in _knobs(name, '')]
-            raise ValueError(f'there is no parameter {given!r}: {suggest(rest, known)}')
+            raise ValueError(f'there is no parameter {quoted(given)}: {suggest(rest, known)}')
         raise ValueError(
-            f'{given}: model {model.name!r} has no output or input {name or rest!r}: '
-            f'{suggest(name or rest, signals)}'
+            f'{one_line(given, LONGEST)}: model {quoted(model.name)} has no output or input '
+            f'{quoted(name or rest)}: {suggest(name or rest, signals)}'
         )
     found = {name: _binding(name, values) for name in signals}
     return {name: binding for name, binding in found.items() if binding is not None}
@@ -65,8 +67,10 @@ def _knobs(name: str, unit: str) -> tuple[Knob, ...]:
         knob('topic', '', f'where {name} is published; empty: on plant/output or plant/input'),
         knob('type', '', 'type of its messages, package/msg/Type'),
         knob('field', '', 'path to the number, as in position[joint] or pose.position.x'),
-        knob('scale', 1.0, f'{name} is this times the number, plus the offset'),
-        knob('offset', 0.0, f'added to {name} after scaling', unit=unit),
+        knob('scale', 1.0, f'{name} is this times the number, plus the offset',
+             lower=-LARGEST, upper=LARGEST),
+        knob('offset', 0.0, f'added to {name} after scaling', unit=unit, lower=-LARGEST,
+             upper=LARGEST),
         knob(
             'stamp', HEADER, "the sample's time: header.stamp, or when the message arrives",
             choices=(HEADER, ARRIVAL),
@@ -85,7 +89,7 @@ def _binding(name: str, values: Mapping[str, Any]) -> Binding | None:
     for part, example in (('type', 'std_msgs/msg/Float64'), ('field', 'data')):
         if not given[part]:
             raise ValueError(
-                f'{prefix}topic is given, but {prefix}{part} is not; it may be {example!r}'
+                f'{prefix}topic is given, but {prefix}{part} is not; it may be {quoted(example)}'
             )
     try:
         path = FieldPath.parse(given['field'])

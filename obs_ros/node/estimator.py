@@ -9,29 +9,31 @@ from typing import Any
 import rclpy
 from rclpy.clock import JumpThreshold
 from rclpy.duration import Duration
-from rclpy.node import Node
 from std_srvs.srv import SetBool, Trigger
 
 from obs_ros.estimate import Estimate
 from obs_ros.models import load_model
 from obs_ros.node.bindings import bindings, signal_knobs
-from obs_ros.node.diagnostics import Health, publish_health
+from obs_ros.node.diagnostics import Health, Level, publish_health
 from obs_ros.node.forecast import Forecast
+from obs_ros.node.guarded import GuardedNode
 from obs_ros.node.health import Progress, examine
 from obs_ros.node.info import model_info, publish_info, settings_info
 from obs_ros.node.parameters import Parameters
 from obs_ros.node.publication import EstimatePublisher
 from obs_ros.node.run import run
-from obs_ros.node.settings import CHOICE, build_observer, differs, observer_knobs
+from obs_ros.node.settings import CHOICE, RENAMED, build_observer, differs, observer_knobs
 from obs_ros.node.streams import Streams, check_bindings
+from obs_ros.node.waiting import Waiting
 from obs_ros.node.worker import Finished, Worker
 from obs_ros.observers import Observer
 from obs_ros.record import Sample
+from obs_ros.texts import one_line, quoted
 
 _PATIENCE = 0.3  # s that the end of the node waits for a solve
 
 
-class Estimator(Node):
+class Estimator(GuardedNode):
     """Feeds an observer from plant/output and plant/input and publishes what it estimates.
 
     Parameters `signals.<name>` bind outputs and inputs to fields of other topics.
@@ -57,6 +59,7 @@ class Estimator(Node):
         self._due: float | None = None
         self._solving = 0.0  # the same of the window that is being solved
         self._forecast: Forecast | None = None
+        self._waiting = Waiting()
         self._guard = self.create_guard_condition(self._collect)
         self._worker = Worker(notify=self._guard.trigger)
         try:
@@ -66,7 +69,7 @@ class Estimator(Node):
             raise
 
     def _start(self) -> None:
-        parameters = Parameters(self)
+        parameters = Parameters(self, RENAMED)
         parameters.declare(CHOICE)
         self.model = load_model(parameters.values['model'])
         parameters.declare(observer_knobs(self.model, parameters.values['observer']))
@@ -75,7 +78,7 @@ class Estimator(Node):
         check_bindings(self, self.model, bound)
         self._publish_info = publish_info(self)
         self._publisher = EstimatePublisher(
-            self, self.model, predicting='predict' in parameters.values
+            self, self.model, predicting='prediction.enabled' in parameters.values
         )
         parameters.watch(self._propose, self._adopt)
         self._streams = Streams(
@@ -123,13 +126,13 @@ class Estimator(Node):
 
     def _predict(self) -> None:
         """Begin to predict, or cease, as the settings say."""
-        if self._settings.get('predict') and self._forecast is None:
+        if self._settings.get('prediction.enabled') and self._forecast is None:
             self._forecast = Forecast(self.model, self._publisher.publish_prediction)
             self._prepared = False
-        elif not self._settings.get('predict'):
+        elif not self._settings.get('prediction.enabled'):
             self._forecast = None
         if self._forecast is not None:
-            self._forecast.rate = self._settings['predict.rate']
+            self._forecast.rate = self._settings['prediction.rate']
 
     def _prepare(self) -> float:
         """Compile what is not compiled yet, in the worker; return the seconds that it took."""
@@ -173,7 +176,7 @@ class Estimator(Node):
         if self._observer.last_break is not self._break:
             self._break = self._observer.last_break
             self._forget_solve()
-            self.get_logger().warning(f'start anew: {self._break}')
+            self.get_logger().warning(f'start anew: {one_line(self._break)}')
 
     def _proceed(self) -> None:
         """Give the worker what is next, unless it is busy."""
@@ -182,7 +185,8 @@ class Estimator(Node):
         if not self._prepared:
             if not self.progress.compile_time:
                 self.get_logger().info(
-                    f'compiling model {self.model.name!r}; the first time it takes several seconds'
+                    f'compiling model {quoted(self.model.name)}; '
+                    'the first time it takes several seconds'
                 )
             self._worker.start('prepare', self._prepare)
         elif self._due is not None:
@@ -265,10 +269,19 @@ class Estimator(Node):
             self._worker.discard()
 
     def _examine(self) -> Health:
-        return examine(
+        self.progress.collected = self._observer.collected
+        self.progress.solving = self._due is not None or self._worker.running == 'estimate'
+        health = examine(
             self.progress, self._feeds, self._settings, self._observer.counts, self._break,
             self._forecast,
         )  # fmt: skip
+        if line := self._waiting.line(health):
+            # rclpy holds every line of code to one severity.
+            if health.level is Level.OK:
+                self.get_logger().info(one_line(line))
+            else:
+                self.get_logger().warning(one_line(line))
+        return health
 
 
 def main() -> int:

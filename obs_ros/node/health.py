@@ -10,8 +10,11 @@ from obs_ros.node.diagnostics import Health, Level
 from obs_ros.node.feed import Feed
 from obs_ros.node.forecast import Forecast
 from obs_ros.node.worker import Finished
+from obs_ros.texts import quoted
 
 MOST = 0.4  # of all messages, in both streams together
+LAG = 0.1  # of the window, by which a topic is behind another and has to be waited for
+STALE = {'output': Outcome.STALE_OUTPUT, 'input': Outcome.STALE_INPUT}
 # A confirmed fit at a bound is no alarm: many bounds are physical.
 LEVELS = {
     Outcome.CONVERGED: Level.OK,
@@ -37,6 +40,8 @@ class Progress:
     failed: int = 0
     jumps: int = 0
     jump: Jump | None = None  # the last one, as the newest window that holds it says
+    collected: float | None = None  # s of the window that is open; None before its first output
+    solving: bool = False  # a window is closed, and its estimate under way
 
     def restart(self) -> None:
         """Begin with a new observer."""
@@ -53,7 +58,7 @@ class Progress:
     def fail(self, finished: Finished) -> None:
         """Note an exception of the observer."""
         self.failed += 1
-        self.error = f'{type(finished.error).__name__}: {finished.error}'
+        self.error = quoted(finished.error)
 
 
 def examine(
@@ -126,24 +131,62 @@ def examine(
 def _obstacle(feeds: Mapping[str, Feed], counts: Mapping[str, int], window: float | None) -> str:
     """Say what keeps the first window from ever closing, if anything does."""
     received = sum(feed.received for feed in feeds.values())
-    stamps = {name: feed.stamp for name, feed in feeds.items() if feed.stamp is not None}
-    if len(stamps) == 2 and window is not None:
-        ahead = (stamps['input'] - stamps['output']) / 1e9
-        if abs(ahead) > window:
+    if window is not None:
+        last, first = _apart(feeds)
+        if last is not None and (last.stamp - first.stamp) / 1e9 > window:
             return (
-                f'plant/input is stamped {abs(ahead):.6g} s {"after" if ahead > 0 else "before"} '
-                'plant/output: do both publishers use one clock?'
+                f'use one clock for both publishers: {last.topic} is stamped '
+                f'{(last.stamp - first.stamp) / 1e9:.6g} s after {first.topic}'
             )
-    if counts.get('overflow', 0) and window is not None:
-        return (
-            f'a window of {window:g} s holds more samples than window.capacity: '
-            'shorten window.duration, or raise window.capacity'
-        )
+        if counts.get('overflow', 0):
+            return (
+                'shorten window.duration, or raise window.capacity: '
+                f'a window of {window:g} s holds more samples than that'
+            )
     if counts.get('duplicate', 0) > MOST * received:
-        return 'stamps do not advance: does the publisher set header.stamp?'
+        return 'let the publisher set header.stamp: stamps do not advance'
     if counts.get('all_nan', 0) > MOST * received:
-        return 'the samples hold no numbers: every value is NaN or infinite'
+        return 'look at what is measured: the samples hold no numbers, only NaN or infinity'
     return ''
+
+
+def _apart(feeds: Mapping[str, Feed]) -> tuple[Any, Any]:
+    """Return the feeds with the newest and the oldest stamp; None where fewer than two have one."""
+    stamped = sorted((f for f in feeds.values() if f.stamp is not None), key=lambda f: f.stamp)
+    return (stamped[-1], stamped[0]) if len(stamped) > 1 else (None, None)
+
+
+def _collecting(feeds: Mapping[str, Feed], window: float | None, collected: float | None) -> str:
+    """Say how much of the first window is there, and which topic it waits for."""
+    if window is None:
+        return 'waiting for an output with every input known'
+    message = f'collecting the first window: {collected or 0.0:.3g} of {window:g} s'
+    last, first = _apart(feeds)
+    if last is not None and (last.stamp - first.stamp) / 1e9 > LAG * window:
+        behind = (last.stamp - first.stamp) / 1e9
+        return f'{message}; {first.topic} is {behind:.3g} s behind {last.topic}'
+    if collected is None:
+        return f'{message}; waiting for an output with every input known'
+    return message
+
+
+def _unheard(feed: Feed) -> str:
+    """Say why nothing came of a topic yet, and what to do about it."""
+    if feed.unheard:
+        return feed.unheard
+    if feed.last_refusal:
+        return f'its messages are refused: {feed.last_refusal}'
+    if feed.publishers:
+        return 'its publisher has sent nothing yet'
+    return 'start its publisher, or look at the name: nobody publishes it'
+
+
+def _stale(feed: Feed, stale_after: float) -> str:
+    if feed.unheard:
+        return feed.unheard
+    if feed.refuses:
+        return f'its messages are refused: {feed.last_refusal}'
+    return f'does a publisher run? no {feed.topic} for more than {stale_after:g} s'
 
 
 def _judge(
@@ -157,39 +200,32 @@ def _judge(
     if not progress.enabled:
         return Level.WARN, 'paused: call ~/enable with true to go on', 'paused'
     if progress.error:
-        return Level.ERROR, progress.error, 'failed'
+        return Level.ERROR, f'the observer failed: {progress.error}', 'failed'
     if not progress.ready:
-        return Level.WARN, 'compiling the model', 'compiling'
+        return (
+            Level.WARN,
+            'compiling the model; the first time it takes several seconds',
+            'compiling',
+        )
     for feed in feeds.values():
         if feed.silence is None:
-            if feed.unheard:
-                return Level.WARN, f'waiting for {feed.topic}: {feed.unheard}', 'waiting'
-            refused = f'; refused: {feed.last_refusal}' if feed.last_refusal else ''
-            return Level.WARN, f'waiting for {feed.topic}{refused}', 'waiting'
-    for name, feed in feeds.items():
-        if feed.silence > stale_after:
-            outcome = (
-                Outcome.STALE_OUTPUT if name.startswith('output') else Outcome.STALE_INPUT
-            ).value
-            if feed.unheard:
-                message = feed.unheard
-            elif feed.refuses:
-                message = f'its messages are refused: {feed.last_refusal}'
-            else:
-                message = f'no {feed.topic} for more than {stale_after:g} s: does a publisher run?'
-            return Level.STALE, f'{outcome}: {message}', outcome
+            return Level.WARN, f'waiting for {feed.topic}: {_unheard(feed)}', 'waiting'
+    for feed in feeds.values():
+        if (feed.silence or 0.0) > stale_after:
+            outcome = STALE[feed.role].value
+            return Level.STALE, f'{outcome}: {_stale(feed, stale_after)}', outcome
     for feed in feeds.values():
         if feed.mixed:
             return Level.WARN, (
-                f'{feed.topic} comes from {feed.publishers} publishers in turns, whose samples '
-                'mix: estimates are withheld until one is left'
+                f'mixed: stop all but one of the {feed.publishers} publishers of {feed.topic}: '
+                'they take turns, so their samples mix, and estimates are withheld'
             ), 'mixed'  # fmt: skip
     if progress.estimate is None:
         if obstacle := _obstacle(feeds, counts, window):
             return Level.WARN, obstacle, 'collecting'
-        if window is None:
-            return Level.OK, 'waiting for an output with every input known', 'collecting'
-        return Level.OK, 'collecting the first window', 'collecting'
+        if progress.solving:
+            return Level.OK, 'solving the first window', 'collecting'
+        return Level.OK, _collecting(feeds, window, progress.collected), 'collecting'
     outcome = progress.estimate.outcome
     level = LEVELS.get(outcome, Level.WARN)
     withheld = '' if progress.estimate.usable else ' (withheld: not finite)'

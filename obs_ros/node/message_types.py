@@ -5,6 +5,7 @@ import re
 from collections.abc import Mapping
 
 from obs_ros.registry import suggest
+from obs_ros.texts import quoted
 
 _NAME = re.compile(r'[a-z][a-z0-9_]*/msg/[A-Z][A-Za-z0-9]*')
 
@@ -16,16 +17,18 @@ def message_type(name: str) -> type:
     Raises ValueError for a name of another form, and where there is no such type.
     """
     if not _NAME.fullmatch(name):
-        raise ValueError(f'{name!r} is not of the form package/msg/Type')
+        raise ValueError(f'{quoted(name)} is not of the form package/msg/Type')
     package, _, type_name = name.split('/')
     try:
         module = importlib.import_module(f'{package}.msg')
     except ModuleNotFoundError as error:
-        raise ValueError(f'{name}: {error}; is package {package!r} installed?') from error
+        raise ValueError(
+            f'{name}: {quoted(error)}; is package {quoted(package)} installed?'
+        ) from error
     kind = getattr(module, type_name, None)
     if not isinstance(kind, type) or not hasattr(kind, 'get_fields_and_field_types'):
         known = [known for known in dir(module) if known[0].isupper()]
-        raise ValueError(f'package {package!r} has no message {type_name!r}: '
+        raise ValueError(f'package {quoted(package)} has no message {quoted(type_name)}: '
                          f'{suggest(type_name, known)}')  # fmt: skip
     return kind
 

@@ -9,17 +9,20 @@ from rcl_interfaces.msg import ParameterDescriptor, SetParametersResult
 from rclpy.node import Node
 from rclpy.parameter import Parameter
 
-from obs_ros.knob import Knob, Value, plain
-from obs_ros.registry import suggest
+from obs_ros.knob import Knob, Value, check_names, ignored, plain
+from obs_ros.texts import one_line
 
 # What rclpy and rcl declare on their own, wherever the user says so.
 _FOREIGN = re.compile(r'use_sim_time|start_type_description_service|qos_overrides\..*')
 
 
 class Parameters:
-    """The parameters of one node, which must declare automatically what the user gives."""
+    """The parameters of one node, which must declare automatically what the user gives.
 
-    def __init__(self, node: Node) -> None:
+    Raises ValueError where the user gives one of those that are `renamed` by its old name.
+    """
+
+    def __init__(self, node: Node, renamed: Mapping[str, str] | None = None) -> None:
         self._node = node
         self._knobs: dict[str, Knob] = {}
         self._values: dict[str, Value] = {}
@@ -30,6 +33,7 @@ class Parameters:
             for name, parameter in node.get_parameters_by_prefix('').items()
             if not _FOREIGN.fullmatch(name)
         }
+        check_names(self._given, renamed or {})
         for name in self._given:
             node.undeclare_parameter(name)
 
@@ -72,10 +76,8 @@ class Parameters:
         change stands. Raises ValueError when the values given at start do not go together.
         """
         adopt(propose(dict(self._values)))
-        for name in sorted(self._given):
-            self._node.get_logger().warning(
-                f'there is no parameter {name!r}: {suggest(name, self._knobs)}'
-            )
+        if self._given:
+            self._node.get_logger().warning(ignored(self._given, self._knobs))
 
         def check(changes: list[Parameter]) -> SetParametersResult:
             try:
@@ -85,7 +87,7 @@ class Parameters:
                         values[change.name] = self._knobs[change.name].coerce(change.value)
                 self._proposed = values, propose(values) if values != self._values else None
             except ValueError as error:
-                return SetParametersResult(successful=False, reason=str(error))
+                return SetParametersResult(successful=False, reason=one_line(error))
             return SetParametersResult(successful=True)
 
         def apply(_: list[Parameter]) -> None:

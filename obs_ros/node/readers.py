@@ -8,6 +8,7 @@ import numpy as np
 from obs_ros.field_path import FieldError
 from obs_ros.node.bindings import HEADER, Binding
 from obs_ros.registry import suggest
+from obs_ros.texts import quoted
 from obs_ros.typing import Array
 
 NAMED_VECTOR = 'sensor_msgs/msg/JointState'
@@ -77,13 +78,13 @@ class VectorReader:
         for name in names:
             if name not in self._names:
                 raise WrongMessageError(
-                    'unknown_name', f'unknown name {name!r}: {suggest(name, self._names)}'
+                    'unknown_name', f'unknown name {quoted(name)}: {suggest(name, self._names)}'
                 )
         for name in self._names:
             if name not in names:
-                raise WrongMessageError('missing_name', f'{name!r} is missing')
+                raise WrongMessageError('missing_name', f'{quoted(name)} is missing')
         if len(names) != len(self._names):
-            raise WrongMessageError('wrong_length', f'a name stands twice: {list(names)}')
+            raise WrongMessageError('wrong_length', f'a name stands twice: {quoted(list(names))}')
         return [names.index(name) for name in self._names]
 
 

@@ -12,6 +12,8 @@ from rclpy.impl.implementation_singleton import rclpy_implementation
 from rclpy.node import Node
 from rclpy.signals import SignalHandlerOptions, install_signal_handlers
 
+from obs_ros.texts import one_line
+
 
 def run(name: str, create: Callable[[], Node], args: Sequence[str] | None = None) -> int:
     """Spin the node that `create` returns until a signal or shutdown ends it, and the process.
@@ -55,4 +57,4 @@ def run(name: str, create: Callable[[], Node], args: Sequence[str] | None = None
 
 
 def _one_line(error: Exception) -> str:
-    return ' '.join(str(error).split())
+    return one_line(error)

@@ -4,7 +4,8 @@ import math
 from collections.abc import Mapping
 from typing import Any, get_args
 
-from obs_ros.knob import Knob, Value, markdown_table
+from obs_ros.knob import LARGEST_SEED, Knob, Value, markdown_table
+from obs_ros.measurable import LARGEST
 from obs_ros.model import Model
 from obs_ros.objective import FITNESSES
 from obs_ros.observers import OBSERVERS, Observer, load_observer
@@ -14,6 +15,11 @@ from obs_ros.search.differential_evolution import Strategy
 from obs_ros.search.population import POPULATIONS
 
 ALL, NONE = 'all', 'none'
+
+MOST_STEPS = 1e7  # of the model, over a window and to the next: a second, of one candidate
+
+# What parameters were called once, with what they are called now.
+RENAMED = {'predict': 'prediction.enabled', 'predict.rate': 'prediction.rate'}
 
 # They say what is loaded: a remote `param set` must never import code.
 CHOICE = (
@@ -34,27 +40,33 @@ CHOICE = (
 
 # A change of these needs no new observer. Immediate observers need neither deadline nor prediction.
 LIVE = (
-    Knob('deadline', 1.0, 'wall time for one solve, best so far when it ends', 's', positive=True),
+    Knob('deadline', 1.0, 'wall time for one solve, best so far when it ends', 's',
+        positive=True, upper=3600.0),
     Knob(
         'stale_after', 5.0, 'wall time without samples after which a stream is stale', 's',
-        positive=True,
+        positive=True, upper=1e6,
     ),
-    Knob('predict', True, 'publish ~/prediction, the state carried on to the newest output'),
     Knob(
-        'predict.rate', 0.0, 'predictions per s of sample time at most; 0: one for every output',
-        'Hz', lower=0.0,
+        'prediction.enabled', True,
+        'publish ~/prediction, the state carried on to the newest output',
+    ),
+    Knob(
+        'prediction.rate', 0.0,
+        'predictions per s of sample time at most; 0: one for every output', 'Hz', lower=0.0,
+        upper=1e6,
     ),
 )  # fmt: skip
 
 COMMON = (
-    Knob('window.duration', 1000.0, 'length of a window, in sample time', 's', positive=True),
+    Knob('window.duration', 1000.0, 'length of a window, in sample time', 's', lower=1e-3,
+        upper=1e9),
     Knob(
         'window.period', 0.0, 'from one window to the next; 0: the duration, so they abut', 's',
-        lower=0.0,
+        lower=0.0, upper=1e9,
     ),
     Knob(
         'window.capacity', 100000, 'samples of a stream kept at most; the oldest are dropped',
-        lower=2,
+        lower=2, upper=1_000_000,
     ),
     Knob(
         'parameters', (ALL,),
@@ -69,11 +81,13 @@ COMMON = (
         'the noise given is only where learning it from the windows begins; false: it is trusted',
     ),
     Knob('fitness', FITNESSES[0], 'what the search compares windows by', choices=FITNESSES),
-    Knob('seed', 0, 'seed of the search; the same samples then give the same estimates', lower=0),
+    Knob('seed', 0, 'seed of the search; the same samples then give the same estimates', lower=0,
+        upper=LARGEST_SEED),
     Knob('search.method', 'memetic', 'search method', choices=tuple(METHODS)),
     Knob('search.chaos', '', "first population; '': the method's own", choices=('', *POPULATIONS)),
-    Knob('search.population', 0, "candidates (Np); 0: the method's own", lower=0),
-    Knob('search.generations', 0, "generations (Gm) at most; 0: the method's own", lower=0),
+    Knob('search.population', 0, "candidates (Np); 0: the method's own", lower=0, upper=100_000),
+    Knob('search.generations', 0, "generations (Gm) at most; 0: the method's own", lower=0,
+        upper=1_000_000),
     Knob(
         'search.strategy', '', "mutation and crossover; '': the method's own",
         choices=('', *get_args(Strategy)),
@@ -114,7 +128,15 @@ def observer_knobs(model: Model, name: str) -> tuple[Knob, ...]:
 def initial_knobs(model: Model, start: str) -> tuple[Knob, ...]:
     """Return the parameters that say where the estimates begin; `start` tells what that means."""
     return tuple(
-        Knob(f'initial.{v.name}', math.nan, f'{v.name} {start}', v.unit, nan=True)
+        Knob(
+            f'initial.{v.name}',
+            math.nan,
+            f'{v.name} {start}',
+            v.unit,
+            lower=-LARGEST,
+            upper=LARGEST,
+            nan=True,
+        )
         for v in model.unknowns
     )
 
@@ -154,7 +176,7 @@ def model_knobs(
         Knob(
             f'fixed.{v.name}', math.nan,
             f'holds {v.name} there, not estimated; nan: estimated, or its nominal value', v.unit,
-            nan=True,
+            lower=-LARGEST, upper=LARGEST, nan=True,
         )
         for v in model.unknowns
     ]  # fmt: skip
@@ -162,6 +184,7 @@ def model_knobs(
         Knob(
             f'noise.{v.name}', 0.0,
             f'standard deviation of the measured {v.name}; 0: {without_noise}', v.unit, lower=0.0,
+            upper=LARGEST,
         )
         for v in model.outputs
     ]  # fmt: skip
@@ -193,6 +216,7 @@ def build_observer(model: Model, values: Mapping[str, Any]) -> Observer:
         settings = _under(_prefix(values['observer']), values)
         immediate: Observer = observer(model, **common, **settings)
         return immediate
+    _check_steps(model, values['window.duration'] + values['window.period'])
     windowed: Observer = observer(
         model,
         **common,
@@ -209,6 +233,18 @@ def build_observer(model: Model, values: Mapping[str, Any]) -> Observer:
         fitness=values['fitness'],
     )
     return windowed
+
+
+def _check_steps(model: Model, reach: float) -> None:
+    """Raise ValueError where samples so far apart (s) would take the model too many steps.
+
+    Nothing can interrupt the steps from one sample to the next.
+    """
+    if reach > MOST_STEPS * model.max_step:
+        raise ValueError(
+            f'shorten window.duration or window.period: {reach:g} s are '
+            f'{reach / model.max_step:.2g} steps of model {model.name!r}, at most {MOST_STEPS:g}'
+        )
 
 
 def differs(values: Mapping[str, Value], from_values: Mapping[str, Value]) -> bool:

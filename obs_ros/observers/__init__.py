@@ -7,6 +7,7 @@ from obs_ros.estimate import Estimate
 from obs_ros.model import Model
 from obs_ros.record import Sample
 from obs_ros.registry import lookup
+from obs_ros.texts import quoted
 
 OBSERVERS = {
     'sliding_window': 'obs_ros.observers.sliding_window:SlidingWindowObserver',
@@ -57,6 +58,13 @@ class Observer(Protocol):
         """What was dropped, mended or skipped so far, by reason."""
 
     @property
+    def collected(self) -> float | None:
+        """Sample time (s) that the window that is open holds; None before its first output.
+
+        None as well where there are no windows.
+        """
+
+    @property
     def last_break(self) -> str | None:
         """The last break of the samples' timeline, in words; None if there was none."""
 
@@ -68,5 +76,5 @@ def load_observer(name: str) -> type[Observer]:
     """
     found = lookup('observer', name, OBSERVERS)
     if not isinstance(found, type) or not hasattr(found, 'absorb'):
-        raise ValueError(f'observer {name!r} is {found!r}, not an observer class')
+        raise ValueError(f'observer {quoted(name)} is {quoted(found)}, not an observer class')
     return found

@@ -18,7 +18,7 @@ from obs_ros.observers.settings import setting
 class AdaptiveLuenbergerSettings(ObserverFormSettings):
     """The gradient law's, besides."""
 
-    alpha: float = setting(1.5, 'adaptation gain, Gamma = alpha I', '1/s', positive=True)
+    alpha: float = setting(1.5, 'adaptation gain, Gamma = alpha I', '1/s', positive=True, upper=1e6)
     normalised: bool = setting(
         True, "m^2 = 1 + phi' phi, which bounds the speed of adaptation; false: m^2 = 1"
     )

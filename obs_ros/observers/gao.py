@@ -42,19 +42,25 @@ from obs_ros.typing import Array
 class GaoSettings(Settings):
     """The paper's constants for its linear plant (section 4.1)."""
 
-    population: int = setting(20, 'gains in competition, m', lower=2)
+    population: int = setting(20, 'gains in competition, m', lower=2, upper=10_000)
     crossover: float = setting(0.6, 'probability p_c of crossover', lower=0.0, upper=1.0)
     mutation: float = setting(0.4, 'probability p_m that a digit mutates', upper=1.0, positive=True)
     digits: int = setting(7, 'digits of each gain, at least', lower=2, upper=15)
-    least_gains: tuple[float, ...] = setting((-9.9,), 'least gain for each state, or one for all')
-    most_gains: tuple[float, ...] = setting((9.9,), 'largest gain for each state, or one for all')
+    least_gains: tuple[float, ...] = setting(
+        (-9.9,), 'least gain for each state, or one for all', lower=-1e9, upper=1e9
+    )
+    most_gains: tuple[float, ...] = setting(
+        (9.9,), 'largest gain for each state, or one for all', lower=-1e9, upper=1e9
+    )
     tries: int = setting(0, 'how often gains out of range are bred again before they are clamped',
-                         lower=0)  # fmt: skip
-    alpha1: float = setting(5.0, 'weight of the error now, p1', lower=0.0)
-    alpha2: float = setting(40.0, 'weight of the error one step ahead, p2', lower=0.0)
+                         lower=0, upper=100)  # fmt: skip
+    alpha1: float = setting(5.0, 'weight of the error now, p1', lower=0.0, upper=1e12)
+    alpha2: float = setting(40.0, 'weight of the error one step ahead, p2', lower=0.0, upper=1e12)
     freeze: bool = setting(False, 'stop adapting when mean gains are as good as the best')
-    averaged: int = setting(200, 'gains N_l in that mean', lower=1)
-    tolerance: float = setting(5e-6, 'gamma: how much worse the mean gains may be', lower=0.0)
+    averaged: int = setting(200, 'gains N_l in that mean', lower=1, upper=100_000)
+    tolerance: float = setting(
+        5e-6, 'gamma: how much worse the mean gains may be', lower=0.0, upper=1e12
+    )
 
 
 class GeneticAdaptiveObserver(RecursiveObserver):

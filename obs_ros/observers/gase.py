@@ -29,6 +29,8 @@ from obs_ros.search.ga import check_breeding
 from obs_ros.search.genetic import offspring
 from obs_ros.typing import Array, IntArray
 
+MOST_STEPS = 10_000_000  # of all candidates, for one sample: some tenths of a second
+
 MODES = ('window_end', 'paper')
 
 
@@ -41,17 +43,23 @@ class GaseSettings(Settings):
         "the state is where the best candidate's window ends, or as in the paper one step on",
         choices=MODES,
     )
-    population: int = setting(200, 'candidates N', lower=4)
-    parents: int = setting(70, 'how many of the best may be parents, D', lower=2)
-    elite: int = setting(10, 'how many of the best survive, rho D', lower=1)
+    population: int = setting(200, 'candidates N', lower=4, upper=10_000)
+    parents: int = setting(70, 'how many of the best may be parents, D', lower=2, upper=10_000)
+    elite: int = setting(10, 'how many of the best survive, rho D', lower=1, upper=10_000)
     mutation: float = setting(0.2, 'probability p_m that a digit mutates', upper=1.0, positive=True)
-    window: int = setting(50, 'samples W of the window, besides the newest', lower=1)
-    generations: int = setting(10, 'generations g_t for each sample', lower=1)
+    window: int = setting(50, 'samples W of the window, besides the newest', lower=1, upper=10_000)
+    generations: int = setting(10, 'generations g_t for each sample', lower=1, upper=1000)
     digits: int = setting(5, 'digits of each parameter, at least', lower=2, upper=15)
 
     def __post_init__(self) -> None:
         super().__post_init__()
         check_breeding(self.population, self.parents, self.elite, self.mutation)
+        steps = self.population * self.window * self.generations
+        if steps > MOST_STEPS:
+            raise ValueError(
+                f'population, window or generations must be smaller: their product {steps} is the '
+                f'steps for each sample, at most {MOST_STEPS}'
+            )
 
 
 class GeneticAdaptiveStateEstimator(RecursiveObserver):

@@ -30,14 +30,17 @@ class HInfinitySettings(Settings):
     )  # fmt: skip
     scale: float = setting(
         1e5, 'size of the parameter: Gamma, covariance and forgetting are for theta / scale',
-        'of theta', positive=True,
+        'of theta', positive=True, upper=1e12,
     )  # fmt: skip
-    gamma: float = setting(125.0, 'Gamma, gain of the gradient', positive=True)
+    gamma: float = setting(125.0, 'Gamma, gain of the gradient', positive=True, upper=1e12)
     forgetting: float = setting(
-        0.05, 'rate at which the filtered regressor forgets', '1/s', lower=0.0
+        0.05, 'rate at which the filtered regressor forgets', '1/s', lower=0.0, upper=1e6
     )
     covariance: float = setting(
-        1e9, 'largest covariance of the filtered regressor, and its first', positive=True
+        1e9,
+        'largest covariance of the filtered regressor, and its first',
+        positive=True,
+        upper=1e18,
     )
 
 

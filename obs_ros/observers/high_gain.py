@@ -28,7 +28,7 @@ class HighGainSettings(FlowSettings):
     """Settings of the high-gain observer."""
 
     theta: float = setting(
-        2.0, 'gain; large: fast and noisy (the paper takes 80)', '1/s', positive=True
+        2.0, 'gain; large: fast and noisy (the paper takes 80)', '1/s', positive=True, upper=1e6
     )
 
 

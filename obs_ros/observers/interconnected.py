@@ -14,9 +14,11 @@ class InterconnectedSettings(HighGainSettings):
     """Settings of the interconnected observer."""
 
     l1: float = setting(
-        0.0, 'pulls openings to what the flows tell; hides faults', '1/s', lower=0.0
+        0.0, 'pulls openings to what the flows tell; hides faults', '1/s', lower=0.0, upper=1e6
     )
-    l2: float = setting(0.0, "the same for the openings' rates; hides faults", '1/s2', lower=0.0)
+    l2: float = setting(
+        0.0, "the same for the openings' rates; hides faults", '1/s2', lower=0.0, upper=1e6
+    )
 
 
 class InterconnectedObserver(HighGainObserver):

@@ -214,6 +214,11 @@ class RecursiveObserver:
         return {**self._intake.counts, **self._counts}
 
     @property
+    def collected(self) -> None:
+        """There are no windows."""
+        return None
+
+    @property
     def last_break(self) -> str | None:
         """The last break of the samples' timeline, in words."""
         return self._intake.last_break

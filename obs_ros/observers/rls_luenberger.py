@@ -27,10 +27,11 @@ class RecursiveLeastSquaresSettings(ObserverFormSettings):
         'time constant of forgetting; 0: what was measured once counts for ever',
         's',
         lower=0.0,
+        upper=1e9,
     )
     covariance: float = setting(
         1e6, 'covariance of the parameters at the start, and at most, in squared noises',
-        positive=True,
+        positive=True, upper=1e18,
     )  # fmt: skip
 
 

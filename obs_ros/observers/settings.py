@@ -7,6 +7,7 @@ import numpy as np
 
 from obs_ros.knob import Knob, Value
 from obs_ros.registry import suggest
+from obs_ros.texts import quoted
 
 
 def setting(default: Value, description: str, unit: str = '', **limits: Any) -> Any:
@@ -26,6 +27,7 @@ class Settings:
         'stamps that go further at once start it anew; 0: 1000 mean intervals, 10 s at least',
         's',
         lower=0.0,
+        upper=10_000.0,
     )
 
     def __post_init__(self) -> None:
@@ -52,5 +54,5 @@ def settings_of(kind: type[Kind], given: dict[str, Any]) -> Kind:
     known = [f.name for f in fields(kind)]
     for name in given:
         if name not in known:
-            raise ValueError(f'unknown setting {name!r}: {suggest(name, known)}')
+            raise ValueError(f'unknown setting {quoted(name)}: {suggest(name, known)}')
     return kind(**given)

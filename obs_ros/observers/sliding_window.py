@@ -128,6 +128,11 @@ class SlidingWindowObserver:
         return {**counts, 'stuck': self._stuck, 'skipped': self._skipped + counts['skipped']}
 
     @property
+    def collected(self) -> float | None:
+        """Sample time (s) that the window that is open holds; None before its first output."""
+        return self._window.collected
+
+    @property
     def last_break(self) -> str | None:
         """The last break of the samples' timeline, in words."""
         return self._window.last_break

@@ -15,6 +15,7 @@ from obs_ros.node.readers import Reader, WrongMessageError, topic_readers
 from obs_ros.record import Sample
 from obs_ros.registry import suggest
 from obs_ros.replay.extras import require
+from obs_ros.texts import LONGEST, one_line, quoted
 
 LARGEST_MESSAGE = 1_000_000  # bytes
 STREAMS = ('input', 'output')
@@ -82,13 +83,13 @@ class Bag:
             messages = self._checked(reader.messages(connections=connections))
             for number, (connection, recorded, raw) in enumerate(messages, 1):
                 self.done = min(1.0, number / total)
-                place = f'{self._path}, message {number}, on {connection.topic}'
+                place = f'{self._path}, message {number}, on {one_line(connection.topic, LONGEST)}'
                 if len(raw) > LARGEST_MESSAGE:
                     raise ValueError(f'{place}: {len(raw)} bytes, more than {LARGEST_MESSAGE}')
                 try:
                     message = reader.deserialize(raw, connection.msgtype)
                 except Exception as error:  # the library's own kinds are not all that it raises
-                    raise ValueError(f'{place}: cannot be decoded: {error}') from error
+                    raise ValueError(f'{place}: cannot be decoded: {quoted(error)}') from error
                 self._recorded = recorded
                 yield from self._samples(connection.topic, message)
         self._merge.release(math.inf)
@@ -126,7 +127,7 @@ class Bag:
             reader = self._highlevel.AnyReader([self._path], default_typestore=store)
             reader.open()
         except Exception as error:  # a broken file raises whatever its bytes lead to
-            raise ValueError(f'{self._path}: cannot be read as a bag: {_words(error)}') from error
+            raise ValueError(f'{self._path}: cannot be read as a bag: {quoted(error)}') from error
         try:
             yield reader
         finally:
@@ -142,13 +143,14 @@ class Bag:
                     f'{self._path}: there is no topic {topic}: {suggest(topic, types)}; '
                     f'another one is named with --topic {role}=TOPIC or signals.<name>.topic'
                 )
+            kind = one_line(types[topic], LONGEST)
             if {types[topic]} != wanted:
                 raise ValueError(
-                    f'{self._path}: {topic} has {types[topic]}, not {" and ".join(sorted(wanted))}'
+                    f'{self._path}: {topic} has {kind}, not {" and ".join(sorted(wanted))}'
                 )
             fields = [name for name, _ in reader.typestore.fielddefs[types[topic]][1]]
             if topic in self._needs_header and 'header' not in fields:
-                raise ValueError(f'{topic}: {types[topic]} has no header with a stamp; '
+                raise ValueError(f'{topic}: {kind} has no header with a stamp; '
                                  "signals.<name>.stamp must be 'arrival'")  # fmt: skip
         return [each for each in reader.connections if each.topic in self._readers]
 
@@ -162,10 +164,6 @@ class Bag:
                 return
             except Exception as error:  # as above
                 where = f'{self._path}, after message {number}'
-                raise ValueError(f'{where}: {_words(error)}') from error
+                raise ValueError(f'{where}: {quoted(error)}') from error
             number += 1
             yield message
-
-
-def _words(error: Exception) -> str:
-    return ' '.join(str(error).split()) or type(error).__name__

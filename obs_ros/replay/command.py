@@ -16,6 +16,7 @@ from obs_ros.replay.recording import Recording, Source, open_recording
 from obs_ros.replay.settings import Setup, setup
 from obs_ros.replay.summary import summary
 from obs_ros.replay.writers import Take, bag_writer, table_writer
+from obs_ros.texts import LONGEST_NAME, one_line, quoted
 
 TABLE, BAG, SUMMARY = 'estimates.csv', 'estimates', 'summary.md'
 PICTURES = ('parameters.png', 'states.png', 'misfit.png')
@@ -34,7 +35,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
         print('\nreplay: stopped; what stands in the output is not all', file=sys.stderr)
         return 130
     except (ValueError, OSError, ImportError) as error:
-        print(f'\rreplay: {" ".join(str(error).split())}', file=sys.stderr)
+        print(f'\rreplay: {one_line(error)}', file=sys.stderr)
         return 1
     return 0
 
@@ -56,8 +57,8 @@ def run(options: argparse.Namespace) -> None:
     folder = options.output or options.recording.resolve().with_name(f'{name}_replay')
     _make_room(folder, options.force)
     for remark in (*chosen.remarks, *recording.remarks):
-        print(f'replay: {remark}', file=sys.stderr)
-    print(f'compiling model {chosen.model.name!r}; the first time it takes several seconds')
+        print(f'replay: {one_line(remark)}', file=sys.stderr)
+    print(f'compiling model {quoted(chosen.model.name)}; the first time it takes several seconds')
     with ExitStack() as files:
         takers = [files.enter_context(table_writer(folder / TABLE, chosen.model))]
         try:
@@ -78,7 +79,7 @@ def run(options: argparse.Namespace) -> None:
     _draw(account, chosen, folder)
     print(
         f'{len(account.history)} estimates, {account.speed:.3g} times real time; '
-        f'see {folder / SUMMARY}'
+        f'see {one_line(folder / SUMMARY)}'
     )
 
 
@@ -92,7 +93,7 @@ def _draw(account: Account, chosen: Setup, folder: Path) -> None:
 
 
 def _warn(error: MissingPackageError, what: str) -> None:
-    print(f'replay: no {what}: {error}', file=sys.stderr)
+    print(f'replay: no {what}: {one_line(error)}', file=sys.stderr)
 
 
 def _make_room(folder: Path, force: bool) -> None:
@@ -129,8 +130,8 @@ def _progress(name: str, recording: Recording) -> Callable[[Account], None]:
         if now - shown >= REFRESH:
             shown = now
             text = (
-                f'{100.0 * recording.done:3.0f} % of {name}, {len(account.history)} estimates, '
-                f'{account.speed:.3g} times real time'
+                f'{100.0 * recording.done:3.0f} % of {one_line(name, LONGEST_NAME)}, '
+                f'{len(account.history)} estimates, {account.speed:.3g} times real time'
             )
             print(f'\r{text:<78}', end='', flush=True)
 
@@ -142,7 +143,7 @@ def _pairs(option: str, texts: Sequence[str]) -> Mapping[str, str]:
     for text in texts:
         name, separator, value = text.partition('=')
         if not (name and separator and value):
-            raise ValueError(f'{option} {text!r} is not of the form NAME=VALUE')
+            raise ValueError(f'{option} {quoted(text)} is not of the form NAME=VALUE')
         pairs[name] = value
     return pairs
 

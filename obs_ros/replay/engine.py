@@ -12,6 +12,7 @@ from obs_ros.record import Sample
 from obs_ros.replay.forecast import Forecaster
 from obs_ros.replay.history import History
 from obs_ros.replay.settings import Setup
+from obs_ros.texts import quoted
 
 MOST_NOTES = 100  # breaks and failures kept; all are counted
 
@@ -116,7 +117,7 @@ def _step(
         estimate = observer.estimate(limit) if due else None
     except Exception as error:
         account.failed += 1
-        _tell(account, f'failed at {sample.stamp / 1e9:g} s: {type(error).__name__}: {error}')
+        _tell(account, f'failed at {sample.stamp / 1e9:g} s: {quoted(error)}')
         if observer.immediate:
             observer.reset()
     return estimate

@@ -7,6 +7,8 @@ from typing import Any
 
 import yaml
 
+from obs_ros.texts import LONGEST, one_line, quoted
+
 LARGEST = 1_000_000  # bytes of a parameter file
 DEEPEST = 32  # mappings in one another
 KEY = 'ros__parameters'
@@ -59,7 +61,9 @@ def read_parameters(path: Path, node: str = '/estimator') -> dict[str, Any]:
     ours = [parameters for name, parameters in found if _stands_for(name, node)]
     if not ours:
         known = ', '.join(name for name, _ in found) or f'none with {KEY}'
-        raise ValueError(f'{path}: nothing for the node {node}; its nodes are: {known}')
+        raise ValueError(
+            f'{path}: nothing for the node {node}; its nodes are: {one_line(known, LONGEST)}'
+        )
     for parameters in ours:
         values |= dict(_flat(parameters, '', str(path)))
     return values
@@ -72,7 +76,7 @@ def parse_assignment(text: str) -> tuple[str, Any]:
     """
     name, separator, value = text.partition(':=')
     if not name or not separator:
-        raise ValueError(f'{text!r} is not of the form name:=value')
+        raise ValueError(f'{quoted(text)} is not of the form name:=value')
     return name, parse(value.encode(), f'-p {name}')
 
 
@@ -87,9 +91,11 @@ def parse(text: bytes, where: str) -> Any:
     except yaml.MarkedYAMLError as error:
         mark = error.problem_mark or error.context_mark
         line = f':{mark.line + 1}' if mark else ''
-        raise ValueError(f'{where}{line}: {error.problem or error.context}') from error
+        raise ValueError(
+            f'{where}{line}: {one_line(error.problem or error.context, LONGEST)}'
+        ) from error
     except (yaml.YAMLError, ValueError, RecursionError) as error:
-        raise ValueError(f'{where}: no valid YAML: {" ".join(str(error).split())}') from error
+        raise ValueError(f'{where}: no valid YAML: {quoted(error)}') from error
 
 
 def _nodes(content: Mapping[Any, Any], prefix: str, where: str) -> Iterator[tuple[str, Any]]:
@@ -102,8 +108,10 @@ def _nodes(content: Mapping[Any, Any], prefix: str, where: str) -> Iterator[tupl
         elif isinstance(value, Mapping):
             yield from _nodes(value, f'{prefix}/{str(key).strip("/")}', where)
         else:
-            raise ValueError(f'{where}: {prefix}/{key} is {value!r}, but parameters stand '
-                             f'under {KEY}')  # fmt: skip
+            name = one_line(f'{prefix}/{key}', LONGEST)
+            raise ValueError(
+                f'{where}: {name} is {quoted(value)}, but parameters stand under {KEY}'
+            )
 
 
 def _stands_for(pattern: str, node: str) -> bool:
@@ -120,7 +128,7 @@ def _flat(parameters: Any, prefix: str, where: str) -> Iterator[tuple[str, Any]]
     if prefix.count('.') > DEEPEST:
         raise ValueError(f'{where}: more than {DEEPEST} mappings in one another')
     if not isinstance(parameters, Mapping):
-        raise ValueError(f'{where}: {KEY} must hold names with values, not {parameters!r}')
+        raise ValueError(f'{where}: {KEY} must hold names with values, not {quoted(parameters)}')
     for key, value in parameters.items():
         if isinstance(value, Mapping):
             yield from _flat(value, f'{prefix}{key}.', where)

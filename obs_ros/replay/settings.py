@@ -5,12 +5,11 @@ from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 from typing import Any
 
-from obs_ros.knob import Knob, Value
+from obs_ros.knob import Knob, Value, check_names, ignored
 from obs_ros.model import Model
 from obs_ros.models import load_model
 from obs_ros.node.bindings import Binding, bindings, signal_knobs
-from obs_ros.node.settings import CHOICE, observer_knobs
-from obs_ros.registry import suggest
+from obs_ros.node.settings import CHOICE, RENAMED, observer_knobs
 
 # What every node has, and a replay has no use for.
 FOREIGN = re.compile(r'use_sim_time|start_type_description_service|qos_overrides\..*')
@@ -45,19 +44,13 @@ def setup(given: Mapping[str, Any]) -> Setup:
     def coerced(knobs: Iterable[Knob]) -> dict[str, Value]:
         return {knob.name: knob.coerce(given.get(knob.name, knob.default)) for knob in knobs}
 
+    check_names(given, RENAMED)
     values = coerced(CHOICE)
     model = load_model(str(values['model']))
     values |= coerced(observer_knobs(model, str(values['observer'])))
     values |= coerced(signal_knobs(model))
     unknown = [name for name in sorted(given) if name not in values]
     signals = [name for name in unknown if name.startswith('signals.')]
-    return Setup(
-        model,
-        values,
-        bindings(model, values, signals),
-        tuple(
-            f'there is no parameter {name!r}: {suggest(name, values)}'
-            for name in unknown
-            if not FOREIGN.fullmatch(name)
-        ),
-    )
+    own = [name for name in unknown if not FOREIGN.fullmatch(name)]
+    remarks = (ignored(own, values),) if own else ()
+    return Setup(model, values, bindings(model, values, signals), remarks)

@@ -10,6 +10,7 @@ from obs_ros.model import Variable
 from obs_ros.replay.engine import Account
 from obs_ros.replay.recording import Recording
 from obs_ros.replay.settings import Setup
+from obs_ros.texts import LONGEST, one_line
 from obs_ros.typing import Array
 
 SHOWN = 50  # jumps, notes and combinations, at most
@@ -20,7 +21,7 @@ def summary(
 ) -> str:
     """Return the page; `name` is that of the recording."""
     parts = [
-        f'# Replay of {name}',
+        f'# Replay of {one_line(name, LONGEST)}',
         *_head(setup, account, deadline),
         *_outcomes(account),
         *_estimates(account),
@@ -209,7 +210,7 @@ def _unit(variable: Variable) -> str:
 
 
 def _cell(text: str) -> str:
-    return ' '.join(text.split()).replace('|', '\\|')
+    return one_line(text).replace('|', '\\|')
 
 
 def _table(header: Sequence[str], rows: Iterable[Sequence[str]]) -> str:

@@ -14,6 +14,7 @@ from obs_ros.model import Model, names
 from obs_ros.record import Sample
 from obs_ros.registry import suggest
 from obs_ros.replay.recording import LAST_STAMP
+from obs_ros.texts import listing, quoted
 from obs_ros.typing import Array
 
 LONGEST_ROW = 65536  # bytes
@@ -64,7 +65,7 @@ class Table:
         used = {self._time, *self._inputs, *self._outputs}
         unused = [name for place, name in enumerate(header) if place not in used]
         self.remarks: Sequence[str] = (
-            [f'columns that the model does not know: {", ".join(unused)}'] if unused else []
+            [f'columns that the model does not know: {listing(unused)}'] if unused else []
         )
 
     def __iter__(self) -> Iterator[Sample]:
@@ -96,7 +97,7 @@ class Table:
         else:
             text, unit = fields[self._time].strip(), self._unit
             if not math.isfinite(_number(text)):
-                raise ValueError(f'the time is {text!r}, not a number')
+                raise ValueError(f'the time is {quoted(text)}, not a number')
             time = Decimal(text)
         if not 0 <= time * unit <= LAST_STAMP:
             raise ValueError(
@@ -128,13 +129,14 @@ def _places(
     """Return where the time (None: nowhere), the inputs and the outputs stand in a row."""
     twice = [name for name, count in Counter(header).items() if count > 1]
     if twice:
-        raise ValueError(f'more than one column is called {twice[0]!r}')
+        raise ValueError(f'more than one column is called {quoted(twice[0])}')
     time = columns.pop('t', None)
     if time is None:
         found = [name for name in header if name in TIME_UNITS]
         if len(found) > 1:
             raise ValueError(
-                f'{found[0]!r} and {found[1]!r} may both be the time: say which with --column t='
+                f'{quoted(found[0])} and {quoted(found[1])} may both be the time: '
+                'say which with --column t='
             )
         time = found[0] if found else None
     groups = [('input', names(model.inputs)), ('output', names(model.outputs))]
@@ -150,10 +152,10 @@ def _places(
     flat = [*([time] if time is not None else []), *wanted[0], *wanted[1]]
     for name in flat:
         if name not in header:
-            raise ValueError(f'no column is called {name!r}: {suggest(name, list(header))}; '
+            raise ValueError(f'no column is called {quoted(name)}: {suggest(name, list(header))}; '
                              'other names are given with --column NAME=COLUMN')  # fmt: skip
         if flat.count(name) > 1:
-            raise ValueError(f'the column {name!r} is wanted twice: say with --column '
+            raise ValueError(f'the column {quoted(name)} is wanted twice: say with --column '
                              'input.NAME= and output.NAME= which is which')  # fmt: skip
     inputs, outputs = ([header.index(name) for name in group] for group in wanted)
     return None if time is None else header.index(time), inputs, outputs
@@ -167,7 +169,7 @@ def _unit(name: str) -> int:
 
 def _check_period(period: float, time: str | None) -> None:
     if time is not None:
-        raise ValueError(f'the column {time!r} tells the time already: no --period is needed')
+        raise ValueError(f'the column {quoted(time)} tells the time already: no --period is needed')
     if not 1e-9 <= period <= 1e9:
         raise ValueError(f'the period {period} s is not a time between 1e-9 and 1e9 s')
 
@@ -185,4 +187,4 @@ def _number(text: str) -> float:
             raise ValueError
         return float(text)
     except ValueError:
-        raise ValueError(f'{text[:40]!r} is not a number') from None
+        raise ValueError(f'{quoted(text, 40)} is not a number') from None

@@ -13,6 +13,7 @@ from obs_ros.search.chaotic_de import ChaoticDESettings, chaotic_de_search
 from obs_ros.search.ga import GASettings, ga_search
 from obs_ros.search.memetic import MemeticSettings, memetic_search
 from obs_ros.search.result import Found
+from obs_ros.texts import quoted
 
 
 class Method(NamedTuple):
@@ -36,10 +37,12 @@ def method_for(name: str | Method, options: Mapping[str, Any] | None = None) -> 
     Raises ValueError for an unknown method, an unknown option or a value that it refuses.
     """
     if isinstance(name, str) and name not in METHODS:
-        raise ValueError(f'unknown search method {name!r}: {suggest(name, METHODS)}')
+        raise ValueError(f'unknown search method {quoted(name)}: {suggest(name, METHODS)}')
     method = METHODS[name] if isinstance(name, str) else name
     known = tuple(field.name for field in fields(method.settings))
     for option in options or {}:
         if option not in known:
-            raise ValueError(f'search {name!r} has no option {option!r}: {suggest(option, known)}')
+            raise ValueError(
+                f'search {quoted(name)} has no option {quoted(option)}: {suggest(option, known)}'
+            )
     return method, method.settings(**(options or {}))

@@ -7,11 +7,28 @@ from dataclasses import dataclass
 from typing import Any
 
 from obs_ros.estimate import Estimate, Outcome
-from obs_ros.model import names
+from obs_ros.model import Model, Variable, names
 from obs_ros.models import load_model
 from obs_ros.observers.recursive import Instant, RecursiveObserver
 from obs_ros.observers.settings import Settings, setting
 from obs_ros.record import Sample
+
+
+def swing(t, x, u, p):
+    return x[1], u[0] - p[0] * x[0]
+
+
+# Bounds, nominal value and walk are integers, as users write them.
+SWING = Model(
+    'swing',
+    states=(Variable('angle', 'rad', lower=-3, upper=3), Variable('rate', lower=-9, upper=9)),
+    inputs=(Variable('torque', nominal=1),),
+    outputs=(Variable('angle', 'rad'),),
+    parameters=(Variable('stiffness', lower=1, upper=30, nominal=8, walk=1),),
+    dynamics=swing,
+    output=lambda t, x, u, p: (x[0],),
+    max_step=1,
+)
 
 
 class FakeObserver:
@@ -78,6 +95,10 @@ class FakeObserver:
     def reset(self) -> None:
         self.resets += 1
         self.outputs.clear()
+
+    @property
+    def collected(self) -> float | None:
+        return None
 
     @property
     def counts(self) -> Mapping[str, int]:

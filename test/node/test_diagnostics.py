@@ -1,14 +1,14 @@
 import functools
 
 from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus
-from rclpy.node import Node
 from ros import figures
 from rosgraph_msgs.msg import Clock
 
 from obs_ros.node.diagnostics import PERIOD, Health, Level, publish_health
+from obs_ros.node.guarded import GuardedNode
 from obs_ros.node.messages import time_message
 
-PROBE = functools.partial(Node, 'probe')
+PROBE = functools.partial(GuardedNode, 'probe')
 
 
 def test_levels_are_those_of_the_message():

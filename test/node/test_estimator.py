@@ -159,7 +159,7 @@ def test_disabled_it_ignores_samples_and_starts_anew_afterwards(ros, bench):
 
 def test_silent_streams_are_told_first_as_waiting_then_as_stale(ros):
     bench = Bench(ros, stale_after=1)  # an integer where a float is meant
-    assert ros.health(outcome='waiting').message == 'waiting for plant/output'
+    assert ros.health(outcome='waiting').message.startswith('waiting for plant/output: ')
     bench.feed(1, 2)
     ros.spin_until(lambda: bench.state)
     status = ros.health(outcome='stale_output')
@@ -169,7 +169,7 @@ def test_silent_streams_are_told_first_as_waiting_then_as_stale(ros):
 def test_a_silent_input_is_told_when_the_output_goes_on(ros):
     bench = Bench(ros, stale_after=1.0)
     bench.output(1, LEVELS, (1, 1))
-    assert ros.health(outcome='waiting').message == 'waiting for plant/input'
+    assert ros.health(outcome='waiting').message.startswith('waiting for plant/input: ')
     bench.input(1, FEEDS, (1, 1))
     times, arrays = itertools.count(2), ros.listen('/diagnostics', DiagnosticArray)
 

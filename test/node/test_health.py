@@ -20,6 +20,7 @@ SETTINGS = {
 @dataclass
 class FakeFeed:
     topic: str
+    role: str
     silence: float | None = 0.1
     received: int = 4
     refused: dict = field(default_factory=dict)
@@ -38,7 +39,7 @@ class FakeFeed:
 
 def feeds(**silences):
     return {
-        name: FakeFeed(f'plant/{name}', silence=silences.get(name, 0.1))
+        name: FakeFeed(f'plant/{name}', name, silence=silences.get(name, 0.1))
         for name in ('output', 'input')
     }
 
@@ -65,9 +66,32 @@ def test_all_is_well():
     ('changes', 'expected'),
     [
         ({'enabled': False}, (Level.WARN, 'paused', 'paused: call ~/enable with true to go on')),
-        ({'error': 'ValueError: no'}, (Level.ERROR, 'failed', 'ValueError: no')),
-        ({'ready': False}, (Level.WARN, 'compiling', 'compiling the model')),
-        ({'estimate': None}, (Level.OK, 'collecting', 'collecting the first window')),
+        (
+            {'error': 'ValueError: no'},
+            (Level.ERROR, 'failed', 'the observer failed: ValueError: no'),
+        ),
+        (
+            {'ready': False},
+            (
+                Level.WARN,
+                'compiling',
+                'compiling the model; the first time it takes several seconds',
+            ),
+        ),
+        (
+            {'estimate': None},
+            (
+                Level.OK,
+                'collecting',
+                'collecting the first window: 0 of 1000 s; '
+                'waiting for an output with every input known',
+            ),
+        ),
+        (
+            {'estimate': None, 'collected': 140.2},
+            (Level.OK, 'collecting', 'collecting the first window: 140 of 1000 s'),
+        ),
+        ({'estimate': None, 'solving': True}, (Level.OK, 'collecting', 'solving the first window')),
     ],
 )
 def test_what_the_estimator_is_doing(changes, expected):
@@ -91,10 +115,16 @@ def test_an_estimate_that_is_not_finite_is_said_to_be_withheld():
 @pytest.mark.parametrize('name', ['output', 'input'])
 def test_a_stream_that_never_came_is_waited_for(name):
     streams = feeds(**{name: None})
-    assert judged(streams=streams) == (Level.WARN, 'waiting', f'waiting for plant/{name}')
+    assert judged(streams=streams) == (
+        Level.WARN, 'waiting', f'waiting for plant/{name}: its publisher has sent nothing yet'
+    )  # fmt: skip
+    streams[name].publishers = 0
+    assert judged(streams=streams)[2] == (
+        f'waiting for plant/{name}: start its publisher, or look at the name: nobody publishes it'
+    )
     streams[name].last_refusal = f"plant/{name}: 'h1' is missing"
     assert judged(streams=streams)[2] == (
-        f"waiting for plant/{name}; refused: plant/{name}: 'h1' is missing"
+        f"waiting for plant/{name}: its messages are refused: plant/{name}: 'h1' is missing"
     )
 
 
@@ -102,7 +132,7 @@ def test_a_stream_that_never_came_is_waited_for(name):
 def test_a_stream_that_fell_silent_is_stale(name):
     outcome = f'stale_{name}'
     assert judged(streams=feeds(**{name: 5.1})) == (
-        Level.STALE, outcome, f'{outcome}: no plant/{name} for more than 5 s: does a publisher run?'
+        Level.STALE, outcome, f'{outcome}: does a publisher run? no plant/{name} for more than 5 s'
     )  # fmt: skip
     assert judged(streams=feeds(**{name: 5.0}))[0] is Level.OK
 
@@ -176,7 +206,9 @@ def test_progress_counts_what_was_published_withheld_and_failed():
     progress.conclude(estimate(), 0.1, published=True)
     progress.conclude(estimate(), 0.1, published=True)
     progress.fail(Finished('estimate', None, ZeroDivisionError('by zero'), 0.0, 1.0))
-    assert judged(progress) == (Level.ERROR, 'failed', 'ZeroDivisionError: by zero')
+    assert judged(progress) == (
+        Level.ERROR, 'failed', "the observer failed: ZeroDivisionError('by zero')"
+    )  # fmt: skip
     progress.conclude(estimate(Outcome.DIVERGED, float('nan')), 0.3, published=False)
     assert (progress.published, progress.withheld, progress.failed) == (2, 1, 1)
     assert judged(progress)[:2] == (Level.ERROR, 'diverged')
@@ -196,10 +228,11 @@ def test_a_restart_forgets_the_last_estimate_and_error_but_not_the_counts():
 @pytest.mark.parametrize(
     ('counts', 'message'),
     [
-        ({'overflow': 1}, 'a window of 1000 s holds more samples than window.capacity: '
-         'shorten window.duration, or raise window.capacity'),
-        ({'duplicate': 4}, 'stamps do not advance: does the publisher set header.stamp?'),
-        ({'all_nan': 4}, 'the samples hold no numbers: every value is NaN or infinite'),
+        ({'overflow': 1}, 'shorten window.duration, or raise window.capacity: '
+         'a window of 1000 s holds more samples than that'),
+        ({'duplicate': 4}, 'let the publisher set header.stamp: stamps do not advance'),
+        ({'all_nan': 4}, 'look at what is measured: the samples hold no numbers, '
+         'only NaN or infinity'),
     ],
 )  # fmt: skip
 def test_what_keeps_the_first_window_from_closing_is_said(counts, message):
@@ -222,7 +255,7 @@ def test_publishers_that_take_turns_are_told_before_the_outcome():
     streams['output'].mixed, streams['output'].publishers = True, 2
     level, outcome, message = judged(streams=streams)
     assert (level, outcome) == (Level.WARN, 'mixed')
-    assert message.startswith('plant/output comes from 2 publishers in turns')
+    assert message.startswith('mixed: stop all but one of the 2 publishers of plant/output')
 
 
 @pytest.mark.parametrize('silence', [None, 9.0])
@@ -232,21 +265,25 @@ def test_a_publisher_that_is_not_heard_is_the_reason_of_silence(silence):
     message = judged(streams=streams)[2]
     assert message.endswith(': a publisher of plant/input is not heard: why')
     assert (
-        judged(streams=feeds() | {'output': FakeFeed('plant/output', unheard='x')})[0] is Level.OK
+        judged(streams=feeds() | {'output': FakeFeed('plant/output', 'output', unheard='x')})[0]
+        is Level.OK
     )
 
 
-@pytest.mark.parametrize(('ahead', 'way'), [(1500, 'after'), (-1500, 'before')])
-def test_streams_stamped_by_two_clocks_are_told(ahead, way):
+@pytest.mark.parametrize('ahead', [1500, -1500])
+def test_streams_stamped_by_two_clocks_are_told(ahead):
     streams = feeds()
     streams['output'].stamp, streams['input'].stamp = 2000 * 10**9, (2000 + ahead) * 10**9
     level, _, message = judged(estimate=None, streams=streams)
     assert level is Level.WARN
+    last, first = ('input', 'output') if ahead > 0 else ('output', 'input')
     assert message == (
-        f'plant/input is stamped 1500 s {way} plant/output: do both publishers use one clock?'
+        f'use one clock for both publishers: plant/{last} is stamped 1500 s after plant/{first}'
     )
     streams['input'].stamp = 2900 * 10**9
-    assert judged(estimate=None, streams=streams)[0] is Level.OK
+    level, _, message = judged(estimate=None, collected=99.0, streams=streams)
+    assert level is Level.OK
+    assert message.endswith('99 of 1000 s; plant/output is 900 s behind plant/input')
 
 
 def test_predictions_have_figures_and_so_has_a_cache_that_fails(monkeypatch):

@@ -1,14 +1,24 @@
 import math
+import re
 
 import pytest
+from rcl_interfaces.msg import Parameter as ParameterMessage
+from rcl_interfaces.srv import SetParameters
+from rclpy.impl.implementation_singleton import rclpy_implementation
 from rclpy.node import Node
+from rclpy.parameter import Parameter, get_parameter_value
 from ros import set_parameter
 
 from obs_ros.knob import Knob, markdown_table
-from obs_ros.models import load_model
+from obs_ros.models import MODELS, load_model
 from obs_ros.node import settings
+from obs_ros.node.bindings import signal_knobs
+from obs_ros.node.estimator import Estimator
 from obs_ros.node.parameters import Parameters
+from obs_ros.observers import OBSERVERS
+from obs_ros.replay.settings import setup
 from plant_sim import settings as plant_settings
+from plant_sim.node import Simulator
 
 GAIN = Knob('gain', 1.0, 'loop gain', 'V/cm', lower=0.0, upper=5.0)
 WORD = Knob('word', '', 'what to do', choices=('', 'stay', 'leave'))
@@ -49,6 +59,44 @@ def test_every_default_is_allowed_and_described(knob):
     assert knob.coerce(knob.default) is knob.default or knob.coerce(knob.default) == knob.default
     assert knob.default != () and knob.description
     assert f'`{knob.name}`' in markdown_table([knob])
+
+
+@pytest.mark.parametrize('observer', OBSERVERS)
+@pytest.mark.parametrize('model', MODELS)
+def test_no_parameter_is_a_value_and_a_prefix(observer, model):
+    """`ros2 param dump` nests them by their dots."""
+    model = load_model(model)
+    names = {
+        knob.name
+        for knob in (
+            *settings.CHOICE, *settings.observer_knobs(model, observer), *signal_knobs(model),
+        )
+    }  # fmt: skip
+    assert len(names) > 10 and not clashing(names)
+
+
+def clashing(names):
+    return [(a, b) for a in names for b in names if b.startswith(f'{a}.')]
+
+
+@pytest.mark.parametrize('kind', [Estimator, Simulator])
+def test_no_parameter_of_a_node_is_a_value_and_a_prefix(ros, kind):
+    """Those that ROS declares, QoS and all, among them."""
+    node = ros.start(kind)
+    names = set(node.get_parameters_by_prefix(''))
+    assert any(name.startswith('qos_overrides.') for name in names) == (kind is Estimator)
+    assert 'use_sim_time' in names and not clashing(names)
+
+
+@pytest.mark.parametrize(
+    ('old', 'value', 'new'),
+    [('predict', True, 'prediction.enabled'), ('predict.rate', 2.0, 'prediction.rate')],
+)
+def test_old_names_are_refused_with_the_new_one(ros, old, value, new):
+    with pytest.raises(ValueError, match=f'^{re.escape(old)} is now {re.escape(new)}'):
+        ros.start(Estimator, **{old: value})
+    with pytest.raises(ValueError, match=f'^{re.escape(old)} is now {re.escape(new)}'):
+        setup({old: value})
 
 
 def make_node(**options):
@@ -94,4 +142,57 @@ def test_a_misspelt_parameter_is_named_with_what_may_have_been_meant(ros, capfd)
     parameters = Parameters(node)
     parameters.declare([GAIN])
     parameters.watch(dict, lambda _: None)
-    assert "there is no parameter 'gian': did you mean 'gain'?" in capfd.readouterr().err
+    assert "there are no such parameters: 'gian' (did you mean 'gain'?)" in capfd.readouterr().err
+
+
+def swing_settings(ros, *cli, **parameters):
+    return ros.start(Estimator, *cli, model='node.fakes:SWING', **parameters)
+
+
+def asked(ros, name, value):
+    """Set one parameter of the estimator as `ros2 param set` does; return the answer."""
+    request = ParameterMessage(name=name, value=get_parameter_value(value))
+    return ros.call('/estimator/set_parameters', SetParameters, parameters=[request]).results[0]
+
+
+def test_bounds_of_a_model_written_as_integers_take_floats_and_integers(ros):
+    node = swing_settings(ros)
+    for text, taken in (
+        ('[-2, 2]', [-2.0, 2.0]), ('[-1.5, 2.5]', [-1.5, 2.5]), ('[0, 1]', [0.0, 1.0]),
+    ):  # fmt: skip
+        assert asked(ros, 'bounds.angle', text).successful
+        assert list(node.get_parameter('bounds.angle').value) == taken
+        assert node.get_parameter('bounds.angle').type_ is Parameter.Type.DOUBLE_ARRAY
+    for name in ('fixed.stiffness', 'initial.rate', 'noise.angle', 'stale_after'):
+        assert asked(ros, name, '2').successful, name
+        assert asked(ros, name, '2.5').successful, name
+        assert node.get_parameter(name).value == 2.5
+    # The command makes text of a mixed array.
+    answer = asked(ros, 'bounds.angle', '[1, 2.5]')
+    assert not answer.successful and 'DOUBLE_ARRAY' in answer.reason
+    assert asked(ros, 'bounds.angle', '[1.0, 2.5]').successful
+
+
+def test_integers_on_the_command_line_and_in_a_file_are_floats_too(ros, tmp_path):
+    file = tmp_path / 'swing.yaml'
+    file.write_text(
+        '/**:\n  ros__parameters:\n    bounds: {angle: [-2, 2]}\n    noise: {angle: 1}\n'
+        '    signals.angle: {topic: x, type: std_msgs/msg/Float64, field: data, scale: 2,'
+        ' stamp: arrival}\n'
+    )
+    given = ('-p', 'bounds.rate:=[-1, 1]', '-p', 'window.duration:=4')
+    node = swing_settings(ros, '--ros-args', '--params-file', str(file), *given)
+    values = {
+        name: node.get_parameter(name).value
+        for name in ('bounds.angle', 'bounds.rate', 'noise.angle', 'signals.angle.scale')
+    }
+    assert {name: list(v) if name.startswith('b') else v for name, v in values.items()} == {
+        'bounds.angle': [-2.0, 2.0], 'bounds.rate': [-1.0, 1.0], 'noise.angle': 1.0,
+        'signals.angle.scale': 2.0,
+    }  # fmt: skip
+    assert all(isinstance(v, float) for v in (*values['bounds.angle'], *values['bounds.rate']))
+
+
+def test_an_array_of_two_types_at_start_is_an_error_of_rcl(ros):
+    with pytest.raises(rclpy_implementation.RCLError, match='Sequence should be of same type'):
+        swing_settings(ros, '--ros-args', '-p', 'bounds.angle:=[1, 2.5]')

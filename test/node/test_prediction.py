@@ -43,18 +43,18 @@ def test_between_windows_the_state_is_carried_to_every_output(ros, monkeypatch):
 
 
 def test_the_rate_of_predictions_and_whether_there_are_any_change_live(ros, monkeypatch):
-    bench = Bench(ros, monkeypatch, predict__rate=0.1)
+    bench = Bench(ros, monkeypatch, prediction__rate=0.1)
     predictions, states = ros.listen('/estimator/prediction'), ros.listen('/estimator/state')
     bench.play(tanks(0, 60)[0])
     ros.spin_until(lambda: states)
     bench.play(tanks(61, 100)[0])
     ros.spin_until(lambda: predictions and predictions[-1].header.stamp.sec == 91)
     assert [m.header.stamp.sec for m in predictions] == [61, 71, 81, 91]
-    assert set_parameter(bench.estimator, 'predict', False).successful
+    assert set_parameter(bench.estimator, 'prediction.enabled', False).successful
     bench.play(tanks(101, 125)[0])
     ros.spin_until(lambda: len(states) == 2)
-    assert set_parameter(bench.estimator, 'predict', True).successful
-    assert set_parameter(bench.estimator, 'predict.rate', 0).successful
+    assert set_parameter(bench.estimator, 'prediction.enabled', True).successful
+    assert set_parameter(bench.estimator, 'prediction.rate', 0).successful
     ros.spin_until(lambda: bench.estimator._prepared)
     bench.play(tanks(126, 190)[0])
     # Begun anew, it waits for the next estimate, which did not take another observer.

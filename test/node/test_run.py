@@ -61,7 +61,11 @@ def test_a_signal_while_the_node_is_being_made_is_no_error(name):
     ('name', 'arguments', 'words'),
     [
         ('estimator', ['-p', 'model:=three_tnak'], "did you mean 'three_tank'?"),
-        ('estimator', ['-p', 'window.duration:=-5'], 'window.duration must be > 0 s, not -5.0'),
+        (
+            'estimator',
+            ['-p', 'window.duration:=-5'],
+            'window.duration must be 0.001 to 1e9 s, not -5.0',
+        ),
         ('estimator', ['-p', 'bounds.p1:=[0.5, 0.1]'], 'p1'),
         ('simulator', ['-p', 'scenario:=three_tnak'], "did you mean 'three_tank'?"),
         ('simulator', ['-p', 'speed:=fast'], "speed must be a number, not 'fast'"),

@@ -139,7 +139,7 @@ def test_missing_outputs_are_bridged(linear: list[Instant]) -> None:
         (LINEAR, {'parents': 201}, 'parents 201 are more than the population of 200'),
         (LINEAR, {'elite': 200}, 'elite 200 leaves no room'),
         (LINEAR, {'mutation': 0.0}, 'mutation must be > 0, <= 1, not 0.0'),
-        (LINEAR, {'window': 0}, 'window must be >= 1, not 0'),
+        (LINEAR, {'window': 0}, 'window must be 1 to 10000, not 0'),
         (LINEAR, {'parameters': ()}, 'needs a parameter to estimate'),
         (LINEAR, {'bounds': {'b2': (0.0, np.inf)}}, 'b2 needs finite bounds, not 0.0 to inf'),
     ],

@@ -128,7 +128,7 @@ def test_it_says_when_it_cannot_keep_up(ros):
     ('name', 'value', 'reason'),
     [
         ('plant.p1', 1.5, 'plant.p1 must be 0 to 1, not 1.5'),
-        ('speed', 0, 'speed must be > 0'),
+        ('speed', 0, 'speed must be 0.001 to 1e6'),
         ('speed', 2.0, 'publish_clock'),
         ('noise_reference', 'meassured', "did you mean 'measured'?"),
         ('scenario', 'os:path', 'read-only'),
@@ -145,7 +145,7 @@ def test_a_wrong_value_is_refused_and_nothing_changes(ros, name, value, reason):
     ('parameters', 'reason'),
     [
         ({'scenario': 'three_tnak'}, "unknown scenario 'three_tnak': did you mean 'three_tank'?"),
-        ({'speed': -1.0}, 'speed must be > 0, not -1.0'),
+        ({'speed': -1.0}, 'speed must be 0.001 to 1e6, not -1.0'),
         ({'plant__p1': 'open'}, "plant.p1 must be a number, not 'open'"),
     ],
 )

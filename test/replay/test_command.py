@@ -97,7 +97,7 @@ def test_parameters_on_the_line_count_more_than_those_of_the_file(table, capsys)
     assert replay(table, '-p', 'window.period:=5.0', '-p', 'nonsense:=1') == 0
     streams = capsys.readouterr()
     assert '3 estimates' in streams.out
-    assert "there is no parameter 'nonsense'" in streams.err
+    assert "ignored, as there are no such parameters: 'nonsense'" in streams.err
 
 
 def test_nothing_is_overwritten_unless_told_so(table, capsys):

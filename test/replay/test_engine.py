@@ -107,5 +107,5 @@ def test_an_observer_that_fails_does_not_end_the_replay(monkeypatch):
     monkeypatch.setattr(Windows, 'solve', fails_once)
     account, taken = estimates(GIVEN)
     assert account.failed == 1
-    assert account.notes == ['failed at 5 s: FloatingPointError: on purpose']
+    assert account.notes == ["failed at 5 s: FloatingPointError('on purpose')"]
     assert len(taken) == 9

@@ -1,0 +1,148 @@
+"""The health of real streams: any model, bound to topics in any way, at every stage of a life."""
+
+import functools
+import re
+
+import pytest
+from node.test_health import estimate
+from sensor_msgs.msg import JointState
+
+from obs_ros.estimate import Outcome
+from obs_ros.field_path import FieldPath
+from obs_ros.model import Model, Variable, names
+from obs_ros.node.bindings import HEADER, Binding
+from obs_ros.node.diagnostics import Level
+from obs_ros.node.guarded import GuardedNode
+from obs_ros.node.health import Progress, examine
+from obs_ros.node.messages import STREAM, named_vector
+from obs_ros.node.readers import NAMED_VECTOR
+from obs_ros.node.streams import Streams, check_bindings
+from obs_ros.node.worker import Finished
+
+# Whether each output (input) is bound to a topic of its own, as the example's are.
+OUTPUTS = [(False,), (True,), (False, False), (True, False), (True, True)]
+INPUTS = [(), *OUTPUTS]
+WINDOW = 100.0
+
+
+def plant(outputs, inputs):
+    return Model(
+        name='plant',
+        states=(Variable('x'),),
+        inputs=[Variable(f'u{k}') for k in range(len(inputs))],
+        outputs=[Variable(f'y{k}') for k in range(len(outputs))],
+        dynamics=lambda t, x, u, p: (-x[0] + sum(u),),
+        output=lambda t, x, u, p: tuple(x[0] for _ in outputs),
+    )
+
+
+def bindings_of(model, bound):
+    variables = (*model.outputs, *model.inputs)
+    path = FieldPath.parse('position[0]')
+    return {
+        v.name: Binding(v.name, f'rig/{v.name}', NAMED_VECTOR, path, 1.0, 0.0, HEADER)
+        for v, is_bound in zip(variables, bound, strict=True)
+        if is_bound
+    }  # fmt: skip
+
+
+class Bench:
+    """Streams on a node, and who publishes what they listen to."""
+
+    def __init__(self, ros, outputs, inputs):
+        self.ros, self.model = ros, plant(outputs, inputs)
+        node = ros.start(functools.partial(GuardedNode, 'bench'))
+        self.bound = bindings_of(self.model, (*outputs, *inputs))
+        check_bindings(node, self.model, self.bound)
+        self.feeds = Streams(node, self.model, self.bound, 0.0, lambda sample: None).feeds
+        self.publishers = {}
+
+    def topics(self):
+        return {feed.topic for feed in self.feeds.values()}
+
+    def send(self, feed, stamp):
+        """Publish what a feed listens to, and wait until it has it."""
+        publisher = self.publishers.get(feed.topic)
+        if publisher is None:
+            publisher = self.ros.node.create_publisher(JointState, feed.topic, STREAM)
+            self.publishers[feed.topic] = publisher
+            self.ros.spin_until(publisher.get_subscription_count)
+        group = self.model.inputs if feed.role == 'input' else self.model.outputs
+        entries = [name for name in names(group) if name not in self.bound] or ['any']
+        before = feed.received
+        publisher.publish(
+            named_vector(round(stamp * 1e9), entries or ['any'], [1.0] * len(entries) or [1.0])
+        )
+        self.ros.spin_until(lambda: feed.received > before)
+
+    def told(self, progress, stale_after=1e9, **changes):
+        """Return the health of windows; that of an immediate observer must be told, too."""
+        settings = {'observer': 'x', 'stale_after': stale_after, 'window.duration': WINDOW}
+        health = examine(progress, self.feeds, settings, changes, None)
+        del settings['window.duration']
+        assert examine(progress, self.feeds, settings, changes, None).message
+        # Whatever looks like a topic is one.
+        words = re.findall(r'/?(?:plant|rig)/\w+', health.message)
+        assert set(words) <= self.topics(), health.message
+        return health
+
+
+@pytest.mark.parametrize('outputs', OUTPUTS, ids=str)
+@pytest.mark.parametrize('inputs', INPUTS, ids=str)
+def test_every_stage_has_its_word(ros, outputs, inputs):
+    bench = Bench(ros, outputs, inputs)
+    feeds = list(bench.feeds.values())
+    roles = [feed.role for feed in feeds]
+    assert roles == sorted(roles, reverse=True), 'outputs first'
+    assert len(bench.topics()) == len(feeds) == len(bench.feeds)
+    progress = Progress(enabled=False)
+    assert bench.told(progress).message.startswith('paused')
+    progress.enabled = True
+    assert bench.told(progress).message.startswith('compiling')
+    progress.ready = True
+    for feed in feeds:
+        health = bench.told(progress)
+        assert health.message.startswith(f'waiting for {feed.topic}: ')
+        bench.send(feed, 1000.0)
+    # Nothing is apart, so the window is collected; then each topic in turn is ahead by more.
+    assert bench.told(progress).message.startswith('collecting the first window: 0 of 100 s')
+    for k, feed in enumerate(feeds):
+        bench.send(feed, 1000.0 + 150.0 * (k + 1))
+        health = bench.told(progress)
+        if len(feeds) > 1:
+            oldest = min(feeds, key=lambda f: f.stamp)
+            assert health.level is Level.WARN
+            assert f'{feed.topic} is stamped ' in health.message
+            assert health.message.endswith(f' s after {oldest.topic}')
+        else:
+            assert health.level is Level.OK
+    for feed in feeds:
+        bench.send(feed, 2000.0)
+    first = feeds[0]
+    bench.send(first, 2050.0)
+    progress.collected = 20.0
+    health = bench.told(progress)
+    assert health.message.startswith('collecting the first window: 20 of 100 s')
+    if len(feeds) > 1:
+        assert health.message.endswith(f' is 50 s behind {first.topic}')
+    assert bench.told(progress, overflow=1).message.startswith('shorten window.duration')
+    assert bench.told(progress, duplicate=99).message.startswith('let the publisher set')
+    assert bench.told(progress, all_nan=99).message.startswith('look at what is measured')
+    assert bench.told(progress, stale_after=0.0).message.startswith('stale_output: ')
+    progress.fail(Finished('estimate', None, ZeroDivisionError('no'), 0.0, 1.0))
+    assert bench.told(progress).level is Level.ERROR
+    for outcome in Outcome:
+        progress.conclude(estimate(outcome), 0.1, True)
+        assert bench.told(progress).message == f'{outcome.value}: as told'
+    progress.restart()
+    assert bench.told(progress).message.startswith('compiling')
+
+
+def test_a_stale_input_is_told_from_a_stale_output(ros, monkeypatch):
+    bench = Bench(ros, (True,), (True,))
+    for feed in bench.feeds.values():
+        bench.send(feed, 1.0)
+    output, input_ = bench.feeds.values()
+    monkeypatch.setattr(output, '_arrival', 1e12)
+    health = bench.told(Progress(ready=True), stale_after=0.0)
+    assert health.figures['outcome'] == 'stale_input' and input_.topic in health.message

@@ -1,0 +1,129 @@
+"""Every number that a remote caller may set is bounded, so that none stops a node or fills it."""
+
+import math
+import tracemalloc
+
+import pytest
+from ros import set_parameter
+
+from obs_ros.knob import Knob
+from obs_ros.models import MODELS, load_model
+from obs_ros.node.bindings import signal_knobs
+from obs_ros.node.settings import CHOICE, build_observer, observer_knobs
+from obs_ros.observers import OBSERVERS, load_observer
+from plant_sim.node import Simulator
+from plant_sim.scenarios import SCENARIOS, load_scenario
+from plant_sim.settings import CHOICE as SCENARIO
+from plant_sim.settings import COMMON, check_rate, fault_knobs
+
+# A bound of a variable may be infinite: there is none then. And infinite is what no noise has.
+UNBOUNDED = ('bounds.', 'snr_db')
+MEMORY = 200e6  # bytes that an observer may take when it is made
+
+
+def numeric(knob: Knob) -> bool:
+    entry = knob.default[0] if isinstance(knob.default, tuple) else knob.default
+    return isinstance(entry, int | float) and not isinstance(entry, bool)
+
+
+def suited():
+    """Each observer with each model that suits it."""
+    for observer in OBSERVERS:
+        for model in MODELS:
+            suits = getattr(load_observer(observer), 'suits', lambda model: None)
+            try:
+                suits(load_model(model))
+            except ValueError:
+                continue
+            yield observer, model
+
+
+@pytest.mark.parametrize(('observer', 'model'), list(suited()))
+def test_every_number_of_an_estimator_is_bounded(observer, model):
+    plant = load_model(model)
+    knobs = (*CHOICE, *observer_knobs(plant, observer), *signal_knobs(plant))
+    found = [knob for knob in knobs if numeric(knob)]
+    assert len(found) > 5
+    for knob in found:
+        if not knob.name.startswith(UNBOUNDED):
+            assert math.isfinite(knob.lower) or knob.positive, knob.name
+            assert math.isfinite(knob.upper), knob.name
+
+
+@pytest.mark.parametrize('scenario', SCENARIOS)
+def test_every_number_of_a_simulator_is_bounded(scenario):
+    model = load_model(load_scenario(scenario).model)
+    for knob in (*SCENARIO, *COMMON, *fault_knobs(model)):
+        if numeric(knob) and not knob.name.startswith(UNBOUNDED):
+            assert math.isfinite(knob.lower) and math.isfinite(knob.upper), knob.name
+
+
+@pytest.mark.parametrize('value', [(1.0, 5.1), (-0.1, 1.0), (math.nan, 1.0), (0.0,) * 1001])
+def test_entries_of_arrays_are_bounded_too(value):
+    with pytest.raises(ValueError, match=r'^array must '):
+        Knob('array', (1.0, 2.0), 'numbers', lower=0.0, upper=5.0).coerce(value)
+
+
+@pytest.mark.parametrize('value', [2**63, -(2**63), 10**5000], ids=['large', 'small', 'huge'])
+def test_integers_are_those_of_ros(value):
+    with pytest.raises(ValueError, match=r'^count must be an integer of 64 bits$'):
+        Knob('count', 1, 'a count').coerce(value)
+
+
+@pytest.mark.parametrize(('observer', 'model'), list(suited()))
+def test_no_allowed_number_fills_the_memory(observer, model):
+    """Each at its bounds, alone and all together; what does not go together is refused."""
+    plant = load_model(model)
+    knobs = observer_knobs(plant, observer)
+    common = {'observer': observer} | {knob.name: knob.default for knob in knobs}
+    found = [k for k in knobs if numeric(k) and not k.name.startswith(UNBOUNDED)
+             and not isinstance(k.default, tuple)]  # fmt: skip
+    most = {k.name: type(k.default)(k.upper) for k in found if not k.nan}
+    trials = [most] + [{k.name: type(k.default)(v)} for k in found for v in (k.lower, k.upper)]
+    made = 0
+    for trial in trials:
+        tracemalloc.start()
+        try:
+            build_observer(plant, common | trial)
+            made += 1
+        except ValueError:
+            pass
+        finally:
+            _, peak = tracemalloc.get_traced_memory()
+            tracemalloc.stop()
+        assert peak < MEMORY, trial
+    assert made > len(trials) / 3
+
+
+@pytest.mark.parametrize(
+    'change', [{'window.duration': 1e9}, {'window.period': 1e9}, {'window.duration': 2e6}]
+)
+def test_a_window_holds_steps_that_end(change):
+    """Between two samples nothing can interrupt the model."""
+    model = load_model('jet_engine')
+    assert model.max_step < 0.2
+    values = {k.name: k.default for k in observer_knobs(model, 'sliding_window')}
+    values |= {'observer': 'sliding_window', **change}
+    with pytest.raises(ValueError, match=r'^shorten window.duration or window.period: .* at most'):
+        build_observer(model, values)
+
+
+def test_a_rate_of_the_simulator_leaves_time_for_services(ros):
+    node = ros.start(Simulator)
+    answer = set_parameter(node, 'rate', 1e-9)
+    assert not answer.successful and answer.reason.startswith('raise rate: ')
+    assert set_parameter(node, 'rate', 0.1).successful
+    assert set_parameter(node, 'rate', 1000.0).successful
+    answer = set_parameter(node, 'noise_reference', 'measured')
+    assert not answer.successful and answer.reason.startswith('lower rate, or ')
+    for rate in (1e6, -1.0, math.inf):
+        assert not set_parameter(node, 'rate', rate).successful
+    for speed in (0.0, 1e7, math.inf):
+        assert not set_parameter(node, 'speed', speed).successful
+
+
+@pytest.mark.parametrize('scenario', SCENARIOS)
+def test_every_scenario_may_measure_its_noise(scenario):
+    found = load_scenario(scenario)
+    values = {'rate': 0.0, 'noise_reference': 'measured'}
+    check_rate(found, load_model(found.model), values)
