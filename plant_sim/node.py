@@ -3,7 +3,7 @@
 import math
 import sys
 import time
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from typing import Any
 
 from rclpy.clock import Clock, ClockType
@@ -34,13 +34,15 @@ class Simulator(Node):
     """Publishes outputs, inputs and the truth of a simulated plant, sample by sample.
 
     Stamps are plant time from 0 where /clock is published, else the wall time of the run's start
-    plus plant time. Raises ValueError when parameters given at start are wrong.
+    plus plant time. `clock` tells the wall time (s) that plant time keeps pace with.
+    Raises ValueError when parameters given at start are wrong.
     """
 
-    def __init__(self, **options: Any) -> None:
+    def __init__(self, *, clock: Callable[[], float] = time.monotonic, **options: Any) -> None:
         super().__init__(
             'simulator', automatically_declare_parameters_from_overrides=True, **options
         )
+        self._wall_clock = clock
         parameters = Parameters(self)
         parameters.declare(CHOICE)
         self.scenario = load_scenario(str(parameters.values['scenario']))
@@ -91,7 +93,7 @@ class Simulator(Node):
         self._epoch = 0 if self._simulates_time else time.time_ns()
         self._sent = 0
         self._examined = time.monotonic(), 0, 0.0
-        self._pace = Pace(settings['speed'])
+        self._pace = Pace(settings['speed'], self._wall_clock)
 
     def _snr_db(self, settings: Mapping[str, Any]) -> float:
         snr_db = float(settings['snr_db'])
