@@ -3,7 +3,7 @@
 import math
 import sys
 import time
-from collections.abc import Iterable, Mapping
+from collections.abc import Callable, Iterable, Mapping
 from typing import Any
 
 from rclpy.clock import Clock, ClockType
@@ -38,14 +38,15 @@ class Simulator(GuardedNode):
 
     Outputs and inputs that parameters `signals.<name>` bind go out where the estimator of the same
     parameters reads them, as a rig would publish them. Stamps are plant time from 0 where /clock
-    is published, else the wall time of the run's start plus plant time. Raises ValueError when
-    parameters given at start are wrong.
+    is published, else the wall time of the run's start plus plant time. `clock` tells the wall time
+    (s) that plant time keeps pace with. Raises ValueError when parameters given at start are wrong.
     """
 
-    def __init__(self, **options: Any) -> None:
+    def __init__(self, *, clock: Callable[[], float] = time.monotonic, **options: Any) -> None:
         super().__init__(
             'simulator', automatically_declare_parameters_from_overrides=True, **options
         )
+        self._wall_clock = clock
         parameters = Parameters(self)
         parameters.declare(CHOICE)
         self.scenario = load_scenario(str(parameters.values['scenario']))
@@ -101,7 +102,7 @@ class Simulator(GuardedNode):
         self._epoch = 0 if self._simulates_time else time.time_ns()
         self._sent = 0
         self._examined = time.monotonic(), 0, 0.0
-        self._pace = Pace(settings['speed'])
+        self._pace = Pace(settings['speed'], self._wall_clock)
 
     def _snr_db(self, settings: Mapping[str, Any]) -> float:
         snr_db = float(settings['snr_db'])

@@ -15,6 +15,7 @@ from rclpy.parameter import Parameter
 from sensor_msgs.msg import JointState
 
 from demo.domain import Domain
+from obs_ros.node.estimator import Estimator
 from obs_ros.node.messages import STREAM, named_vector
 
 # Nothing in the tests may talk outside this machine.
@@ -33,7 +34,12 @@ class Ros:
         self.node = self._add(Node('test', context=self.context))
 
     def start(self, kind: Callable[..., Node], *cli: str, **parameters: Any) -> Any:
-        """Return a started node of that kind; `__` in a parameter's name stands for a dot."""
+        """Return a started node of that kind; `__` in a parameter's name stands for a dot.
+
+        Streams go stale late unless told otherwise: a busy machine is no broken sensor.
+        """
+        if kind is Estimator:
+            parameters.setdefault('stale_after', patience(5.0))
         overrides = [Parameter(k.replace('__', '.'), value=v) for k, v in parameters.items()]
         return self._add(
             kind(context=self.context, parameter_overrides=overrides, cli_args=list(cli))
@@ -50,8 +56,8 @@ class Ros:
     def listen(self, topic: str, kind: type = JointState, qos: Any = STREAM) -> list[Any]:
         """Return a list that collects the messages on `topic`, once a publisher is there."""
         messages: list[Any] = []
-        self.node.create_subscription(kind, topic, messages.append, qos)
-        self.spin_until(lambda: self.node.count_publishers(topic))
+        subscription = self.node.create_subscription(kind, topic, messages.append, qos)
+        self.spin_until(subscription.get_publisher_count)
         return messages
 
     def speak(self, topic: str, qos: Any = STREAM, *, heard: bool = True) -> Callable[..., None]:
@@ -101,6 +107,22 @@ class Ros:
         self.executor.add_node(node)
         self._nodes.append(node)
         return node
+
+
+class Waiting:
+    """A steady clock for a simulator, which stands still while `behind()`: nothing is overrun."""
+
+    def __init__(self) -> None:
+        self.behind: Callable[[], Any] = lambda: False
+        self._told = self._now = time.monotonic()
+
+    def __call__(self) -> float:
+        """Return the time in s: at most a tenth of a second after what was told before."""
+        now = time.monotonic()
+        if not self.behind():
+            self._told += min(now - self._now, 0.1)
+        self._now = now
+        return self._told
 
 
 def figures(status: Any) -> dict[str, str]:

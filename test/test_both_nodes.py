@@ -1,20 +1,42 @@
 """Simulator and estimator together, in one process: the whole path but for the installation."""
 
+from functools import partial
+
 import pytest
 from diagnostic_msgs.msg import DiagnosticArray
-from ros import set_parameter, vector
+from ros import Waiting, set_parameter, vector
 from std_srvs.srv import SetBool
 
 from obs_ros.node.estimator import Estimator
 from plant_sim.node import Simulator
 
 
+def started(ros, plant, settings):
+    """Return a simulator at rest, and an estimator that is ready and that the plant waits for."""
+    clock = Waiting()
+    simulator = ros.start(partial(Simulator, clock=clock), enabled=False, **plant)
+    estimator = ros.start(Estimator, **settings)
+
+    def behind():
+        taken = min(feed.received for feed in estimator._feeds.values())
+        return taken < simulator._sent - 5 or estimator._worker.running is not None
+
+    for stream in ('output', 'input'):
+        publisher = simulator._publishers_of[f'plant/{stream}']
+        ros.spin_until(publisher.get_subscription_count)
+    ros.spin_until(lambda: estimator.progress.ready, timeout=90.0)
+    clock.behind = behind
+    return simulator, estimator
+
+
 def test_the_estimate_follows_a_fault(ros):
-    simulator = ros.start(Simulator, speed=200, enabled=False, snr_db=60)
-    estimator = ros.start(Estimator, window__duration=200, window__period=100)
+    simulator, _ = started(
+        ros,
+        {'speed': 400, 'snr_db': 60},
+        {'window__duration': 200, 'window__period': 100},
+    )
     estimates, truth = ros.listen('/estimator/parameters'), ros.listen('/plant/parameters')
     states, levels = ros.listen('/estimator/state'), ros.listen('/plant/state')
-    ros.spin_until(lambda: estimator.progress.ready, timeout=90.0)
     ros.call('/simulator/enable', SetBool, data=True)
     ros.spin_until(lambda: len(estimates) >= 2, timeout=60.0)
     assert vector(estimates[-1]) == pytest.approx({'p1': 1.0, 'p2': 1.0, 'p3': 1.0}, abs=0.02)
@@ -38,12 +60,14 @@ def test_the_estimate_follows_a_fault(ros):
 
 
 def test_a_fault_is_announced_by_the_first_window_that_shows_it(ros):
-    simulator = ros.start(Simulator, speed=100, enabled=False, snr_db=40, seed=4)
-    estimator = ros.start(Estimator, window__duration=200, window__period=50)
+    simulator, _ = started(
+        ros,
+        {'speed': 400, 'snr_db': 40, 'seed': 4},
+        {'window__duration': 200, 'window__period': 50},
+    )
     estimates, truth = ros.listen('/estimator/parameters'), ros.listen('/plant/parameters')
     deviations = ros.listen('/estimator/parameters_stddev')
     jumps, health = ros.listen('/estimator/jump'), ros.listen('/diagnostics', DiagnosticArray)
-    ros.spin_until(lambda: estimator.progress.ready, timeout=90.0)
     ros.call('/simulator/enable', SetBool, data=True)
     ros.spin_until(lambda: len(estimates) >= 3, timeout=60.0)
     assert not jumps

@@ -6,6 +6,7 @@ import sys
 from pathlib import Path
 
 import pytest
+from patience import patience
 
 pytestmark = pytest.mark.slow
 
@@ -26,7 +27,7 @@ def test_demo_finds_every_valve_and_draws_a_picture(tmp_path: Path) -> None:
         env={**os.environ, 'PYTHONPATH': str(ROOT)},
         capture_output=True,
         text=True,
-        timeout=120,
+        timeout=patience(60.0),
     )
     assert run.returncode == 0, run.stdout + run.stderr
     assert 'more than' not in run.stdout

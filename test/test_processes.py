@@ -9,6 +9,7 @@ import pytest
 import yaml
 from ament_index_python.packages import PackageNotFoundError, get_package_prefix
 from diagnostic_msgs.msg import DiagnosticArray
+from patience import patience
 from ros import figures, vector
 from std_msgs.msg import String
 from std_srvs.srv import SetBool
@@ -91,7 +92,7 @@ def test_the_installed_nodes_estimate_the_tanks_and_end_in_peace(ros, start):
 
 
 def ended_in_peace(process, words=('[INFO]',)):
-    _, stderr = process.communicate(timeout=10.0)
+    _, stderr = process.communicate(timeout=patience(10.0))
     assert process.returncode == 0
     assert all(any(word in line for word in words) for line in stderr.splitlines()), stderr
 

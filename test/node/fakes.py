@@ -6,6 +6,8 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any
 
+from patience import patience
+
 from obs_ros.estimate import Estimate, Outcome
 from obs_ros.model import Model, Variable, names
 from obs_ros.models import load_model
@@ -67,7 +69,7 @@ class FakeObserver:
 
     def estimate(self, deadline: float | None = None) -> Estimate | None:
         count, newest = len(self.outputs), self.outputs[-1].stamp
-        assert self.go.wait(10.0)
+        assert self.go.wait(patience(10.0))
         if isinstance(self.value, Exception):
             raise self.value
         value = float(count) if self.value is None else self.value
@@ -124,7 +126,7 @@ class FakeImmediate(RecursiveObserver):
         FakeImmediate.made.append(self)
 
     def prepare(self) -> float:
-        assert FakeImmediate.go.wait(10.0)
+        assert FakeImmediate.go.wait(patience(10.0))
         return 0.5
 
     def _start(self, now: Instant) -> None:

@@ -18,6 +18,7 @@ from typing import NamedTuple
 import numpy as np
 import pytest
 from diagnostic_msgs.msg import DiagnosticArray
+from patience import patience
 from plants import tank_outputs
 from rclpy.parameter import Parameter
 from rclpy.qos import QoSProfile, ReliabilityPolicy
@@ -509,7 +510,7 @@ def test_a_solver_slower_than_the_period_skips_windows_and_stays_right(ros, monk
 
     def slow(*arguments):
         begun.set()
-        assert go.wait(20.0)
+        assert go.wait(patience(20.0))
         return solve(*arguments)
 
     monkeypatch.setattr(Windows, 'solve', slow)
@@ -615,7 +616,11 @@ def test_where_no_kernel_can_be_stored_it_runs_and_says_so(tmp_path, full):
     environment = {**os.environ, 'OBS_ROS_CACHE': str(folder),
                    'PYTHONPATH': os.pathsep.join(sys.path)}  # fmt: skip
     ended = subprocess.run(
-        [sys.executable, '-c', script], env=environment, capture_output=True, text=True, timeout=120
+        [sys.executable, '-c', script],
+        env=environment,
+        capture_output=True,
+        text=True,
+        timeout=patience(60.0),
     )
     assert ended.returncode == 0, ended.stderr
     outcome, trouble = ended.stdout.splitlines()

@@ -31,7 +31,7 @@ class FakeFeed:
     reliable: bool = True
     unheard: str = ''
     stamp: int | None = None
-    turns: Turns = field(default_factory=Turns)
+    turns: Turns = field(default_factory=lambda: Turns(lambda: 1))
 
     def rate(self):
         return 2.5

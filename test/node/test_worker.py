@@ -1,6 +1,7 @@
 import threading
 
 import pytest
+from patience import patience
 
 from obs_ros.node.worker import Worker
 
@@ -13,7 +14,7 @@ class Waiting:
         self.worker = Worker(notify=self.ended.release)
 
     def collect(self):
-        assert self.ended.acquire(timeout=5.0)
+        assert self.ended.acquire(timeout=patience(5.0))
         return self.worker.collect()
 
 
@@ -33,7 +34,7 @@ def test_jobs_run_in_another_thread_and_hand_back_their_result(waiting):
 
 def test_one_job_at_a_time(waiting):
     go = threading.Event()
-    waiting.worker.start('wait', lambda: go.wait(5.0))
+    waiting.worker.start('wait', lambda: go.wait(patience(5.0)))
     assert waiting.worker.running == 'wait' and waiting.worker.collect() is None
     with pytest.raises(RuntimeError, match='wait runs already'):
         waiting.worker.start('more', int)
@@ -51,10 +52,10 @@ def test_an_exception_is_handed_back(waiting):
 @pytest.mark.parametrize('ended', [False, True])
 def test_discarded_results_are_not_handed_out(waiting, ended):
     go = threading.Event()
-    waiting.worker.start('wait', lambda: go.wait(5.0))
+    waiting.worker.start('wait', lambda: go.wait(patience(5.0)))
     if ended:
         go.set()
-        assert waiting.ended.acquire(timeout=5.0)
+        assert waiting.ended.acquire(timeout=patience(5.0))
         waiting.ended.release()
     waiting.worker.discard()
     go.set()
@@ -67,7 +68,7 @@ def test_discarded_results_are_not_handed_out(waiting, ended):
 def test_closing_does_not_wait_for_ever():
     go = threading.Event()
     worker = Worker(notify=lambda: None)
-    worker.start('wait', lambda: go.wait(5.0))
+    worker.start('wait', lambda: go.wait(patience(5.0)))
     assert not worker.close(0.05)
     go.set()
     assert worker.close(5.0)

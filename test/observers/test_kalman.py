@@ -12,7 +12,7 @@ from scipy.stats import chi2
 from obs_ros import Model, Sample, Variable
 from obs_ros.models.three_tank import THREE_TANK
 from obs_ros.observers.ekf import ExtendedKalmanObserver
-from obs_ros.observers.kalman import output_noise, root
+from obs_ros.observers.kalman import limit, output_noise, root
 from obs_ros.observers.ukf import UnscentedKalmanObserver
 from obs_ros.typing import Array
 from obs_ros.unknowns import Unknowns
@@ -156,6 +156,65 @@ def test_estimates_stay_within_bounds_and_the_model_never_sees_others(kind: Any)
         assert 0.1 <= estimate.parameters['drain'] <= 1.0
     assert min(seen) >= 0.0
     assert not observer.counts['reset_non_finite'] and not observer.counts['reset_covariance']
+
+
+@pytest.mark.parametrize('kind', FILTERS)
+@pytest.mark.parametrize(('bound', 'beyond'), [('lower', -2.0), ('upper', 6.0)])
+def test_an_estimate_stops_at_the_bound_that_the_outputs_drive_it_through(
+    kind: Any, bound: str, beyond: float
+) -> None:
+    """A level in [0, 4] that is measured outside, the sum of two: both stop at the bound."""
+    names = ('one', 'other')
+    model = Model(
+        name='held',
+        states=tuple(Variable(name, lower=0.0, upper=4.0) for name in names),
+        outputs=(Variable('y'), Variable('sum')),
+        parameters=(Variable('rate', lower=-1.0, upper=1.0),),
+        dynamics=lambda t, x, u, p: (0.0 * p[0], 0.0 * p[0]),
+        output=lambda t, x, u, p: (x[0], x[0] + x[1]),
+        max_step=1.0,
+    )
+    observer = kind(model, noise={'y': 0.01, 'sum': 0.01}, backend='numpy')
+    for k in range(5):
+        observer.absorb(Sample(k * 10**9, y=np.array([beyond, 2.0 * beyond])))
+        estimate = observer.estimate()
+        assert [estimate.state[name] for name in names] == [getattr(model.states[0], bound)] * 2
+
+
+@pytest.mark.parametrize('kind', FILTERS)
+def test_no_variance_grows_beyond_that_of_the_box(kind: Any) -> None:
+    """States that wander by most of their box in a second, and outputs that tell nearly nothing."""
+    model = Model(
+        name='drift',
+        states=(Variable('a', lower=0.0, upper=2.0), Variable('b', lower=0.0, upper=4.0)),
+        outputs=(Variable('seen'),),
+        parameters=(Variable('speed', lower=-1.0, upper=1.0),),
+        dynamics=lambda t, x, u, p: (p[0] + 0.0 * x[0], 2.0 * p[0] + 0.0 * x[0]),
+        output=lambda t, x, u, p: (x[0],),
+        max_step=1.0,
+    )
+    observer = kind(
+        model, noise={'seen': 1e3}, backend='numpy', state_walk=0.95, parameter_walk=0.0
+    )
+    for k in range(10):
+        observer.absorb(Sample(k * 10**9, y=np.array([1.0])))
+        assert (np.linalg.eigvalsh(observer.covariance) > 0.0).all()
+    deviations = np.sqrt(np.diag(observer.covariance))
+    assert deviations[:2] == pytest.approx([2.0, 4.0])  # the widths of the box
+    assert not observer.counts['reset_covariance']
+
+
+def test_a_variance_is_capped_with_its_correlations_kept() -> None:
+    half = np.random.default_rng(3).standard_normal((3, 3))
+    before = half @ half.T
+    after, most = before.copy(), np.array([np.inf, 0.25 * before[1, 1], 4.0 * before[2, 2]])
+    limit(after, most)
+    assert np.diag(after) == pytest.approx(np.diag(before) * [1.0, 0.25, 1.0])
+
+    def correlations(c: Array) -> Array:
+        return c / np.sqrt(np.outer(np.diag(c), np.diag(c)))
+
+    np.testing.assert_allclose(correlations(after), correlations(before), rtol=1e-12)
 
 
 @pytest.mark.parametrize('kind', FILTERS)

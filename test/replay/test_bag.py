@@ -123,6 +123,33 @@ def test_two_topics_of_one_stream_wait_for_each_other(tmp_path):
     assert [s.stamp for s in outputs] == sorted(10 * k * S + i for k in range(4) for i in (0, 1))
 
 
+def test_a_topic_that_falls_silent_holds_the_other_for_its_wait_of_recorded_time(tmp_path):
+    """Stamps run twenty times as fast as recorded time here: they do not say how long, either."""
+    with BagMaker(tmp_path / 'bag') as bag:
+        for k in range(8):
+            recorded, stamp = 100 * S + k * S // 2, 10 * k * S
+            bag.vector('/one', recorded, stamp, a=float(k))
+            if k == 0:
+                bag.vector('/two', recorded + 1, stamp, a=10.0)
+            bag.vector('/plant/input', recorded + 2, stamp, Q1=1.0, Q2=2.0)
+    given = {'model': 'three_tank', 'merge_wait': 1.2}
+    for name, topic in (('h1', '/one'), ('h2', '/two')):
+        given |= {
+            f'signals.{name}.topic': topic, f'signals.{name}.field': 'position[a]',
+            f'signals.{name}.type': 'sensor_msgs/msg/JointState',
+        }  # fmt: skip
+    held, inputs = {}, 0
+    for sample in open_recording(Source(tmp_path / 'bag'), setup(given)):
+        if sample.y is None:
+            inputs += 1
+        else:
+            # Inputs are not merged: they count the messages until an output is handed out.
+            held[sample.stamp // (10 * S)] = inputs - sample.stamp // (10 * S)
+            assert np.isnan(sample.y[1]) == (sample.stamp > 0)
+    # 1.2 s are over with the third message after it; the end of the recording frees the last.
+    assert list(held.items()) == [(0, 0), (1, 3), (2, 3), (3, 3), (4, 3), (5, 3), (6, 2), (7, 1)]
+
+
 @pytest.mark.parametrize('storage', ['MCAP', 'SQLITE3'])
 def test_a_broken_bag_is_refused_with_its_place(tmp_path, storage):
     with BagMaker(tmp_path / 'bag', storage) as bag:
