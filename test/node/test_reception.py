@@ -4,7 +4,7 @@ import time
 
 import numpy as np
 import pytest
-from node.fakes import FakeObserver
+from node.fakes import FakeImmediate, FakeObserver
 from plants import tank_outputs
 from ros import figures, vector
 from sensor_msgs.msg import JointState
@@ -103,6 +103,7 @@ def test_a_stall_costs_a_filter_nothing(ros, monkeypatch, observer, first):
 
 
 def test_latency_and_lag_count_from_when_the_middleware_had_the_message(ros, monkeypatch):
+    FakeImmediate.go.set()
     estimator = ros.start(Estimator, observer='node.fakes:FakeImmediate')
     ros.spin_until(lambda: estimator.progress.ready)
     solver = ros.listen('/estimator/solver')
