@@ -262,13 +262,14 @@ class Estimator(GuardedNode):
 
     def _forget_solve(self) -> None:
         self._due = None
-        self.progress.estimate = None
+        self.progress.estimate, self.progress.behind = None, 0.0
         if self._forecast is not None:
             self._forecast.forget()
         if self._worker.running == 'estimate':
             self._worker.discard()
 
     def _examine(self) -> Health:
+        self.progress.note_late(self._observer.counts.get('late', 0))
         self.progress.collected = self._observer.collected
         self.progress.solving = self._due is not None or self._worker.running == 'estimate'
         health = examine(

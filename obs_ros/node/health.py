@@ -1,5 +1,6 @@
 """How the estimator is doing: one level and one sentence out of all that may be wrong."""
 
+from collections import deque
 from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any
@@ -13,6 +14,8 @@ from obs_ros.node.worker import Finished
 from obs_ros.texts import quoted
 
 MOST = 0.4  # of all messages, in both streams together
+BEHIND = 1.0  # s that samples wait unread; less is a hiccup
+LATE_FOR = 10  # diagnostics that late samples are told in
 LAG = 0.1  # of the window, by which a topic is behind another and has to be waited for
 STALE = {'output': Outcome.STALE_OUTPUT, 'input': Outcome.STALE_INPUT}
 # A confirmed fit at a bound is no alarm: many bounds are physical.
@@ -33,6 +36,7 @@ class Progress:
     estimate: Estimate | None = None  # the last one; None after a reset
     latency: float = 0.0
     behind: float = 0.0  # from the arrival of the newest sample until it was absorbed
+    late: int = 0  # samples that came too late within the last LATE_FOR calls of `note_late`
     error: str = ''  # of the last solve; empty when it went well
     published: int = 0
     too_early: int = 0  # samples that came before an immediate observer was compiled
@@ -42,6 +46,14 @@ class Progress:
     jump: Jump | None = None  # the last one, as the newest window that holds it says
     collected: float | None = None  # s of the window that is open; None before its first output
     solving: bool = False  # a window is closed, and its estimate under way
+
+    def __post_init__(self) -> None:
+        self._late: deque[int] = deque([0], maxlen=LATE_FOR + 1)  # all that were late, by calls
+
+    def note_late(self, count: int) -> None:
+        """Note how many samples were late since construction."""
+        self._late.append(count)
+        self.late = self._late[-1] - self._late[0]
 
     def restart(self) -> None:
         """Begin with a new observer."""
@@ -70,9 +82,7 @@ def examine(
     forecast: Forecast | None = None,
 ) -> Health:
     """Return the worst that is known, and every figure."""
-    level, message, outcome = _judge(
-        progress, feeds, settings['stale_after'], counts, settings.get('window.duration')
-    )
+    level, message, outcome = _judge(progress, feeds, settings, counts)
     figures: dict[str, object] = {
         'outcome': outcome,
         'observer': settings['observer'],
@@ -91,6 +101,7 @@ def examine(
             'evaluations': estimate.evaluations,
             'solve_time_s': estimate.solve_time,
             'latency_s': progress.latency,
+            'behind_s': progress.behind,
         }
         figures |= {f'residual_rms.{name}': rms for name, rms in estimate.output_rms.items()}
         figures |= {f'weak.{i}': words for i, words in enumerate(estimate.weak, 1)}
@@ -192,11 +203,11 @@ def _stale(feed: Feed, stale_after: float) -> str:
 def _judge(
     progress: Progress,
     feeds: Mapping[str, Feed],
-    stale_after: float,
+    settings: Mapping[str, Any],
     counts: Mapping[str, int],
-    window: float | None,
 ) -> tuple[Level, str, str]:
     """Return level, message and outcome; what keeps estimates from coming stands first."""
+    stale_after, window = settings['stale_after'], settings.get('window.duration')
     if not progress.enabled:
         return Level.WARN, 'paused: call ~/enable with true to go on', 'paused'
     if progress.error:
@@ -210,6 +221,12 @@ def _judge(
     for feed in feeds.values():
         if feed.silence is None:
             return Level.WARN, f'waiting for {feed.topic}: {_unheard(feed)}', 'waiting'
+    heard = any((feed.silence or 0.0) <= stale_after for feed in feeds.values())
+    if progress.behind > BEHIND and heard:
+        return Level.WARN, (
+            f'{progress.behind:.1f} s behind: this machine is too slow for observer '
+            f'{settings["observer"]} at such rates; publish less often, or take a cheaper observer'
+        ), 'behind'  # fmt: skip
     for feed in feeds.values():
         if (feed.silence or 0.0) > stale_after:
             outcome = STALE[feed.role].value
@@ -229,4 +246,8 @@ def _judge(
     outcome = progress.estimate.outcome
     level = LEVELS.get(outcome, Level.WARN)
     withheld = '' if progress.estimate.usable else ' (withheld: not finite)'
-    return level, f'{outcome.value}{withheld}: {progress.estimate.message}', outcome.value
+    message = f'{outcome.value}{withheld}: {progress.estimate.message}'
+    if progress.late and level is Level.OK:
+        level = Level.WARN
+        message = f'raise merge_wait: {progress.late} samples came late just now; {message}'
+    return level, message, outcome.value

@@ -33,7 +33,8 @@ CHOICE = (
     ),
     Knob(
         'merge_wait', 0.1,
-        'wall time that samples wait for older ones on other topics, where `signals` name several',
+        'wall time that samples wait for older ones on other topics: where `signals` name several, '
+        'and outputs for inputs that are due, 1 s at most',
         's', lower=0.0, upper=60.0, read_only=True,
     ),
 )  # fmt: skip

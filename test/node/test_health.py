@@ -5,7 +5,7 @@ import pytest
 from obs_ros.estimate import Estimate, Outcome
 from obs_ros.node import health
 from obs_ros.node.diagnostics import Level
-from obs_ros.node.health import Progress, examine
+from obs_ros.node.health import LATE_FOR, Progress, examine
 from obs_ros.node.turns import Turns
 from obs_ros.node.worker import Finished
 
@@ -304,3 +304,27 @@ def test_predictions_have_figures_and_so_has_a_cache_that_fails(monkeypatch):
     assert 'predicted' not in seen(None) and 'kernel_cache' not in seen(None)
     monkeypatch.setattr(health, 'cache_trouble', lambda: 'disk full')
     assert seen(None)['kernel_cache'] == 'disk full'
+
+
+def test_a_backlog_is_said_to_be_one_and_not_a_silent_publisher():
+    """Messages that wait unread make the other streams look silent."""
+    level, outcome, message = judged(behind=3.21, streams=feeds(input=6.0))
+    assert (level, outcome) == (Level.WARN, 'behind')
+    assert message.startswith('3.2 s behind: this machine is too slow for observer sliding_window')
+    assert judged(behind=0.99)[1] == 'converged'
+    silent = judged(behind=3.21, streams=feeds(input=6.0, output=6.0))
+    assert silent[1] == 'stale_output', 'once nothing comes any more'
+
+
+def test_samples_that_come_late_are_a_warning_for_some_time():
+    progress = Progress(ready=True, estimate=estimate())
+    progress.note_late(0)
+    assert judged(progress)[0] is Level.OK
+    progress.note_late(7)
+    level, outcome, message = judged(progress)
+    assert (level, outcome) == (Level.WARN, 'converged')
+    assert message.startswith('raise merge_wait: 7 samples came late') and 'as told' in message
+    for _ in range(LATE_FOR):
+        assert judged(progress)[0] is Level.WARN
+        progress.note_late(7)
+    assert judged(progress)[0] is Level.OK
