@@ -34,6 +34,7 @@ def main() -> int:
     options.add_argument('--seed', type=int, default=1, help='of the measurement noise')
     options.add_argument('--picture', default='demo.png', help='file to write')
     chosen = options.parse_args()
+    os.environ.setdefault('AMENT_PREFIX_PATH', sys.prefix)  # as `make demo` has it
     simulator = {'scenario': 'three_tank', 'speed': chosen.speed, 'seed': chosen.seed}
     windows = {'window.duration': WINDOW, 'window.period': PERIOD}
     try:

@@ -16,7 +16,11 @@ ROOT = Path(__file__).parent.parent
 
 
 @pytest.mark.slow
-def test_demo_finds_every_valve_and_draws_a_picture(tmp_path: Path) -> None:
+def test_demo_finds_every_valve_and_draws_a_picture(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    if 'AMENT_PREFIX_PATH' not in os.environ:
+        monkeypatch.setenv('AMENT_PREFIX_PATH', sys.prefix)
     packages = pytest.importorskip('ament_index_python.packages')
     pytest.importorskip('matplotlib')
     try:
