@@ -8,6 +8,7 @@ import matplotlib.pyplot as plt
 import numpy as np
 from matplotlib.axes import Axes
 
+from demo.jumps import merged
 from demo.recorder import Recorder, Vector
 
 COLOURS = ('tab:blue', 'tab:orange', 'tab:green')
@@ -17,18 +18,19 @@ def draw(recorder: Recorder, path: str) -> None:
     """Write true levels and openings, what was measured and what was estimated, to a PNG."""
     figure, (levels, openings) = plt.subplots(2, 1, figsize=(10, 7.5), sharex=True)
     ends = sorted(recorder.received['parameters'])
+    jumps = merged(recorder.received['jump'])
     _draw_levels(levels, recorder)
     _draw_openings(openings, recorder)
     for axes in (levels, openings):
-        for stamp in recorder.received['jump']:
-            axes.axvline(stamp / 1e9, color='tab:red', linestyle='--', linewidth=1)
+        for moment, _ in jumps:
+            axes.axvline(moment, color='tab:red', linestyle='--', linewidth=1)
         axes.grid(alpha=0.3)
         axes.legend(loc='center left', bbox_to_anchor=(1.0, 0.5), fontsize='small')
-    for stamp, sizes in recorder.received['jump'].items():
+    for moment, sizes in jumps:
         openings.annotate(
             f'found: {", ".join(f"{name} {size:+.2f}" for name, size in sizes.items())}'
-            f'\nat {stamp / 1e9:.2f} s',
-            (stamp / 1e9, 0.03), xytext=(6, 0), textcoords='offset points',
+            f'\nat {moment:.2f} s',
+            (moment, 0.03), xytext=(6, 0), textcoords='offset points',
             color='tab:red', fontsize='small',
         )  # fmt: skip
     openings.set_xlim(0, ends[-1] / 1e9 * 1.01)

@@ -9,7 +9,7 @@ from pathlib import Path
 
 from ament_index_python.packages import get_package_prefix
 
-PATIENCE = 5.0  # s that a process gets to end after SIGINT
+PATIENCE = 60.0  # s that a process gets to end after SIGINT, on a machine however busy
 
 
 @contextmanager

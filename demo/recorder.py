@@ -1,10 +1,14 @@
 """A node that listens to the plant, its simulated truth and the estimates."""
 
 from collections.abc import Callable, Mapping
+from dataclasses import dataclass
 
+import yaml
 from diagnostic_msgs.msg import DiagnosticArray
 from rclpy.node import Node
+from rclpy.qos import DurabilityPolicy, QoSProfile
 from sensor_msgs.msg import JointState
+from std_msgs.msg import String
 from std_srvs.srv import SetBool
 
 Vector = Mapping[str, float]
@@ -19,18 +23,34 @@ TOPICS = {
     'jump': 'estimator/jump',
 }
 DEPTH = 2000  # messages; nothing may be lost while the screen is written
+VOUCHED = ('converged', 'at_bound')  # outcomes of estimates that the node stands by
+
+
+@dataclass(frozen=True)
+class Verdict:
+    """What the estimator says of one of its estimates."""
+
+    outcome: str = 'unknown'
+    message: str = ''
+
+    @property
+    def vouched(self) -> bool:
+        """Whether it stands by the numbers."""
+        return self.outcome in VOUCHED
 
 
 class Recorder(Node):
-    """Keeps every named vector by topic and stamp (ns), and whether the estimator is ready."""
+    """Keeps every named vector and verdict by stamp (ns), and whether the estimator is ready."""
 
     def __init__(self) -> None:
         super().__init__('demo')
         self.received: dict[str, dict[int, Vector]] = {key: {} for key in TOPICS}
+        self.verdicts: dict[int, Verdict] = {}
         self.estimator_ready = False
-        self.verdict = 'none'  # of the estimator, on itself
         for key, topic in TOPICS.items():
             self.create_subscription(JointState, topic, self._keep(key), DEPTH)
+        latched = QoSProfile(depth=DEPTH, durability=DurabilityPolicy.TRANSIENT_LOCAL)
+        self.create_subscription(String, 'estimator/outcome', self._judge, latched)
         self.create_subscription(DiagnosticArray, '/diagnostics', self._note, 10)
         self._enable = self.create_client(SetBool, 'simulator/enable')
 
@@ -46,14 +66,16 @@ class Recorder(Node):
             self._enable.service_is_ready()
             and self.estimator_ready
             and all(self.count_publishers(topic) for topic in TOPICS.values())
+            and self.count_publishers('estimator/outcome') > 0
             and self.count_subscribers('plant/output') >= 2
             and self.count_subscribers('plant/input') >= 1
         )
 
     def estimates(self) -> list[int]:
-        """Return the stamps (ns) at which estimates, deviations and the truth all came."""
+        """Return the stamps (ns) at which estimates, deviations, verdict and the truth all came."""
         topics = ('parameters', 'state', 'parameters_stddev', 'state_stddev', 'truth')
-        return sorted(set.intersection(*(set(self.received[topic]) for topic in topics)))
+        kept = (set(self.received[topic]) for topic in topics)
+        return sorted(set(self.verdicts).intersection(*kept))
 
     def start_plant(self) -> None:
         """Let the paused simulator run."""
@@ -62,13 +84,18 @@ class Recorder(Node):
     def _keep(self, key: str) -> Callable[[JointState], None]:
         def callback(message: JointState) -> None:
             stamp = message.header.stamp.sec * 10**9 + message.header.stamp.nanosec
-            self.received[key][stamp] = dict(zip(message.name, message.position, strict=True))
+            vector = dict(zip(message.name, message.position, strict=True))
+            # Two jumps may be announced at one time.
+            self.received[key][stamp] = {**self.received[key].get(stamp, {}), **vector}
 
         return callback
+
+    def _judge(self, message: String) -> None:
+        told = yaml.safe_load(message.data)
+        self.verdicts[told['stamp_ns']] = Verdict(told['outcome'], told['message'])
 
     def _note(self, message: DiagnosticArray) -> None:
         for status in message.status:
             figures = {entry.key: entry.value for entry in status.values}
             if 'ready' in figures:
                 self.estimator_ready |= figures['ready'] == 'true'
-                self.verdict = status.message

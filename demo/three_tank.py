@@ -7,11 +7,14 @@ import argparse
 import os
 import sys
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
 
 import rclpy
 from rclpy.executors import SingleThreadedExecutor
 
+from demo.domain import Domain
+from demo.jumps import found_as_true, merged
 from demo.picture import draw
 from demo.processes import executable
 from demo.recorder import Recorder, Vector
@@ -20,8 +23,8 @@ DURATION, WINDOW, PERIOD = 3000.0, 300.0, 50.0  # s
 SHOWN = 5  # one window of so many is printed
 LIMITS = {'p': 0.01, 'h': 0.5}  # errors that the demo promises at 40 dB, by first letter
 JUMPS = {1000.0: {'p1', 'p2'}, 2000.0: {'p1', 'p3'}}  # s: what the scenario moves
-JUMP_LIMIT = 1.0  # s
-PATIENCE = 60.0  # s of wall time for each stage
+VOUCHED = 0.5  # of all estimates, at least: else this machine is too slow, or something is broken
+PATIENCE = 600.0  # s of wall time for each stage, which is what a busy machine may need
 
 
 def main() -> int:
@@ -31,13 +34,12 @@ def main() -> int:
     options.add_argument('--seed', type=int, default=1, help='of the measurement noise')
     options.add_argument('--picture', default='demo.png', help='file to write')
     chosen = options.parse_args()
-    # A domain of its own, on this machine only: other ROS systems neither see nor disturb it.
-    os.environ['ROS_AUTOMATIC_DISCOVERY_RANGE'] = 'LOCALHOST'
-    os.environ['ROS_DOMAIN_ID'] = str(1 + os.getpid() % 100)
+    os.environ.setdefault('AMENT_PREFIX_PATH', sys.prefix)  # as `make demo` has it
     simulator = {'scenario': 'three_tank', 'speed': chosen.speed, 'seed': chosen.seed}
     windows = {'window.duration': WINDOW, 'window.period': PERIOD}
     try:
         with (
+            own_domain(),
             executable('estimator', {'model': 'three_tank', **windows}),
             executable('simulator', {**simulator, 'enabled': 'false'}),
         ):
@@ -49,6 +51,15 @@ def main() -> int:
         print(f'demo: {error}', file=sys.stderr)
         return 1
     return 0 if good else 1
+
+
+@contextmanager
+def own_domain() -> Iterator[None]:
+    """Claim a domain, on this machine only: other ROS systems neither see nor disturb it."""
+    with Domain() as number:
+        os.environ['ROS_AUTOMATIC_DISCOVERY_RANGE'] = 'LOCALHOST'
+        os.environ['ROS_DOMAIN_ID'] = str(number)
+        yield
 
 
 def watch(picture: str) -> bool:
@@ -75,7 +86,7 @@ def watch(picture: str) -> bool:
         )
         print(f'\nboth nodes are up after {time.monotonic() - began:.1f} s')
         recorder.start_plant()
-        good = True
+        off: list[int] = []
         seen: list[int] = []
         while not seen or seen[-1] < DURATION * 1e9:
             spin_until(
@@ -84,14 +95,13 @@ def watch(picture: str) -> bool:
                 lambda: bar(recorder.plant_time, DURATION),
             )
             for stamp in recorder.estimates()[len(seen) :]:
-                good &= report(recorder, stamp, shown=len(seen) % SHOWN == 0)
+                if not report(recorder, stamp, shown=len(seen) % SHOWN == 0):
+                    off.append(stamp)
                 seen.append(stamp)
-        good &= report_jumps(recorder)
+        jumps_are_right = report_jumps(recorder)
         draw(recorder, picture)
         print(f'picture: {picture}')
-        if not good:
-            print(f'demo: an estimate is off; last word: {recorder.verdict}', file=sys.stderr)
-        return good
+        return conclude(recorder, seen, off) and jumps_are_right
     finally:
         executor.shutdown()
         recorder.destroy_node()
@@ -101,9 +111,10 @@ def watch(picture: str) -> bool:
 def report(recorder: Recorder, stamp: int, *, shown: bool) -> bool:
     """Print the estimates at a window's end (ns) beside the truth, if `shown` or one is off.
 
-    Return whether all are as near as promised.
+    Return whether all are as near as promised, or the node itself does not stand by them.
     """
-    rows, good = [], True
+    verdict = recorder.verdicts[stamp]
+    rows, near = [], True
     for topic, truth in (
         ('parameters', parameters_before(recorder, stamp)),
         ('state', recorder.received['truth'][stamp]),
@@ -111,31 +122,54 @@ def report(recorder: Recorder, stamp: int, *, shown: bool) -> bool:
         deviations = recorder.received[f'{topic}_stddev'][stamp]
         for name, value in recorder.received[topic][stamp].items():
             error = value - truth[name]
-            near = abs(error) <= LIMITS[name[0]]
-            good &= near
-            remark = '' if near else f'   more than {LIMITS[name[0]]:g} off'
+            good = abs(error) <= LIMITS[name[0]]
+            near &= good or not verdict.vouched
+            remark = '' if good else f'   more than {LIMITS[name[0]]:g} off'
             rows.append(
                 f'{name:>25} {value:10.5f} {truth[name]:10.5f} {error:+10.5f} '
                 f'{2.0 * deviations[name]:10.5f}{remark}'
             )
-    if shown or not good:
+    if shown or not near:
         head = 'estimate      truth      error       2 sd'
         print(f'\n\nwindow up to {stamp / 1e9:4.0f} s         {head}', *rows, sep='\n')
-    return good
+        if not verdict.vouched:
+            print(f'{"withheld by the node":>25}: {verdict.outcome}: {verdict.message}')
+    return near
 
 
 def report_jumps(recorder: Recorder) -> bool:
     """Print what was found to have jumped; return whether that is just what did."""
     print('\n\nfound to have jumped')
-    found = []
-    for stamp, sizes in sorted(recorder.received['jump'].items()):
+    found = merged(recorder.received['jump'])
+    for time_found, sizes in found:
         words = ', '.join(f'{name} by {size:+.4f}' for name, size in sizes.items())
-        print(f'{stamp / 1e9:15.2f} s: {words}')
-        found.append((stamp / 1e9, set(sizes)))
-    return len(found) == len(JUMPS) and all(
-        abs(time - true) <= JUMP_LIMIT and names == jumped
-        for (time, names), (true, jumped) in zip(found, JUMPS.items(), strict=True)
+        print(f'{time_found:15.2f} s: {words}')
+    good = found_as_true(found, JUMPS)
+    if not good:
+        true = '; '.join(f'{" and ".join(sorted(names))} at {t:g} s' for t, names in JUMPS.items())
+        print(f'demo: these are not the jumps that there were: {true}', file=sys.stderr)
+    return good
+
+
+def conclude(recorder: Recorder, seen: list[int], off: list[int]) -> bool:
+    """Say which windows were off, with the node's word on each; return whether all is well."""
+    vouched = sum(recorder.verdicts[stamp].vouched for stamp in seen)
+    print(f'{len(seen)} estimates, {vouched} of which the node stands by')
+    for stamp in off:
+        verdict = recorder.verdicts[stamp]
+        print(
+            f'demo: the window up to {stamp / 1e9:g} s is off, and says '
+            f'{verdict.outcome}: {verdict.message}',
+            file=sys.stderr,
+        )
+    if vouched >= VOUCHED * len(seen):
+        return not off
+    last = next(recorder.verdicts[s] for s in reversed(seen) if not recorder.verdicts[s].vouched)
+    print(
+        f'demo: the node stands by too few; its last doubt: {last.outcome}: {last.message}',
+        file=sys.stderr,
     )
+    return False
 
 
 def parameters_before(recorder: Recorder, stamp: int) -> Vector:

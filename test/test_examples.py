@@ -203,7 +203,7 @@ def test_the_scenario_tells_what_is_sought_and_shows_the_weight_that_slips():
     observer = build_observer(chosen.model, chosen.values)
     run, scenario = Simulation(load_scenario(SCENARIO)), load_scenario(SCENARIO)
     jumps, confirmed = [], 0
-    for _ in range(round(75.0 / scenario.sample_period)):
+    for _ in range(round(45.0 / scenario.sample_period)):
         instant = run.sample()
         stamp = round(instant.t * 1e9)
         observer.absorb(Sample(stamp, u=np.array(instant.u)))
@@ -215,7 +215,7 @@ def test_the_scenario_tells_what_is_sought_and_shows_the_weight_that_slips():
             confirmed += 1
             for name, true in zip(TRUTH, scenario.parameters(instant.t - 1e-6)):
                 assert abs(estimate.parameters[name] - true) < 4.0 * estimate.stddev[name]
-    assert confirmed >= 60  # of 72
+    assert confirmed >= 36  # of 42
     assert [set(jump.sizes) for jump in jumps] == [{'stiffness'}]
     assert abs(jumps[0].sizes['stiffness'] + 1.5) < 3.0 * jumps[0].stddev['stiffness'] < 1.5
-    assert jumps[0].stamp / 1e9 == pytest.approx(60.0, abs=0.5)
+    assert jumps[0].stamp / 1e9 == pytest.approx(30.0, abs=0.5)

@@ -1,19 +1,21 @@
 """An estimate as messages."""
 
+import json
 from collections.abc import Mapping
 from copy import copy
 
 from rclpy.node import Node
 from sensor_msgs.msg import JointState
+from std_msgs.msg import String
 
 from obs_ros.estimate import Estimate
 from obs_ros.model import Model
-from obs_ros.node.messages import OVERRIDABLE, STREAM, named_vector
+from obs_ros.node.messages import LATCHED, OVERRIDABLE, STREAM, named_vector
 from obs_ros.vectors import TOPICS, publishable, vectors
 
 
 class EstimatePublisher:
-    """Publishes ~/state, ~/parameters, their standard deviations, ~/jump and ~/solver.
+    """Publishes ~/state, ~/parameters, their standard deviations, ~/jump, ~/solver and ~/outcome.
 
     And ~/prediction, with `predicting`.
     """
@@ -26,6 +28,7 @@ class EstimatePublisher:
             )
             for topic in (*TOPICS, *(('prediction',) if predicting else ()))
         }
+        self._outcome = node.create_publisher(String, '~/outcome', LATCHED)
 
     def publish_prediction(self, stamp: int, state: Mapping[str, float]) -> None:
         """Publish the states at `stamp` (ns)."""
@@ -35,8 +38,14 @@ class EstimatePublisher:
     def publish(self, estimate: Estimate, latency: float, skipped: int) -> bool:
         """Publish the estimate, stamped like its newest output; `latency` in s.
 
-        Returns False when values are not finite: they are withheld, and only ~/solver goes out.
+        Returns False when values are not finite: they are withheld, and only ~/solver and ~/outcome
+        go out, the latter first.
         """
+        told = {
+            'stamp_ns': estimate.stamp, 'outcome': estimate.outcome.value,
+            'message': estimate.message,
+        }  # fmt: skip
+        self._outcome.publish(String(data=json.dumps(told, ensure_ascii=False)))
         timing = {
             'solve_time_s': estimate.solve_time, 'latency_s': latency, 'skipped': float(skipped),
         }  # fmt: skip

@@ -61,6 +61,14 @@ def test_estimates_carry_the_stamp_of_the_newest_output(ros, bench):
     assert 0.0 <= solver['latency_s'] < 5.0
 
 
+def test_the_outcome_of_each_estimate_is_told_with_its_stamp(ros, bench):
+    bench.feed(10, 11)
+    ros.spin_until(lambda: bench.state)
+    told = ros.listen('/estimator/outcome', String, LATCHED)  # who comes late hears it, too
+    outcome = yaml.safe_load(ros.spin_until(lambda: told)[0].data)
+    assert outcome == {'stamp_ns': 11 * 10**9, 'outcome': 'converged', 'message': 'as told'}
+
+
 def test_messages_are_read_by_name_in_any_order(ros, bench):
     bench.output(1, ('h2', 'h1'), (2, 1))
     ros.spin_until(lambda: bench.fake.outputs)
