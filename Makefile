@@ -18,7 +18,7 @@ pytest := $(bin)/python -m pytest -n $(jobs) --dist loadfile -rs --durations=10 
 help:  ## this list
 	@sed -n 's/^\([a-z]*\):.*## \(.*\)/make \1\t\2/p' Makefile
 	@echo 'ORDER=7 runs tests in a random order, the same for the same number.'
-	@echo 'OBS_ROS_TEST_PATIENCE=30 waits 30 times as long as an idle machine needs, in place of 10.'
+	@echo 'OBS_ROS_TEST_PATIENCE=30 waits 30 times as long as an idle machine needs, in place of 6.'
 	@echo 'PYTHON=/path/to/python chooses the Python (3.11, 3.12 or 3.13) that .venv is made with.'
 
 setup:  ## build .venv with all that demo and test need
