@@ -13,12 +13,12 @@ jobs := $(shell n=$$(nproc); echo $$((n < 8 ? n : 8)))
 pytest := $(bin)/python -m pytest -n $(jobs) --dist loadfile -rs --durations=10 \
 	$(if $(ORDER),-p randomly --randomly-seed=$(ORDER))
 
-.PHONY: help setup peers design demo test check clean
+.PHONY: help setup peers design demo test check test-design test-peers clean
 
 help:  ## this list
-	@sed -n 's/^\([a-z]*\):.*## \(.*\)/make \1\t\2/p' Makefile
+	@sed -n 's/^\([a-z-]*\):.*## \(.*\)/make \1\t\2/p' Makefile
 	@echo 'ORDER=7 runs tests in a random order, the same for the same number.'
-	@echo 'OBS_ROS_TEST_PATIENCE=30 waits 30 times as long as an idle machine needs, in place of 10.'
+	@echo 'OBS_ROS_TEST_PATIENCE=30 waits 30 times as long as an idle machine needs, in place of 6.'
 	@echo 'PYTHON=/path/to/python chooses the Python (3.11, 3.12 or 3.13) that .venv is made with.'
 
 setup:  ## build .venv with all that demo and test need
@@ -42,6 +42,14 @@ test: setup  ## lint, format, types, and the tests that take seconds
 
 check: setup  ## the tests that take longer: processes, documents, benchmarks, the demo
 	$(pytest) -m slow
+
+test-design: export OBS_ROS_TEST_EXTRA := test-design
+test-design: setup design  ## the tests that need what `make design` installs
+	$(pytest) test/design
+
+test-peers: export OBS_ROS_TEST_EXTRA := test-peers
+test-peers: setup peers  ## the tests that need what `make peers` installs
+	$(pytest) test/test_benchmarks.py -k peer
 
 clean:  ## remove .venv and everything else that was built
 	rm -rf .venv build *.egg-info .pytest_cache .mypy_cache .ruff_cache .hypothesis demo.png

@@ -1,5 +1,6 @@
 """A ball on a beam, as a user writes it: r'' = a sin(u) - b r' + c, and recordings of it."""
 
+import math
 import os
 from pathlib import Path
 
@@ -49,13 +50,16 @@ def real_recording() -> Path:
     return path
 
 
-def made_up(rows: int = 300, seed: int = 1, noise: float = 1e-4):
-    """Return t (K,), u (K,) and y (K,) of a rig with a = 5, b = 0.3, c = 0.1, noise in m."""
-    t, u, r, _ = motion(rows)
+def made_up(rows: int = 300, seed: int = 1, noise: float = 1e-4, tilted: float = math.inf):
+    """Return t (K,), u (K,) and y (K,) of a rig with a = 5, b = 0.3, c = 0.1, noise in m.
+
+    From the time `tilted` (s) on, c is -0.3.
+    """
+    t, u, r, _ = motion(rows, tilted)
     return t, u, r + noise * np.random.default_rng(seed).standard_normal(rows)
 
 
-def motion(rows: int):
+def motion(rows: int, tilted: float = math.inf):
     """Return t (K,) in s, u (K,) in rad, r (K,) in m and v (K,) in m/s, all without noise.
 
     The beam holds the ball near the middle and shakes it; between samples its angle is linear.
@@ -69,7 +73,8 @@ def motion(rows: int):
         last = shake[k] - 0.4 * r - 0.3 * v
         for j in range(50):
             angle = u[k] + (j + 0.5) / 50 * (last - u[k])
-            rate = 5.0 * np.sin(angle) - 0.3 * v + 0.1
+            c = 0.1 if t[k] < tilted else -0.3
+            rate = 5.0 * np.sin(angle) - 0.3 * v + c
             r, v = r + 0.002 * v + 0.5 * 0.002**2 * rate, v + 0.002 * rate
     return t, u, place, speed
 

@@ -6,6 +6,6 @@ import os
 def patience(seconds: float) -> float:
     """Return how long to wait (s) for what takes less than `seconds` on an idle machine.
 
-    The factor is $OBS_ROS_TEST_PATIENCE: 10, unless told otherwise. Only failing takes so long.
+    The factor is $OBS_ROS_TEST_PATIENCE: 6, unless told otherwise. Only failing takes so long.
     """
-    return seconds * float(os.environ.get('OBS_ROS_TEST_PATIENCE', '10'))
+    return seconds * float(os.environ.get('OBS_ROS_TEST_PATIENCE', '6'))

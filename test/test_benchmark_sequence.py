@@ -111,6 +111,7 @@ def test_the_bound_of_a_window_alone_grows_with_the_noise():
     np.testing.assert_allclose(bounds(truth, 1.0)[:6], expected, rtol=1e-2)
 
 
+@pytest.mark.slow
 def test_the_sequence_benchmark_reports_what_was_asked(tmp_path, monkeypatch):
     monkeypatch.setattr(plan, 'CONTESTANTS', {OURS: CONTESTANTS[OURS]})
     monkeypatch.setattr(plan, 'SNRS', (20.0,))

@@ -2,6 +2,7 @@ import math
 
 import numpy as np
 import pytest
+from extras import needs
 
 from benchmarks import kernel, peers, search, windows
 from benchmarks.common import gcc_version
@@ -150,6 +151,7 @@ def test_a_window_off_the_optimum_that_was_believed_is_a_false_accept():
     assert believed(verdicts, 'memetic') == (2, 1)
 
 
+@pytest.mark.slow
 def test_the_search_benchmark_reports_what_it_accepts(tmp_path):
     arguments = ['--windows', '1', '--cases', 'three tanks 50, 20 dB', '--results', str(tmp_path)]
     text = search.main(arguments)
@@ -213,8 +215,7 @@ def short_window():
 
 @pytest.mark.parametrize('name', PEERS)
 def test_a_peer_solves_a_short_window_or_stops_in_time(name, short_window):
-    if not PEERS[name].present:
-        pytest.skip(f'{PEERS[name].package} is not installed')
+    needs(PEERS[name].package, 'test-peers')
     cap = 10.0 if name in SURE else 0.3
     found = peers.measured(peers.Task(short_window, name, cap))
     assert np.isfinite([found.parameter_error, found.state_error]).all()
@@ -247,6 +248,7 @@ def test_the_truth_at_a_windows_end_is_where_the_true_start_leads():
     np.testing.assert_allclose(found.parameters, problem.truth[3:])
 
 
+@pytest.mark.slow
 def test_the_peers_report_names_who_is_missing(tmp_path, monkeypatch, capsys):
     monkeypatch.setitem(PEERS, 'absent', Peer('absent', 'no_such_package', 'absent:prepare'))
     quick = ['absent', 'scipy least_squares, 1 start, batched']

@@ -25,7 +25,7 @@ ARGUMENTS = {
     # Started late, it meets a plant at rest, which tells p2 only.
     'estimator': (
         f'window.duration:={WINDOW}', 'noise.h1:=0.01', 'noise.h2:=0.01',
-        'fixed.p1:=1.0', 'fixed.p3:=1.0',
+        'fixed.p1:=1.0', 'fixed.p3:=1.0', 'deadline:=20.0', 'stale_after:=30.0',
     ),
 }  # fmt: skip
 
@@ -115,7 +115,9 @@ def test_a_node_that_is_killed_and_started_again_is_met_within_a_window(
 
     nodes = {name: begin(name) for name in ARGUMENTS}
     estimates, outputs = ros.listen('/estimator/parameters'), ros.listen('/plant/output')
-    deviations = ros.listen('/estimator/parameters_stddev')
+    deviations, solver = (
+        ros.listen(f'/estimator/{topic}') for topic in ('parameters_stddev', 'solver')
+    )
     ros.spin_until(lambda: estimates, timeout=60.0)
 
     for name in killed:
@@ -133,8 +135,10 @@ def test_a_node_that_is_killed_and_started_again_is_met_within_a_window(
     met = ros.spin_until(
         lambda: [e for e in estimates if first <= seconds(e) <= first + 3 * WINDOW], timeout=60.0
     )[0]
-    # One window, and one for discovery, which takes its wall time while the plant runs on fast.
-    assert seconds(met) <= first + 2 * WINDOW + 2
+    # One window, one for discovery, which takes its wall time while the plant runs on fast, and
+    # those that a busy machine has skipped.
+    told = ros.spin_until(lambda: [m for m in solver if m.header.stamp == met.header.stamp])[0]
+    assert seconds(met) <= first + (2 + vector(told)['skipped']) * WINDOW + 2
     spread = ros.spin_until(lambda: [d for d in deviations if d.header.stamp == met.header.stamp])[
         0
     ]

@@ -6,6 +6,8 @@ import pytest
 from benchmarks.valve_tables import PRODUCT
 from benchmarks.valve_windows import SIZES, Fault, Watch, isolated, watched
 
+pytestmark = pytest.mark.slow
+
 
 @pytest.mark.parametrize('parameters', [('dP1', 'k1'), ('dP1', 'dP2', 'k1', 'k2')])
 def test_at_constant_pressures_only_products_are_claimed(parameters: tuple[str, ...]) -> None:

@@ -2,6 +2,7 @@
 
 import numpy as np
 import pytest
+from extras import needs
 
 from obs_ros.design import suspension_gains
 from obs_ros.design.h_infinity import as_source, checked, design, import_cvxpy, main, peak_gain
@@ -67,8 +68,8 @@ def test_the_stored_gains_have_the_peak_that_is_stored_with_them() -> None:
 
 @pytest.fixture
 def solver() -> None:
-    pytest.importorskip('cvxpy', reason='cvxpy is not installed: make design')
-    pytest.importorskip('clarabel', reason='Clarabel is not installed: make design')
+    needs('cvxpy', 'test-design')
+    needs('clarabel', 'test-design')
 
 
 @pytest.mark.usefixtures('solver')

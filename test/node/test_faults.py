@@ -609,6 +609,7 @@ def test_a_model_that_diverges_is_withheld(ros, monkeypatch):
     assert 'withheld' in message and told['withheld'] == '1' and not bench.parameters
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize('full', [True, False], ids=['disk full', 'no folder'])
 def test_where_no_kernel_can_be_stored_it_runs_and_says_so(tmp_path, full):
     folder = tmp_path / 'cache' if full else Path(os.devnull) / 'cache'

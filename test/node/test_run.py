@@ -10,6 +10,8 @@ from patience import patience
 
 from demo.domain import Domain
 
+pytestmark = pytest.mark.slow
+
 # What rcl says when the signal comes between a log line and its copy on /rosout.
 _UNSENT = (
     "Failed to publish log message to rosout: publisher's context is invalid, "
