@@ -7,7 +7,7 @@ import argparse
 import math
 import sys
 import time
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -51,15 +51,18 @@ def main(arguments: Sequence[str] | None = None) -> int:
     """Check the model named on the command line; 1, with one line on stderr, if it is wrong."""
     options = _options().parse_args(arguments)
     try:
-        print('\n'.join(check(options)))
+        print('\n'.join(check(options, lambda text: print(text, '...', file=sys.stderr))))
     except ValueError as error:
         print(f'check_model: {one_line(error)}', file=sys.stderr)
         return 1
     return 0
 
 
-def check(options: argparse.Namespace) -> list[str]:
-    """Return what there is to say about a model; raises ValueError if it or an option is wrong."""
+def check(options: argparse.Namespace, tell: Callable[[str], None]) -> list[str]:
+    """Return what there is to say about a model; `tell` gets what is waited for meanwhile.
+
+    Raises ValueError if the model or an option is wrong.
+    """
     model = load_model(options.model)
     window, period = _axis(model, options.window, options.period)
     amplitudes = _by_name('--input', options.input, names(model.inputs))
@@ -68,18 +71,14 @@ def check(options: argparse.Namespace) -> list[str]:
     if any(deviation <= 0.0 for deviation in noise.values()):
         raise ValueError('--noise: a standard deviation must be positive')
     title = f'{model.name}: {model.reference}' if model.reference else model.name
-    kernels = kernels_for(model)
+    name, kernels = quoted(model.name), kernels_for(model)
+    tell(f'compiling model {name}, some seconds the first time, and rolling out {window:g} s')
     trial = simulated(kernels, window, period, values, amplitudes)
-    return [
-        title,
-        *variables(model),
-        '',
-        *rollout(model, trial),
-        '',
-        *speed(kernels, trial),
-        '',
-        *identifiable(kernels, trial, noise),
-    ]
+    lines = [title, *variables(model), '', *rollout(model, trial), '']
+    tell('measuring how fast it runs')
+    lines += [*speed(kernels, trial), '']
+    tell('asking what a window tells of every unknown, some seconds the first time')
+    return [*lines, *identifiable(kernels, trial, noise)]
 
 
 def simulated(

@@ -98,8 +98,8 @@ def advice(objective: Objective, state: Array, p: Array, chosen: IntArray) -> st
     enough = np.flatnonzero((np.array(deviations) < UNDETERMINED).all(axis=1))
     if not enough.size:
         return (
-            f'no window up to {HORIZON} times as long would determine {names} while the inputs '
-            'stay as they are: move the inputs'
+            'move the inputs: while they stay as they are, no window up to '
+            f'{HORIZON} times as long would determine {names}'
         )
     seconds = max(length * gates[enough[0]] * HORIZON / NODES, 2.0 * length)
     return (

@@ -26,6 +26,7 @@ from obs_ros.sequence.race import Hypothesis
 from obs_ros.typing import Array, BoolArray
 
 AT_BOUND = 1e-9  # of the box
+UNADVISED = 'take a longer window, move the inputs, or fix what is known'
 NEGLIGIBLE = 1e-6  # of the signal, root mean square: rounding, not noise
 
 
@@ -93,17 +94,17 @@ def report(
     trust = _trust(objective, found, certainty, fit, states[last], p[:, 0])
     if certainty is not None and not certainty.finished:
         outcome = Outcome.DEADLINE
-        message = 'no time was left to look for jumps: allow more time, or shorten the window'
+        message = 'allow more time, or shorten the window: none was left to look for jumps'
     elif certainty is not None and certainty.drifting and found.accepted:
         outcome = Outcome.MODEL_MISMATCH
         message = (
-            f'{len(certainty.jumps)} jumps in one window, or a parameter that drifts: standard '
-            'deviations are withheld; shorten the window'
+            f'shorten the window: {len(certainty.jumps)} jumps in it, or a parameter that drifts; '
+            'standard deviations are withheld'
         )
     elif trust.lost and outcome in (Outcome.CONVERGED, Outcome.AT_BOUND):
         outcome = Outcome.NOT_IDENTIFIABLE
         parts = trust.weak or (f'{", ".join(trust.lost)} not determined',)
-        message = '; '.join([*parts, *filter(None, [trust.advice])])
+        message = '; '.join([trust.advice or UNADVISED, *parts])
     jumps = () if certainty is None else certainty.jumps
     residuals = residuals * grid.scale
     return Estimate(
@@ -283,28 +284,28 @@ def _judge(
     if not found.accepted:
         effort = 'time' if not in_time else found.effort.split()[1].removesuffix('s') + 's'
         return Outcome.DEADLINE, (
-            f'best of {objective.evaluations} candidates in {found.effort}, not confirmed: '
-            f'allow more {effort}, or shorten the window'
+            f'allow more {effort}, or shorten the window: '
+            f'best of {objective.evaluations} candidates in {found.effort}, not confirmed'
         )
     if fit.too_large:
         return Outcome.MODEL_MISMATCH, (
-            f'the residual is {fit.ratio:.3g} times the noise, given or learned: '
-            'check the noise, the model and its fixed values, or shorten the window'
+            'check the noise, the model and its fixed values, or shorten the window: '
+            f'the residual is {fit.ratio:.3g} times the noise, given or learned'
         )
     if fit.too_small:
         return Outcome.MODEL_MISMATCH, (
-            f'the residual is only {fit.ratio:.3g} times the noise, given or learned: standard '
-            'deviations are too large; check the noise if it is given'
+            f'check the noise if it is given: the residual is only {fit.ratio:.3g} times the '
+            'noise, given or learned; standard deviations are too large'
         )
     if not fit.colour.white and not fit.negligible and objective.fitness == 'least_squares':
         return Outcome.MODEL_MISMATCH, (
-            f'the residual is not white, its lag-1 correlation is {fit.colour.correlation:.2g}: '
-            f'the model leaves something out, a parameter moved inside the '
-            'window, or the measurement is coarsely rounded'
+            'look for what the model leaves out, a parameter that moved inside the window, or '
+            'coarse rounding: the residual is not white, its lag-1 correlation is '
+            f'{fit.colour.correlation:.2g}'
         )
     at_bound = _at_bound(objective, z)
     if at_bound:
-        return Outcome.AT_BOUND, f'{found.accepted}; {at_bound}: check the bounds, or the model'
+        return Outcome.AT_BOUND, f'check the bounds, or the model: {at_bound}; {found.accepted}'
     return Outcome.CONVERGED, found.accepted
 
 

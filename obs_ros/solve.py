@@ -211,8 +211,8 @@ class Solver:
             self.model,
             record,
             Outcome.TOO_FEW_SAMPLES,
-            f'{values} measured values for {dimension} unknowns, at least {needed} are needed: '
-            'take a longer window, estimate less, or give the noise',
+            'take a longer window, estimate less, or give the noise: '
+            f'{values} measured values for {dimension} unknowns, at least {needed} are needed',
         )
 
     def warm_start(self, record: Record, previous: Estimate | None) -> Array | None:
@@ -254,8 +254,8 @@ class Solver:
             self.model,
             record,
             Outcome.DIVERGED,
-            f'all {objective.evaluations} candidates diverged: '
-            "narrow the bounds, or shorten the model's max_step",
+            "narrow the bounds, or shorten the model's max_step: "
+            f'all {objective.evaluations} candidates diverged',
         )
 
     def _scale(self, record: Record) -> Array:

@@ -3,16 +3,17 @@
 import importlib
 import os
 import signal
+import sys
 
 
 def estimator() -> int:
     """Run the estimator node."""
-    return _run('obs_ros.node.estimator')
+    return _node('obs_ros.node.estimator', 'obs_ros.node.settings')
 
 
 def simulator() -> int:
     """Run the simulator node."""
-    return _run('plant_sim.node')
+    return _node('plant_sim.node', 'plant_sim.settings')
 
 
 def check_model() -> int:
@@ -23,6 +24,17 @@ def check_model() -> int:
 def replay() -> int:
     """Run the observer over a recording, without ROS."""
     return _run('obs_ros.replay.command')
+
+
+def _node(module: str, settings: str) -> int:
+    """Run a node, or print its usage, for which no ROS is needed."""
+    own = sys.argv[1:]
+    if '--ros-args' in own:
+        own = own[: own.index('--ros-args')]
+    if {'-h', '--help'} & set(own):
+        print(importlib.import_module(settings).usage(), end='')
+        return 0
+    return _run(module)
 
 
 def _run(module: str) -> int:

@@ -63,8 +63,9 @@ def long_runs(column: Array) -> list[tuple[int, int]]:
 def words(model: Model, outputs: Iterable[int]) -> str:
     """Say which outputs (by their numbers) are stuck, and what is done about it."""
     chosen = [names(model.outputs)[i] for i in outputs]
-    found = ' and '.join(chosen) + (' repeat' if len(chosen) > 1 else ' repeats')
-    return f'{found} the same value, as a stuck sensor does: not taken for measured'
+    sensors, repeat = ('sensors', 'repeat') if len(chosen) > 1 else ('sensor', 'repeats')
+    found = ' and '.join(chosen)
+    return f'look at the {sensors}: {found} {repeat} the same value, not taken for measured'
 
 
 class Repeats:

@@ -7,7 +7,9 @@ from typing import Any, get_args
 from obs_ros.knob import LARGEST_SEED, Knob
 from obs_ros.measurable import LARGEST
 from obs_ros.model import Model
+from obs_ros.usage import node_usage
 from plant_sim.scenario import Scenario
+from plant_sim.scenarios import SCENARIOS
 from plant_sim.simulation import NoiseReference
 
 MOST_STEPS = 1e5  # of the plant, from one sample to the next: a second
@@ -59,6 +61,22 @@ def fault_knobs(model: Model) -> tuple[Knob, ...]:
         )
         for v in model.parameters
     )  # fmt: skip
+
+
+def usage() -> str:
+    """Return what `simulator --help` prints."""
+    return node_usage(
+        'simulator',
+        'Plays a plant live: publishes plant/output and plant/input, and the truth on plant/state '
+        'and plant/parameters.',
+        (*CHOICE, *COMMON),
+        {'plant.NAME': 'holds that parameter there, to inject a fault; nan: as scheduled'},
+        (
+            f'Scenarios: {", ".join(SCENARIOS)}.',
+            'Each parameter with a comment: share/obs_ros/config/three_tank.yaml. Names and '
+            'topics: README.md.',
+        ),
+    )
 
 
 def check_rate(scenario: Scenario, model: Model, values: Mapping[str, Any]) -> None:

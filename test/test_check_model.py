@@ -38,7 +38,9 @@ def limits(text):
 
 def test_it_prints_units_bounds_a_rollout_and_speed(run):
     code, text, complaint = run('three_tank', '--window', '100', '--noise', 'h1=0.02')
-    assert (code, complaint) == (0, '')
+    assert code == 0
+    waits = [line.split()[0] for line in complaint.splitlines() if line.endswith(' ...')]
+    assert waits == ['compiling', 'measuring', 'asking']
     lines = text.splitlines()
     assert lines[0] == 'three_tank: Yang, Li & Dahhou 2020, eq. 16'
     assert '  state      h1               cm       0 to 100' in lines
@@ -130,8 +132,8 @@ def test_what_a_window_cannot_tell_is_named_with_what_would(run):
 def test_what_is_wrong_is_one_line_and_exit_code_1(run, arguments, words):
     code, text, complaint = run(*arguments)
     assert (code, text) == (1, '')
-    assert complaint.startswith('check_model: ') and complaint.count('\n') == 1
-    assert words in complaint
+    (line,) = [line for line in complaint.splitlines() if not line.endswith(' ...')]
+    assert line.startswith('check_model: ') and words in line
 
 
 def test_a_bad_model_is_explained_with_its_line(tmp_path, monkeypatch, run):

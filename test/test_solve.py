@@ -295,7 +295,7 @@ class TestWhatIsEstimated:
         found = solve_window('three_tank', record, bounds={'p1': (0.1, 0.9)})
         assert found.parameters['p1'] == 0.9
         assert found.outcome is Outcome.AT_BOUND
-        assert '; p1 is at its upper bound 0.9: check the bounds' in found.message
+        assert 'check the bounds, or the model: p1 is at its upper bound 0.9; ' in found.message
 
 
 class TestPrevious:
@@ -356,8 +356,8 @@ class TestOutcomes:
         found = solve_window('three_tank', Record(record.t, record.u, y))
         assert found.outcome is Outcome.TOO_FEW_SAMPLES
         assert found.message == (
-            '4 measured values for 6 unknowns, at least 24 are needed: '
-            'take a longer window, estimate less, or give the noise'
+            'take a longer window, estimate less, or give the noise: '
+            '4 measured values for 6 unknowns, at least 24 are needed'
         )
         assert not found.usable
 
@@ -368,7 +368,7 @@ class TestOutcomes:
             BLOW_UP, Record(t, None, t), search, bounds={'x': (50.0, 100.0)}, backend=backend
         )
         assert found.outcome is Outcome.DIVERGED
-        assert 'candidates diverged: narrow the bounds' in found.message
+        assert 'narrow the bounds, or ' in found.message and 'candidates diverged' in found.message
         assert np.isnan(found.parameters.get('x', NAN))
         assert not found.usable
 
@@ -383,7 +383,7 @@ class TestOutcomes:
     def test_deadline(self, search: str) -> None:
         found = solve_window('three_tank', tank_record(), search, deadline=0.0)
         assert found.outcome is Outcome.DEADLINE
-        assert 'not confirmed: allow more time' in found.message
+        assert 'allow more time, or ' in found.message and 'not confirmed' in found.message
         assert found.usable
         for name, value in values(found).items():
             assert 0.0 <= value <= (1.0 if name.startswith('p') else 100.0), name
@@ -399,7 +399,7 @@ class TestOutcomes:
             'three_tank', Record(record.t, record.u, y), search, search_options=few
         )
         assert found.outcome is Outcome.DEADLINE
-        assert f'not confirmed: allow more {effort}' in found.message
+        assert found.message.startswith(f'allow more {effort}')
 
     def test_a_deadline_that_suffices(self) -> None:
         found = solve_window('three_tank', tank_record(), deadline=5.0)
@@ -454,7 +454,7 @@ def test_a_users_own_model() -> None:
         ('three_tnak', "unknown model 'three_tnak': did you mean 'three_tank'?"),
         ('my_own_plant:PLAN', "module my_own_plant has no 'PLAN': did you mean 'PLANT'"),
         ('my_own_plant:NOT_A_PLANT', 'is a int, not an obs_ros.Model'),
-        ('my_other_plant:PLANT', "No module named 'my_other_plant'; is its package installed?"),
+        ('my_other_plant:PLANT', 'is its package installed?'),
         ('my_own_plant:', 'is not of the form package.module:ATTRIBUTE'),
         ('.my_own_plant:PLANT', 'is not of the form package.module:ATTRIBUTE'),
         (None, 'model must be a name, not None'),

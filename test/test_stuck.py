@@ -84,4 +84,6 @@ def test_value_after_value_a_sensor_that_rounds_is_not_stuck():
 
 
 def test_the_words_name_the_sensor():
-    assert words(THREE_TANK, [0, 1]).startswith('h1 and h2 repeat the same value')
+    assert words(THREE_TANK, [0, 1]) == (
+        'look at the sensors: h1 and h2 repeat the same value, not taken for measured'
+    )

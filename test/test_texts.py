@@ -92,7 +92,7 @@ def message(names: list[str], positions: list[float]) -> Any:
 )
 def test_names_in_messages(names: list[str]) -> None:
     with pytest.raises(WrongMessageError) as caught:
-        VectorReader(['a', 'b']).read(message(names, [1.0] * len(names)))
+        VectorReader(['a', 'b']).read(message(names, [1.0] * len(names)), 0)
     assert decent(str(caught.value))
 
 
@@ -101,7 +101,7 @@ def test_names_in_messages(names: list[str]) -> None:
 def test_fields_of_messages(labels: list[str], field: str) -> None:
     binding = Binding('y', 'x', 'T', FieldPath.parse(field), 1.0, 0.0, HEADER)
     with pytest.raises(WrongMessageError) as caught:
-        FieldReader({0: binding}, 1, None).read(message(labels, [1.0]))
+        FieldReader({0: binding}, 1).read(message(labels, [1.0]), 0)
     assert decent(str(caught.value))
 
 

@@ -8,7 +8,6 @@ from collections.abc import Callable, Sequence
 import rclpy
 from rclpy.exceptions import ParameterException
 from rclpy.executors import ExternalShutdownException, SingleThreadedExecutor
-from rclpy.impl.implementation_singleton import rclpy_implementation
 from rclpy.node import Node
 from rclpy.signals import SignalHandlerOptions, install_signal_handlers
 
@@ -39,9 +38,10 @@ def run(name: str, create: Callable[[], Node], args: Sequence[str] | None = None
             executor.spin()
     except (KeyboardInterrupt, ExternalShutdownException):
         pass
-    except (ValueError, ParameterException, rclpy_implementation.RCLError) as error:
+    # ROS raises a RuntimeError where it cannot write its log.
+    except (ValueError, ParameterException, RuntimeError) as error:
         if node is None:
-            print(f'{name}: {_one_line(error)}', file=sys.stderr)
+            print(f'{name}: {_why(error)}', file=sys.stderr)
             return 1
         # rclpy shuts down from a thread, and what is just under way there fails: that is no defect.
         if rclpy.ok():
@@ -56,5 +56,9 @@ def run(name: str, create: Callable[[], Node], args: Sequence[str] | None = None
     os._exit(0)
 
 
-def _one_line(error: Exception) -> str:
-    return one_line(error)
+def _why(error: Exception) -> str:
+    """Return the error in one line, with what to do about one that rcl leaves without a remedy."""
+    text = one_line(error)
+    if not isinstance(error, ValueError) and ('logging' in text or '.log' in text):
+        return f'set ROS_LOG_DIR to a folder that can be written to: {text}'
+    return text

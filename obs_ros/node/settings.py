@@ -13,6 +13,7 @@ from obs_ros.observers.settings import knobs
 from obs_ros.search import METHODS
 from obs_ros.search.differential_evolution import Strategy
 from obs_ros.search.population import POPULATIONS
+from obs_ros.usage import node_usage
 
 ALL, NONE = 'all', 'none'
 
@@ -140,6 +141,32 @@ def initial_knobs(model: Model, start: str) -> tuple[Knob, ...]:
         )
         for v in model.unknowns
     )
+
+
+def usage() -> str:
+    """Return what `estimator --help` prints."""
+    return node_usage(
+        'estimator',
+        'Estimates states and parameters of a plant while it runs, from measured inputs and '
+        'outputs. Subscribes to plant/output and plant/input, or to what signals.* say; publishes '
+        '~/state, ~/parameters, their deviations, ~/jump and ~/prediction, and how it goes on '
+        '/diagnostics.',
+        (*CHOICE, *LIVE, *COMMON),
+        {
+            'bounds.NAME': '[lower, upper] of a state or parameter',
+            'fixed.NAME': 'holds a state or parameter there; nan: it is estimated, or nominal',
+            'initial.NAME': 'a start that the next window races against the others; nan: none',
+            'noise.OUTPUT': 'standard deviation of a measured output; 0: estimated',
+            'signals.NAME.topic, .type, .field, .scale, .offset, .stamp':
+                'where an output or input comes from, if not by name from plant/output or '
+                'plant/input (at start only)',
+        },
+        (
+            'Each with a comment: share/obs_ros/config/three_tank.yaml. Other observers have other '
+            'parameters: docs/observer-parameters.md. A plant of your own: '
+            'docs/your-own-plant.md. Names and topics: README.md.',
+        ),
+    )  # fmt: skip
 
 
 def settings_page() -> str:

@@ -175,7 +175,9 @@ class RecursiveObserver:
         if self._diverged or self._blind:
             x, p, stddev = ([math.nan] * len(each) for each in (x, p, stddev))
         outcome = Outcome.DIVERGED if self._diverged else Outcome.CONVERGED
-        message = f'{self._taken} outputs since the start{self._remark}'
+        message = f'{self._remark}{self._taken} outputs since the start'
+        if self._diverged:
+            message = f'check the model, the bounds and the start: {message}'
         if stuck := self._intake.repeats.stuck:
             outcome = Outcome.STALE_OUTPUT
             message = f'{words(self.model, stuck)}; {message}'
@@ -226,7 +228,7 @@ class RecursiveObserver:
     def _remark_on(self, reason: str, what: str) -> None:
         """Count something that went wrong in a step, and say so from now on."""
         self._counts[reason] += 1
-        self._remark = f'; {what}'
+        self._remark = f'{what}; '
 
     def _advance(self, stamp: int, y: Array) -> None:
         """Take the step to an output."""

@@ -35,7 +35,9 @@ def main(arguments: Sequence[str] | None = None) -> int:
         print('\nreplay: stopped; what stands in the output is not all', file=sys.stderr)
         return 130
     except (ValueError, OSError, ImportError) as error:
-        print(f'\rreplay: {one_line(error)}', file=sys.stderr)
+        # Where the line of progress stands.
+        begin = '\r' if sys.stdout.isatty() else ''
+        print(f'{begin}replay: {one_line(error)}', file=sys.stderr)
         return 1
     return 0
 

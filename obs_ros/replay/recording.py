@@ -60,6 +60,7 @@ def open_recording(source: Source, chosen: Setup) -> Recording:
         raise FileNotFoundError(
             f'{path} does not exist' + (f': {hint}' if hint.startswith('did') else '')
         )
+    check_file(path)
     if path.is_dir() or path.suffix in BAG_SUFFIXES:
         if source.columns or source.period is not None:
             raise ValueError(f'{path} is a bag: columns and a period are for tables')
@@ -77,3 +78,9 @@ def open_recording(source: Source, chosen: Setup) -> Recording:
         f'{path} is no recording known here: a bag is a folder or ends in '
         f'{" or ".join(BAG_SUFFIXES)}, a table ends in {" or ".join(TABLE_SUFFIXES)}'
     )
+
+
+def check_file(path: Path) -> None:
+    """Raise ValueError for what is neither file nor folder: it may be read only once, or never."""
+    if path.exists() and not (path.is_file() or path.is_dir()):
+        raise ValueError(f'{path} is a pipe or a device: copy what it gives into a file first')

@@ -72,9 +72,9 @@ class Doubt:
             estimate,
             outcome=Outcome.MODEL_MISMATCH,
             message=(
-                f'this window fits ({estimate.message}), but the one that ended at '
-                f'{self._since:g} s contradicted the model: check units, model and fixed values; '
-                'reset if what disturbed it is over'
+                'check units, model and fixed values, or reset if what disturbed it is over: the '
+                f'window that ended at {self._since:g} s contradicted the model; this one fits '
+                f'({estimate.message})'
             ),
             jumps=(),
             stddev=dict.fromkeys(estimate.stddev, np.nan),

@@ -208,12 +208,12 @@ FAULTS = {
     'late': Fault(late, {'samples.late': 20}),
     'zero stamps now and then': Fault(stray(0.0), {'samples.late': 4}),
     'zero stamps always': flagged(
-        no_stamps, 'collecting', 'does the publisher set header.stamp?', windows=0,
+        no_stamps, 'collecting', 'let the publisher set header.stamp', windows=0,
         counts={'samples.duplicate': 300},
     ),
     'future stamps now and then': Fault(stray(1e6), {'samples.ahead': 5}),
     'streams on two clocks': flagged(
-        other_clock, 'collecting', 'do both publishers use one clock?', windows=0
+        other_clock, 'collecting', 'use one clock for both publishers', windows=0
     ),
     'stamps jump back': Fault(jump(-1000.0), {'samples.reset': 1}),
     'stamps jump ahead': Fault(jump(1e6), {'samples.reset': 1}),
@@ -390,7 +390,7 @@ def test_two_publishers_in_turns_are_told_and_estimates_withheld(ros, monkeypatc
         bench.play([message])
         other.say(message._replace(t=message.t + 0.5))
     message, told = bench.told('mixed')
-    assert 'comes from 2 publishers in turns' in message
+    assert 'stop all but one of the 2 publishers' in message
     assert told['output.publishers'] == '2'
     assert not bench.parameters and told['published'] == '0'
 

@@ -328,3 +328,47 @@ def test_samples_that_come_late_are_a_warning_for_some_time():
         assert judged(progress)[0] is Level.WARN
         progress.note_late(7)
     assert judged(progress)[0] is Level.OK
+
+
+SEEN = 128  # characters that `ros2 topic echo` shows
+
+
+def turns(**changes):
+    """Feeds of which the output's differs."""
+    streams = feeds()
+    for name, value in changes.items():
+        setattr(streams['output'], name, value)
+    return streams
+
+
+def apart():
+    streams = feeds()
+    streams['output'].stamp, streams['input'].stamp = 0, 5000 * 10**9
+    return streams
+
+
+REFUSAL = "plant/output: unknown name 'theta': did you mean 'th'?" + 500 * 'x'
+REMEDIES = {
+    'paused': ({'enabled': False}, {}, '~/enable'),
+    'nobody': ({}, {'streams': turns(silence=None, publishers=0)}, 'start its publisher'),
+    'silent': ({}, {'streams': turns(silence=None)}, 'waiting for plant/output'),
+    'refused': ({}, {'streams': turns(silence=None, last_refusal=REFUSAL)}, "did you mean 'th'"),
+    'refused again': (
+        {}, {'streams': turns(silence=9.0, refuses=True, last_refusal=REFUSAL)}, "did you mean 'th'"
+    ),
+    'unheard': ({}, {'streams': turns(silence=9.0, unheard='its QoS x is another')}, 'its QoS x'),
+    'stale': ({}, {'streams': turns(silence=9.0)}, 'does a publisher run?'),
+    'behind': ({'behind': 100.0}, {}, 'publish less often'),
+    'mixed': ({}, {'streams': turns(mixed=True, publishers=2)}, 'stop all but one'),
+    'clocks': ({'estimate': None}, {'streams': apart()}, 'use one clock'),
+    'overflow': ({'estimate': None}, {'counts': {'overflow': 1}}, 'shorten window.duration'),
+    'duplicate': ({'estimate': None}, {'counts': {'duplicate': 9}}, 'set header.stamp'),
+    'all_nan': ({'estimate': None}, {'counts': {'all_nan': 9}}, 'look at what is measured'),
+    'collecting': ({'estimate': None, 'collected': 1.0}, {}, 'collecting the first window: 1 of'),
+}  # fmt: skip
+
+
+@pytest.mark.parametrize('case', REMEDIES)
+def test_what_to_do_stands_in_what_the_command_shows(case):
+    changes, given, remedy = REMEDIES[case]
+    assert remedy in judged(**changes, **given)[2][:SEEN]
