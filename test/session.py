@@ -99,12 +99,14 @@ class Session:
             parser.add_argument(flag, action='store_true')
         parser.add_argument('--field')
         parser.add_argument('topic')
+        parser.add_argument('type', nargs='?')
         options = parser.parse_args(words[3:])
         self._have_nodes()
         node = self.ros.node
         known = self.ros.spin_until(
             lambda: dict(node.get_topic_names_and_types()).get(options.topic), timeout=30.0
         )
+        assert options.type in (None, *known)
         kind = _class(known[0])
         assert not options.field or hasattr(kind(), options.field)
         offered = [info.qos_profile for info in node.get_publishers_info_by_topic(options.topic)]

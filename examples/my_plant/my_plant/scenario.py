@@ -3,7 +3,7 @@
 from plant_sim.scenario import Scenario
 from plant_sim.signals import Schedule
 
-PUSHES = (0.5, -0.5, 0.0, 0.5, 0.5, -0.5, 0.0, -0.5)  # 1/s2, each for half a second
+PUSHES = (0.25, -0.25, 0.0, 0.25, 0.25, -0.25, 0.0, -0.25)  # 1/s2, each for half a second
 
 
 def push(t):
