@@ -36,9 +36,10 @@ class Ros:
     def start(self, kind: Callable[..., Node], *cli: str, **parameters: Any) -> Any:
         """Return a started node of that kind; `__` in a parameter's name stands for a dot.
 
-        Streams go stale late unless told otherwise: a busy machine is no broken sensor.
+        Streams go stale late, unless the command line speaks for itself or `parameters` do: a busy
+        machine is no broken sensor.
         """
-        if kind is Estimator:
+        if kind is Estimator and not cli:
             parameters.setdefault('stale_after', patience(5.0))
         overrides = [Parameter(k.replace('__', '.'), value=v) for k, v in parameters.items()]
         return self._add(

@@ -225,6 +225,7 @@ def rolled_out(cache: Path, folder: Path, script: str) -> tuple[float, int]:
     return float(state), int(count)
 
 
+@pytest.mark.slow
 def test_a_models_module_may_be_renamed_and_even_be_no_module(tmp_path: Path) -> None:
     """Files that name the old module once ended `solve_window` with ModuleNotFoundError."""
     names = [tmp_path / 'plant_a.py', tmp_path / 'plant_b.py']
@@ -239,6 +240,7 @@ def test_a_models_module_may_be_renamed_and_even_be_no_module(tmp_path: Path) ->
     assert [count for _, count in found] == [0, 0, 0, 1]
 
 
+@pytest.mark.slow
 def test_processes_that_start_together_compile_once(tmp_path: Path) -> None:
     script = PLANT + "print('ready', flush=True)\ninput()\nprint(*roll_out())"
     with contextlib.ExitStack() as stack:
@@ -280,6 +282,7 @@ run_once(kernels)
 """
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize('way', ['SIGINT', 'SIGTERM', 'os._exit'])
 def test_stopping_while_compiling_keeps_what_is_done(cache: Path, way: str) -> None:
     with start(INTERRUPTED.format(threaded=way == 'os._exit'), cache) as process:
@@ -311,6 +314,7 @@ print(x[0, 0], x[0, 1], sum(spread.stats.cache_hits.values()))
 """
 
 
+@pytest.mark.slow
 def test_an_edited_function_of_another_module_is_never_stale(tmp_path: Path) -> None:
     """To Numba, which looks at ekf.py alone, `spread` there is as new with the old `place`."""
     shutil.copytree(Path(obs_ros.__file__).parent, tmp_path / 'obs_ros')

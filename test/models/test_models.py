@@ -43,6 +43,7 @@ class TestEveryModel:
                 single = function(2.0, tuple(a[i] for a in x), u, tuple(a[i] for a in p))
                 np.testing.assert_allclose(batch[:, i], single, rtol=1e-14)
 
+    @pytest.mark.slow
     def test_both_kernels_agree_over_its_whole_box(self, name: str) -> None:
         pytest.importorskip('numba')
         model = load_model(name)

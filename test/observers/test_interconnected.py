@@ -23,6 +23,7 @@ COLD = {'start_flow': 0.0, 'initial': {'Tp': 30.0, 'Tu': 30.0}}  # the paper's s
 KINDS = (InterconnectedObserver, HighGainObserver, UnknownInputObserver)
 
 
+@pytest.mark.slow
 def test_case_1_settles_as_fast_as_the_paper_says_and_never_leaves_its_bounds() -> None:
     instants = played('heat_exchanger_case1', 8.0)
     observer = InterconnectedObserver('heat_exchanger', theta=80.0, **COLD)
@@ -36,6 +37,7 @@ def test_case_1_settles_as_fast_as_the_paper_says_and_never_leaves_its_bounds() 
     assert observer.x[:2] == pytest.approx(instants[-1].x[:2], abs=1e-5)
 
 
+@pytest.mark.slow
 def test_the_unknown_input_observer_is_slower_by_the_factors_of_the_specification() -> None:
     """4.91 and 1.51 s there; 2 % of a tail as slow as this lies within 10 %."""
     instants = played('heat_exchanger_case1', 8.0)
@@ -47,6 +49,7 @@ def test_the_unknown_input_observer_is_slower_by_the_factors_of_the_specificatio
     assert flows[-1] == pytest.approx(FLOWS, rel=1e-3)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ('theta', 'least', 'most'), [(2.0, (0.3, 1.0), (0.8, 2.0)), (80.0, (9.0, 35.0), (15.0, 60.0))]
 )
@@ -61,6 +64,7 @@ def test_noise_in_the_flows(
     assert (np.array(least) <= rms).all() and (rms <= np.array(most)).all()
 
 
+@pytest.mark.slow
 def test_with_valves_in_motion_knowing_them_pays() -> None:
     """Case 3, seed 2: at most a third of the errors of the plain observer."""
     instants = played('heat_exchanger_case3', 20.0)
