@@ -6,20 +6,21 @@ from collections.abc import Callable, Mapping
 from copy import copy
 from typing import Any
 
-from rclpy.clock import ClockType
+from rclpy.clock import ROSClock
 from rclpy.event_handler import SubscriptionEventCallbacks
-from rclpy.node import Node
 from rclpy.qos import QoSPolicyKind, QoSProfile, ReliabilityPolicy, qos_policy_name_from_kind
 from rclpy.qos_overriding_options import QoSOverridingOptions
 
 from obs_ros.merge import Merge, Role
+from obs_ros.node.guarded import GuardedNode
 from obs_ros.node.message_types import message_type
 from obs_ros.node.messages import OVERRIDABLE, STREAM
 from obs_ros.node.readers import Reader, WrongMessageError
 from obs_ros.node.turns import Turns
 
 RELIABILITY = int(QoSPolicyKind.RELIABILITY)
-MOST = STREAM.depth  # messages read ahead; further ones wait in the middleware, which may drop them
+# Messages read ahead; further ones wait in the middleware, which may drop them.
+MOST: int = STREAM.depth
 
 
 class Feed:
@@ -34,7 +35,7 @@ class Feed:
 
     def __init__(
         self,
-        node: Node,
+        node: GuardedNode,
         topic: str,
         role: Role,
         reader: Reader,
@@ -82,7 +83,7 @@ class Feed:
     @property
     def reliable(self) -> bool:
         """Whether lost messages are sent again."""
-        return self._subscription.qos_profile.reliability == ReliabilityPolicy.RELIABLE
+        return bool(self._subscription.qos_profile.reliability == ReliabilityPolicy.RELIABLE)
 
     @property
     def refuses(self) -> bool:
@@ -167,5 +168,5 @@ class Feed:
         if not received:
             return 0.0, int(clock.now().nanoseconds)
         waited = max(0.0, (time.time_ns() - received) / 1e9)
-        simulated = clock.clock_type == ClockType.ROS_TIME and clock.ros_time_is_active
+        simulated = isinstance(clock, ROSClock) and clock.ros_time_is_active
         return waited, int(clock.now().nanoseconds) if simulated else received

@@ -6,6 +6,7 @@ from typing import Any
 
 import rclpy
 from rcl_interfaces.msg import SetParametersResult
+from rclpy.impl.rcutils_logger import RcutilsLogger
 from rclpy.node import Node
 
 from obs_ros.texts import quoted
@@ -42,6 +43,11 @@ class GuardedNode(Node):
     def __init__(self, name: str, **options: Any) -> None:
         self.failures = Failures()  # rclpy makes services and subscriptions of its own
         super().__init__(name, **options)
+
+    def get_logger(self) -> RcutilsLogger:
+        """Return the node's logger; rclpy does not say what it returns."""
+        logger: RcutilsLogger = super().get_logger()  # type: ignore[no-untyped-call]
+        return logger
 
     def create_timer(
         self, timer_period_sec: float, callback: Callable[..., Any], *rest: Any, **more: Any

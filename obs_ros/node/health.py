@@ -143,11 +143,11 @@ def _obstacle(feeds: Mapping[str, Feed], counts: Mapping[str, int], window: floa
     """Say what keeps the first window from ever closing, if anything does."""
     received = sum(feed.received for feed in feeds.values())
     if window is not None:
-        last, first = _apart(feeds)
-        if last is not None and (last.stamp - first.stamp) / 1e9 > window:
+        seconds, ahead, behind = _apart(feeds)
+        if seconds > window:
             return (
-                f'use one clock for both publishers: {last.topic} is stamped '
-                f'{(last.stamp - first.stamp) / 1e9:.6g} s after {first.topic}'
+                f'use one clock for both publishers: {ahead} is stamped {seconds:.6g} s '
+                f'after {behind}'
             )
         if counts.get('overflow', 0):
             return (
@@ -161,10 +161,13 @@ def _obstacle(feeds: Mapping[str, Feed], counts: Mapping[str, int], window: floa
     return ''
 
 
-def _apart(feeds: Mapping[str, Feed]) -> tuple[Any, Any]:
-    """Return the feeds with the newest and the oldest stamp; None where fewer than two have one."""
-    stamped = sorted((f for f in feeds.values() if f.stamp is not None), key=lambda f: f.stamp)
-    return (stamped[-1], stamped[0]) if len(stamped) > 1 else (None, None)
+def _apart(feeds: Mapping[str, Feed]) -> tuple[float, str, str]:
+    """Return by how much (s) stamps of topics differ at most, and which is ahead of which."""
+    stamped = [(f.stamp, f.topic) for f in feeds.values() if f.stamp is not None]
+    if len(stamped) < 2:
+        return 0.0, '', ''
+    (first, behind), (last, ahead) = min(stamped), max(stamped)
+    return (last - first) / 1e9, ahead, behind
 
 
 def _collecting(feeds: Mapping[str, Feed], window: float | None, collected: float | None) -> str:
@@ -172,10 +175,9 @@ def _collecting(feeds: Mapping[str, Feed], window: float | None, collected: floa
     if window is None:
         return 'waiting for an output with every input known'
     message = f'collecting the first window: {collected or 0.0:.3g} of {window:g} s'
-    last, first = _apart(feeds)
-    if last is not None and (last.stamp - first.stamp) / 1e9 > LAG * window:
-        behind = (last.stamp - first.stamp) / 1e9
-        return f'{message}; {first.topic} is {behind:.3g} s behind {last.topic}'
+    seconds, ahead, behind = _apart(feeds)
+    if seconds > LAG * window:
+        return f'{message}; {behind} is {seconds:.3g} s behind {ahead}'
     if collected is None:
         return f'{message}; waiting for an output with every input known'
     return message

@@ -29,7 +29,7 @@ class Parameters:
         self._proposed: Any = None
         # What the user gave at start, undeclared again so that each knob declares its own type.
         self._given = {
-            name: parameter.value
+            name: parameter.value  # type: ignore[union-attr]  # annotated as its value
             for name, parameter in node.get_parameters_by_prefix('').items()
             if not _FOREIGN.fullmatch(name)
         }
@@ -38,7 +38,7 @@ class Parameters:
             node.undeclare_parameter(name)
 
     @property
-    def values(self) -> Mapping[str, Value]:
+    def values(self) -> Mapping[str, Any]:
         """All values by name, each of its knob's type."""
         return self._values
 

@@ -3,7 +3,7 @@
 import os
 import signal
 import sys
-from collections.abc import Callable, Sequence
+from collections.abc import Callable
 
 import rclpy
 from rclpy.exceptions import ParameterException
@@ -14,7 +14,7 @@ from rclpy.signals import SignalHandlerOptions, install_signal_handlers
 from obs_ros.texts import one_line
 
 
-def run(name: str, create: Callable[[], Node], args: Sequence[str] | None = None) -> int:
+def run(name: str, create: Callable[[], Node], args: list[str] | None = None) -> int:
     """Spin the node that `create` returns until a signal or shutdown ends it, and the process.
 
     With exit code 0 after SIGINT, SIGTERM or a shutdown. Returns 1, with one line on stderr, when

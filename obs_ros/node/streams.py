@@ -13,6 +13,7 @@ from obs_ros.merge import Merge, Role
 from obs_ros.model import Model, names
 from obs_ros.node.bindings import HEADER, Binding
 from obs_ros.node.feed import Feed
+from obs_ros.node.guarded import GuardedNode
 from obs_ros.node.message_types import fields_of, message_type
 from obs_ros.node.readers import NAMED_VECTOR, topic_readers
 from obs_ros.record import Sample
@@ -32,7 +33,7 @@ class Streams:
 
     def __init__(
         self,
-        node: Node,
+        node: GuardedNode,
         model: Model,
         bound: Mapping[str, Binding],
         wait: float,
