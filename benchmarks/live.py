@@ -18,16 +18,10 @@ class Live:
     from the signal to its end.
     """
 
+    patience = 1.0  # times what an idle machine gets to answer
+
     def __init__(self, domain: int, *settings: str) -> None:
         os.environ |= {'ROS_DOMAIN_ID': str(domain), 'ROS_AUTOMATIC_DISCOVERY_RANGE': 'LOCALHOST'}
-        import rclpy
-        from diagnostic_msgs.msg import DiagnosticArray
-        from rclpy.executors import SingleThreadedExecutor
-        from rclpy.node import Node
-        from sensor_msgs.msg import JointState
-
-        from obs_ros.node.messages import STREAM
-
         arguments = [word for setting in settings for word in ('-p', setting)]
         # Not a pipe: nobody reads it, and a node that talks much would wait for that.
         self._written = tempfile.TemporaryFile('w+')  # noqa: SIM115 - closed by close()
@@ -39,6 +33,22 @@ class Live:
         )
         self.figures: dict[str, str] = {}
         self.told = 0
+        try:
+            self._connect()
+        except BaseException:
+            self.process.kill()
+            raise
+
+    def _connect(self) -> None:
+        """Make the node, and wait until the estimator is ready and hears it."""
+        import rclpy
+        from diagnostic_msgs.msg import DiagnosticArray
+        from rclpy.executors import SingleThreadedExecutor
+        from rclpy.node import Node
+        from sensor_msgs.msg import JointState
+
+        from obs_ros.node.messages import STREAM
+
         self._context = rclpy.Context()
         rclpy.init(context=self._context)
         self.node = Node('live', context=self._context)
@@ -84,7 +94,7 @@ class Live:
 
     def spin_until(self, predicate: Callable[[], Any], timeout: float) -> bool:
         """Spin until the predicate holds; return whether it did within `timeout` s."""
-        end = time.monotonic() + timeout
+        end = time.monotonic() + timeout * self.patience
         while not predicate():
             if time.monotonic() > end or self.process.poll() is not None:
                 return False
@@ -101,7 +111,7 @@ class Live:
         """End the process as Ctrl-C does."""
         begin = time.monotonic()
         self.process.send_signal(signal.SIGINT)
-        self.process.wait(timeout=30.0)
+        self.process.wait(timeout=30.0 * self.patience)
         took = time.monotonic() - begin
         self._written.seek(0)
         written = self._written.read()

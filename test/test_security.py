@@ -14,6 +14,11 @@ ATTRIBUTES = {
     'system', 'popen', 'execv', 'execvp', 'spawnv', 'unsafe_load', 'full_load', 'UnsafeLoader',
     'FullLoader', 'allow_pickle',
 }  # fmt: skip
+# Kernels are code, made here and kept in a folder of the user's own: docs/security.md.
+KERNELS = {
+    'obs_ros/kernel_cache.py': {'pickle'},
+    'obs_ros/rollout/compiled.py': {'exec', 'compile'},
+}
 
 
 def forbidden(text):
@@ -38,7 +43,8 @@ def forbidden(text):
 
 @pytest.mark.parametrize('file', SOURCES, ids=lambda file: str(file.relative_to(ROOT)))
 def test_nothing_is_evaluated_or_unpickled(file):
-    assert not list(forbidden(file.read_text()))
+    found = {words.split()[0] for words in forbidden(file.read_text())}
+    assert found == KERNELS.get(str(file.relative_to(ROOT)), set())
 
 
 @pytest.mark.parametrize(

@@ -3,6 +3,7 @@
 import random
 
 import pytest
+from patience import patience
 
 pytest.importorskip('rclpy')
 
@@ -17,6 +18,7 @@ pytestmark = pytest.mark.slow
 @pytest.fixture
 def live(monkeypatch):
     domain = Domain()
+    monkeypatch.setattr(Live, 'patience', patience(1.0))
     for name in ('ROS_DOMAIN_ID', 'ROS_AUTOMATIC_DISCOVERY_RANGE'):
         monkeypatch.setenv(name, '')  # put back afterwards what it sets
     live = Live(domain.number, 'window.duration:=20.0')
