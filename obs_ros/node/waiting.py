@@ -2,7 +2,7 @@
 
 from obs_ros.node.diagnostics import Health
 
-WAITS = ('waiting', 'collecting', 'stale_output', 'stale_input', 'mixed')  # outcomes
+WAITS = ('waiting', 'collecting', 'behind', 'stale_output', 'stale_input', 'mixed')  # outcomes
 FIRST = 10  # examinations from one line to the next, then twice as many each time
 
 

@@ -357,6 +357,7 @@ REMEDIES = {
         {}, {'streams': turns(silence=9.0, refuses=True, last_refusal=REFUSAL)}, "did you mean 'th'"
     ),
     'unheard': ({}, {'streams': turns(silence=9.0, unheard='its QoS x is another')}, 'its QoS x'),
+    'behind': ({'behind': 9.9}, {}, 'publish less often, or'),
     'stale': ({}, {'streams': turns(silence=9.0)}, 'does a publisher run?'),
     'behind': ({'behind': 100.0}, {}, 'publish less often'),
     'mixed': ({}, {'streams': turns(mixed=True, publishers=2)}, 'stop all but one'),
