@@ -19,6 +19,7 @@ from obs_ros.model import Model
 from obs_ros.rollout.functions import rebuilt
 from obs_ros.rollout.grid import Grid
 from obs_ros.rollout.path import Path
+from obs_ros.rollout.selects import SELECTS
 from obs_ros.rollout.series_parallel import Stretch
 from obs_ros.typing import AnyArray, Array, IntArray
 
@@ -135,7 +136,7 @@ def load_module(model: Model) -> ModuleType:
     stale kernel. Without a writable cache folder everything works, but compiles in every process.
     """
     text = source(model)
-    name = f'obs_ros_kernels_{fingerprint(text, model.dynamics, model.output)}'
+    name = f'obs_ros_kernels_{fingerprint(text, model.dynamics, model.output, *SELECTS.values())}'
     with _lock:
         if name not in sys.modules:
             module = ModuleType(name, f'Kernels of model {model.name!r}.')
