@@ -3,7 +3,7 @@
 Numba compiles `np.where` of scalars by way of arrays in memory, which keeps the lanes from being
 vectorised and costs a hundred times the step itself; `np.clip` and others it does not compile. LLVM
 turns the conditional expressions below into selects. NaN goes where NumPy lets it go. Of two values
-the second, or the bound, is the one that is tested for NaN: where it is constant, that costs nothing.
+the second, or the bound, is tested for NaN: where it is constant, that costs nothing.
 """
 
 from collections.abc import Callable
@@ -37,12 +37,8 @@ def fmax(x1: Any, x2: Any) -> Any:
     return x2 if (x2 > x1) | (x1 != x1) else x1
 
 
-def clip(
-    a: Any, a_min: Any = None, a_max: Any = None, out: Any = None, min: Any = None, max: Any = None
-) -> Any:
+def clip(a: Any, a_min: Any = None, a_max: Any = None, min: Any = None, max: Any = None) -> Any:
     """Compute np.clip(a, a_min, a_max), by whatever names; None is no bound."""
-    if out is not None:
-        return out.is_not_for_numbers  # does not compile, as numbers have no such attribute
     low = min if a_min is None else a_min
     high = max if a_max is None else a_max
     above = a if low is None else maximum(a, low)
