@@ -4,40 +4,39 @@ from collections.abc import Callable, Iterable
 from types import CellType, FunctionType, ModuleType
 from typing import Any
 
-from obs_ros.fingerprint import of_library, used_attributes, used_globals
-from obs_ros.rollout.selects import SELECTS
+from obs_ros.fingerprint import loaded, of_library, used_attributes, used_globals
+from obs_ros.rollout.selects import SELECTS, makes_arrays
 
 Convert = Callable[[FunctionType], Callable[..., Any]]
 
 
-def rebuilt(function: Callable[..., Any], convert: Convert, module: str) -> FunctionType:
-    """Copy a plain function with `convert` of a copy in place of every plain function it calls.
+class Rebuilder:
+    """Copies a plant's functions, with `convert` of a copy in place of every function they call.
 
     NumPy's functions that have a twin in `selects` are replaced by `convert` of that. The copies
     belong to `module`: what is compiled of them looks that up, which is there wherever the
-    function's own module has gone.
-
-    Raises ValueError when it is no plain Python function, or calls itself.
+    functions' own module has gone. `slow` names the functions of NumPy that were met and take
+    memory at each call.
     """
-    return Rebuilder(convert, module).copy(function)
-
-
-class Rebuilder:
-    """Copies functions of one plant, each once."""
 
     def __init__(self, convert: Convert, module: str) -> None:
         self._convert = convert
         self._module = module
         self._made: dict[Any, Any] = {}
         self._above: list[FunctionType | ModuleType] = []
+        self.slow: set[str] = set()
 
     def copy(self, function: Callable[..., Any]) -> FunctionType:
-        """Return the function's copy, not converted; ValueError as in `rebuilt`."""
+        """Return the function's copy, itself not converted.
+
+        Raises ValueError when it is no plain Python function, or calls itself.
+        """
         if not isinstance(function, FunctionType):
             raise ValueError(f'{function!r} is not a plain Python function')
         if function in self._above:
             raise ValueError(f'{function.__qualname__} calls itself')
         self._above.append(function)
+        self.slow.update(value.__name__ for value in loaded(function) if makes_arrays(value))
         attributes = used_attributes(function)
         scope = dict(function.__globals__)
         for name, value in used_globals(function):
@@ -59,12 +58,12 @@ class Rebuilder:
         """Return what stands in the copy for a value that the function uses."""
         if isinstance(value, ModuleType):
             return self._module_instead(value, attributes)
-        plain = next((select for function, select in SELECTS.items() if function is value), None)
-        if plain is None and (not isinstance(value, FunctionType) or of_library(value)):
+        called = next((select for numpy, select in SELECTS.items() if numpy is value), value)
+        if not isinstance(called, FunctionType) or of_library(called):
             return value
-        if value not in self._made:
-            self._made[value] = self._convert(self.copy(plain or value))
-        return self._made[value]
+        if called not in self._made:
+            self._made[called] = self._convert(self.copy(called))
+        return self._made[called]
 
     def _module_instead(self, module: ModuleType, attributes: Iterable[str]) -> ModuleType:
         """Return the module, or a twin with some of these attributes replaced."""

@@ -39,10 +39,21 @@ def fmax(x1: Any, x2: Any) -> Any:
 
 def clip(a: Any, a_min: Any = None, a_max: Any = None, min: Any = None, max: Any = None) -> Any:
     """Compute np.clip(a, a_min, a_max), by whatever names; None is no bound."""
-    low = min if a_min is None else a_min
-    high = max if a_max is None else a_max
-    above = a if low is None else maximum(a, low)
-    return above if high is None else minimum(above, high)
+    return lowered(lowered(raised(raised(a, a_min), min), a_max), max)
+
+
+def raised(a: Any, low: Any) -> Any:
+    """Return a, or the bound where a is below it; None is no bound."""
+    if low is None:
+        return a
+    return maximum(a, low)
+
+
+def lowered(a: Any, high: Any) -> Any:
+    """Return a, or the bound where a is above it; None is no bound."""
+    if high is None:
+        return a
+    return minimum(a, high)
 
 
 def sign(x: Any) -> Any:
@@ -65,3 +76,17 @@ SELECTS: dict[Callable[..., Any], Callable[..., Any]] = {
     np.sign: sign,
     np.heaviside: heaviside,
 }
+
+# Functions that are no ufuncs, and yet compile to arithmetic.
+ARITHMETIC = {np.round, np.around, np.nan_to_num, np.sinc, np.angle, np.real, np.imag}
+
+
+def makes_arrays(value: Any) -> bool:
+    """Whether this is a function of NumPy's that takes memory each time it is called."""
+    return (
+        callable(value)
+        and (getattr(value, '__module__', None) or '').partition('.')[0] == 'numpy'
+        and not isinstance(value, (np.ufunc, type))
+        and value not in SELECTS
+        and value not in ARITHMETIC
+    )

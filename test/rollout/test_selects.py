@@ -4,6 +4,7 @@ import itertools
 import logging
 import math
 from collections.abc import Callable
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -159,18 +160,29 @@ def test_a_plant_that_chooses_costs_about_what_a_plain_one_costs(
     assert fastest(choosing) < MARGIN * fastest(plain)
 
 
+LEVELS = np.array([0.0, 1.0])
+
+
+def test_what_compiles_to_slow_code_is_named(caplog: Any) -> None:
+    pytest.importorskip('numba')
+    from obs_ros.rollout.compiled import load_module
+
+    slow = replace(BLOW_UP, dynamics=lambda t, x, u, p: (np.interp(x[0], LEVELS, LEVELS),))
+    with caplog.at_level(logging.WARNING, 'obs_ros'):
+        load_module(slow)
+        load_module(slow)
+    (message,) = caplog.messages
+    assert message.startswith("model 'blow_up': use np.where, np.clip and arithmetic in place of")
+    assert 'np.interp' in message
+
+
 def test_what_still_does_not_compile_is_named(caplog: Any) -> None:
     pytest.importorskip('numba')
-    odd = Model(
-        name='odd',
-        states=BLOW_UP.states,
-        outputs=BLOW_UP.outputs,
-        dynamics=lambda t, x, u, p: (np.piecewise(x[0], [x[0] > 0], [1.0, 2.0]),),
-        output=BLOW_UP.output,
-    )
+    dynamics = lambda t, x, u, p: (np.piecewise(x[0], [x[0] > 0], [1.0, 2.0]),)  # noqa: E731
+    odd = replace(BLOW_UP, name='odd', dynamics=dynamics)
     with caplog.at_level(logging.WARNING, 'obs_ros'):
         assert kernels_for(odd).name == 'numpy'
-    (message,) = caplog.messages
+    message = caplog.messages[-1]
     assert message.startswith("model 'odd' cannot be compiled: Use of unsupported NumPy function")
     assert "'numpy.piecewise'" in message and 'test_selects.py' in message
     assert message.endswith('; NumPy is used, which is slower')
