@@ -33,6 +33,17 @@ def used_attributes(function: FunctionType) -> list[str]:
     return sorted(_operands(function.__code__, 'LOAD_ATTR', 'LOAD_METHOD'))
 
 
+def loaded(function: FunctionType) -> Iterator[Any]:
+    """Yield the globals that the function reads, and the attributes that it reads of them."""
+    steps = list(dis.get_instructions(function.__code__))
+    for step, following in zip(steps, [*steps[1:], None], strict=True):
+        if step.opname == 'LOAD_GLOBAL' and step.argval in function.__globals__:
+            value = function.__globals__[step.argval]
+            yield value
+            if following is not None and following.opname in ('LOAD_ATTR', 'LOAD_METHOD'):
+                yield getattr(value, following.argval, None)
+
+
 def of_library(value: Any) -> bool:
     """Whether this is a function or module of NumPy, say, known well enough by its name."""
     if isinstance(value, ModuleType):

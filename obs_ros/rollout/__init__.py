@@ -4,6 +4,7 @@ import functools
 import importlib.util
 import logging
 import os
+import re
 import time
 from collections.abc import Callable
 from typing import Literal, Protocol, TypeVar
@@ -97,12 +98,17 @@ def compiled_or_numpy(
     try:
         return compiled()
     except (CompileError, ValueError) as error:
-        words = ' '.join(str(error).split())
-        reason = f'model {model.name!r} cannot be compiled: {words[:LONGEST_REASON]}'
+        reason = f'model {model.name!r} cannot be compiled: {gist(str(error))}'
         if backend == 'numba':
             raise ValueError(reason) from error
         log.warning('%s; NumPy is used, which is slower', reason)
         return plain()
+
+
+def gist(message: str) -> str:
+    """Return what a compiler's message says of the user's code, without the way there."""
+    words = re.sub(r'Failed in nopython mode pipeline \(step: [\w ]*\)', '', message)
+    return ' '.join(words.partition('During: ')[0].split())[:LONGEST_REASON]
 
 
 def check_backend(backend: str | None) -> str | None:

@@ -16,9 +16,10 @@ from obs_ros.acceleration import OPTIONS
 from obs_ros.fingerprint import fingerprint
 from obs_ros.kernel_cache import stored
 from obs_ros.model import Model
-from obs_ros.rollout.functions import rebuilt
+from obs_ros.rollout.functions import Rebuilder
 from obs_ros.rollout.grid import Grid
 from obs_ros.rollout.path import Path
+from obs_ros.rollout.selects import SELECTS
 from obs_ros.rollout.series_parallel import Stretch
 from obs_ros.typing import AnyArray, Array, IntArray
 
@@ -135,7 +136,7 @@ def load_module(model: Model) -> ModuleType:
     stale kernel. Without a writable cache folder everything works, but compiles in every process.
     """
     text = source(model)
-    name = f'obs_ros_kernels_{fingerprint(text, model.dynamics, model.output)}'
+    name = f'obs_ros_kernels_{fingerprint(text, model.dynamics, model.output, *SELECTS.values())}'
     with _lock:
         if name not in sys.modules:
             module = ModuleType(name, f'Kernels of model {model.name!r}.')
@@ -158,13 +159,20 @@ def bind(module: ModuleType, model: Model) -> None:
         compiled = numba.njit(fastmath=FASTMATH, **OPTIONS)(kernel)
         return stored(compiled, lambda: module.__name__, announce)
 
+    rebuilder = Rebuilder(inline, module.__name__)
     module.__dict__.update(
         jit=inline,
         jit_sum=numba.njit(forceinline=True, fastmath=FASTMATH | {'reassoc'}, **OPTIONS),
         entry=entry,
-        dynamics=inline(rebuilt(model.dynamics, inline, module.__name__)),
-        output=inline(rebuilt(model.output, inline, module.__name__)),
+        dynamics=inline(rebuilder.copy(model.dynamics)),
+        output=inline(rebuilder.copy(model.output)),
     )
+    if rebuilder.slow:
+        names = ', '.join(f'np.{name}' for name in sorted(rebuilder.slow))
+        log.warning(
+            'model %r: use np.where, np.clip and arithmetic in place of %s, which takes memory at '
+            'each call and may make it a hundred times slower', model.name, names,
+        )  # fmt: skip
 
 
 def source(model: Model) -> str:

@@ -76,14 +76,6 @@ def _through_a_dict(t: Any, x: Any, u: Any, p: Any) -> Any:
     return (dict.fromkeys('a', x[0])['a'],)
 
 
-_helpers = ModuleType('helpers')
-_helpers.__dict__.update(square=lambda x: x * x)
-
-
-def _through_a_module(t: Any, x: Any, u: Any, p: Any) -> Any:
-    return (_helpers.square(x[0]),)
-
-
 def _down(x: Any, count: int) -> Any:
     return x if count == 0 else _down(x * x, count - 1)
 
@@ -92,7 +84,7 @@ def _through_recursion(t: Any, x: Any, u: Any, p: Any) -> Any:
     return (_down(x[0], 1),)
 
 
-@pytest.mark.parametrize('dynamics', [_through_a_dict, _through_a_module, _through_recursion])
+@pytest.mark.parametrize('dynamics', [_through_a_dict, _through_recursion])
 def test_a_model_that_cannot_be_compiled_runs_on_numpy_with_a_warning(
     caplog: Any, dynamics: Any
 ) -> None:
@@ -110,6 +102,20 @@ def test_a_function_that_its_author_compiled_compiles_too() -> None:
     numba = pytest.importorskip('numba')
     dynamics = numba.njit(lambda t, x, u, p: (x[0] * x[0],))
     assert kernels_for(replace(BLOW_UP, name='own_njit', dynamics=dynamics)).name == 'numba'
+
+
+_helpers = ModuleType('helpers')
+_helpers.__dict__.update(square=lambda x: x * x)
+
+
+def _through_a_module(t: Any, x: Any, u: Any, p: Any) -> Any:
+    return (_helpers.square(x[0]),)
+
+
+def test_helpers_in_a_module_compile_too() -> None:
+    pytest.importorskip('numba')
+    model = replace(BLOW_UP, name='modular', dynamics=_through_a_module)
+    assert kernels_for(model).name == 'numba'
 
 
 def test_numpy_kernels_take_constant_derivatives_and_outputs() -> None:

@@ -1,0 +1,92 @@
+"""NumPy functions of one candidate, as selects: neither branches nor allocations.
+
+Numba compiles `np.where` of scalars by way of arrays in memory, which keeps the lanes from being
+vectorised and costs a hundred times the step itself; `np.clip` and others it does not compile. LLVM
+turns the conditional expressions below into selects. NaN goes where NumPy lets it go. Of two values
+the second, or the bound, is tested for NaN: where it is constant, that costs nothing.
+"""
+
+from collections.abc import Callable
+from typing import Any
+
+import numpy as np
+
+
+def where(condition: Any, x: Any, y: Any) -> Any:
+    """Compute np.where(condition, x, y)."""
+    return x if condition else y
+
+
+def minimum(x1: Any, x2: Any) -> Any:
+    """Compute np.minimum(x1, x2): NaN if one of them is."""
+    return x2 if (x2 < x1) | (x2 != x2) else x1
+
+
+def maximum(x1: Any, x2: Any) -> Any:
+    """Compute np.maximum(x1, x2): NaN if one of them is."""
+    return x2 if (x2 > x1) | (x2 != x2) else x1
+
+
+def fmin(x1: Any, x2: Any) -> Any:
+    """Compute np.fmin(x1, x2): the other one where one is NaN."""
+    return x2 if (x2 < x1) | (x1 != x1) else x1
+
+
+def fmax(x1: Any, x2: Any) -> Any:
+    """Compute np.fmax(x1, x2): the other one where one is NaN."""
+    return x2 if (x2 > x1) | (x1 != x1) else x1
+
+
+def clip(a: Any, a_min: Any = None, a_max: Any = None, min: Any = None, max: Any = None) -> Any:
+    """Compute np.clip(a, a_min, a_max), by whatever names; None is no bound."""
+    return lowered(lowered(raised(raised(a, a_min), min), a_max), max)
+
+
+def raised(a: Any, low: Any) -> Any:
+    """Return a, or the bound where a is below it; None is no bound."""
+    if low is None:
+        return a
+    return maximum(a, low)
+
+
+def lowered(a: Any, high: Any) -> Any:
+    """Return a, or the bound where a is above it; None is no bound."""
+    if high is None:
+        return a
+    return minimum(a, high)
+
+
+def sign(x: Any) -> Any:
+    """Compute np.sign(x): -1, 0, 1 or NaN."""
+    return 1 if x > 0 else (-1 if x < 0 else x)
+
+
+def heaviside(x1: Any, x2: Any) -> Any:
+    """Compute np.heaviside(x1, x2): x2 where x1 is 0, and NaN where it is NaN."""
+    return 1.0 if x1 > 0 else (0.0 if x1 < 0 else (x2 if x1 == 0 else x1))
+
+
+SELECTS: dict[Callable[..., Any], Callable[..., Any]] = {
+    np.where: where,
+    np.minimum: minimum,
+    np.maximum: maximum,
+    np.fmin: fmin,
+    np.fmax: fmax,
+    np.clip: clip,
+    np.sign: sign,
+    np.heaviside: heaviside,
+}
+
+# Functions that are no ufuncs, and yet compile to arithmetic.
+ARITHMETIC = {np.round, np.around, np.nan_to_num, np.sinc, np.angle, np.real, np.imag}
+
+
+def makes_arrays(value: Any) -> bool:
+    """Whether this is a function of NumPy's that takes memory each time it is called."""
+    return (
+        callable(value)
+        and (getattr(value, '__module__', None) or '').partition('.')[0] == 'numpy'
+        and not isinstance(value, (np.ufunc, type))
+        and value not in SELECTS
+        and value not in ARITHMETIC
+    )
