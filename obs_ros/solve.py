@@ -3,6 +3,7 @@
 import time
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field, replace
+from functools import partial
 from typing import Any
 
 import numpy as np
@@ -18,8 +19,8 @@ from obs_ros.report import Certainty, empty, output_rms, report
 from obs_ros.rollout import Backend, Kernels, check_backend, kernels_for
 from obs_ros.rollout.grid import Grid
 from obs_ros.search import Method, damping, method_for
-from obs_ros.search.levenberg_marquardt import levenberg_marquardt
-from obs_ros.search.memetic import FULL_ITERATIONS
+from obs_ros.search.levenberg_marquardt import Trail, levenberg_marquardt
+from obs_ros.search.memetic import FULL_ITERATIONS, PATIENCE, SAME_OPTIMUM
 from obs_ros.search.result import Found
 from obs_ros.sequence.gate import marginal_information
 from obs_ros.sequence.noise import variances_left
@@ -268,6 +269,7 @@ class Solver:
     def _reweighted(self, objective: Objective, found: Found, deadline: Deadline) -> Found:
         """Weight the outputs by their own residuals where the guess of their noise was off."""
         guessed = np.array([name not in self.noise for name in names(self.model.outputs)])
+        values = objective.count(objective.nodes)
         for _ in range(REWEIGHTINGS if guessed.any() and guessed.size > 1 else 0):
             if deadline.passed:
                 break
@@ -276,11 +278,22 @@ class Solver:
             if off.max() < UNEQUAL * off.min():
                 break
             objective.grid = objective.grid.rescaled(off)
+            share = SAME_OPTIMUM * objective.dimension / values
             polished = levenberg_marquardt(
-                objective, found.z[None], objective.nodes, FULL_ITERATIONS, deadline
+                objective,
+                found.z[None],
+                objective.nodes,
+                FULL_ITERATIONS,
+                deadline,
+                hopeless=partial(_hardly_fall, Trail(PATIENCE), share),
             )
             found = replace(found, z=polished.z[0], cost=float(polished.squares[0]))
         return found
+
+
+def _hardly_fall(trail: Trail, share: float, squares: float) -> bool:
+    """Whether squares have fallen by less than this share of them in the latest rollouts."""
+    return trail.gain(squares) < share * squares
 
 
 def whitened(objective: Objective, found: Found) -> Found:

@@ -394,7 +394,7 @@ class TestOutcomes:
     ) -> None:
         record = tank_record()
         y = record.y + 0.05 * np.sin(record.t / 10.0)[:, None]
-        few = {'memetic': {'max_rounds': 2}, 'chaotic_de': {'generations': 20}}[search]
+        few = {'memetic': {'max_rounds': 1}, 'chaotic_de': {'generations': 20}}[search]
         found = solve_window(
             'three_tank', Record(record.t, record.u, y), search, search_options=few
         )

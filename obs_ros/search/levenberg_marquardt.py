@@ -4,6 +4,7 @@ Marquardt scaling, Nielsen's damping update (Madsen, Nielsen & Tingleff 2004), b
 what leans outward and clipping the step. A trial point and its Jacobian are one rollout.
 """
 
+from collections import deque
 from collections.abc import Callable
 from dataclasses import dataclass
 
@@ -22,6 +23,9 @@ FIRST_STEP = 1e-8
 STEP_SHARE, MIN_STEP, MAX_STEP = 0.02, 1e-11, 1e-6
 # Converged when a full Gauss-Newton step would gain less than this share of d * noise variance.
 GAIN_SHARE, STALLED_SHARE = 0.01, 1e-9
+PATIENCE = (
+    40  # rollouts in which a start must gain that much: at a kink full steps promise for ever
+)
 
 
 @dataclass(frozen=True)
@@ -33,6 +37,20 @@ class Starts:
     converged: BoolArray
 
 
+class Trail:
+    """The least squares of the latest rollouts."""
+
+    def __init__(self, rollouts: int) -> None:
+        self._squares: deque[float] = deque(maxlen=rollouts)
+
+    def gain(self, squares: float) -> float:
+        """Return by how much they have fallen to `squares`; infinity as long as they are few."""
+        full = len(self._squares) == self._squares.maxlen
+        before = self._squares[0] if full else np.inf
+        self._squares.append(squares)
+        return before - squares
+
+
 def levenberg_marquardt(
     objective: Linearised,
     z: Array,
@@ -40,12 +58,13 @@ def levenberg_marquardt(
     iterations: int,
     deadline: Deadline,
     enough: Callable[[Starts], bool] | None = None,
+    hopeless: Callable[[float], bool] | None = None,
 ) -> Starts:
     """Minimise the squares over the first `nodes` nodes from every start z (P, d).
 
     Each start ends at least as good as it began. It stops when it has converged, stalled or
-    diverged; all stop after `iterations` rollouts, at the deadline, or when those that have
-    converged so far are `enough`.
+    diverged; all stop after `iterations` rollouts, at the deadline, when those that have converged
+    so far are `enough`, or when the least squares so far, told at every rollout, are `hopeless`.
     """
     d = z.shape[1]
     freedom = max(1, objective.count(nodes) - d)
@@ -56,10 +75,13 @@ def levenberg_marquardt(
     stopped = [batch.take(~begun)]
     batch = batch.take(begun)
     best = np.inf  # squares of the best converged start
-    for _ in range(iterations):
+    for iteration in range(iterations):
         if not batch.squares.size or deadline.passed:
             break
-        variance = max(least, min(best, batch.squares.min())) / freedom
+        lowest = min(best, float(batch.squares.min()))
+        if hopeless is not None and hopeless(lowest):
+            break
+        variance = max(least, lowest) / freedom
         step, gain, full_gain = damped_steps(
             batch.z, batch.gradient, batch.hessian, batch.damping, walls
         )
@@ -72,6 +94,9 @@ def levenberg_marquardt(
             | (batch.rejections >= MAX_REJECTIONS)
             | (batch.damping >= MAX_DAMPING)
         )
+        if iteration % PATIENCE == 0:
+            over |= batch.mark - batch.squares < GAIN_SHARE * d * variance
+            batch.mark = batch.squares.copy()
         if over.any():
             stopped.append(batch.take(over))
             best = np.min(batch.squares, initial=best, where=batch.converged)
@@ -98,6 +123,7 @@ class _Batch:
     growth: Array
     rejections: AnyArray
     converged: BoolArray
+    mark: Array  # squares (P,) some rollouts ago
 
     @classmethod
     def of(cls, z: Array, squares: Array, gradient: Array, hessian: Array) -> '_Batch':
@@ -110,6 +136,7 @@ class _Batch:
             growth=np.full(len(z), 2.0),
             rejections=np.zeros(len(z), dtype=np.int64),
             converged=np.zeros(len(z), dtype=bool),
+            mark=np.full(len(z), np.inf),
         )
 
     @property
@@ -129,6 +156,7 @@ class _Batch:
             self.growth[chosen],
             self.rejections[chosen],
             self.converged[chosen],
+            self.mark[chosen],
         )
 
     def move(

@@ -21,7 +21,7 @@ from obs_ros.search.differential_evolution import (
     check_count,
     check_settings,
 )
-from obs_ros.search.levenberg_marquardt import Starts, levenberg_marquardt
+from obs_ros.search.levenberg_marquardt import Starts, Trail, levenberg_marquardt
 from obs_ros.search.population import check_population, first_population
 from obs_ros.search.problem import LeastSquares
 from obs_ros.search.result import Found, counted
@@ -33,8 +33,12 @@ SHORT_WINDOW = 100  # nodes; below, there is no prefix worth a search of its own
 PREFIX_SHARES = (16, 8, 32, 4)  # of the window, by round
 SMALLEST_PREFIX = 16  # nodes
 GATES = 48
+# A horizon that no candidate leads on is given up: after so many steps in a row by one gate each,
+# and after so many steps at all (windows of the zoo that fit need 5 at most).
+CRAWLING, MOST_STEPS = 2, 6
 BAD_SHARE, BAD_NOISE = 0.01, 4.0  # of the signal's and of the noise's mean square
 PREFIX_ITERATIONS, FULL_ITERATIONS = 12, 120
+PATIENCE = 8  # rollouts in which a window that does not fit must come nearer
 DIRECT_ITERATIONS = 2  # at least, that every start should get before a short deadline
 ROUND_ROLLOUTS = 30  # rollouts of a population over the window that a round costs, roughly
 # Two costs are the same optimum when they differ by less than this times d times the noise
@@ -121,7 +125,13 @@ class Rounds:
         # Half of them: where the data tell little, two may well agree on a false minimum.
         enough = partial(self._enough, max(2, len(candidates) // 2))
         last = levenberg_marquardt(
-            self.objective, candidates, nodes, FULL_ITERATIONS, self.deadline, enough
+            self.objective,
+            candidates,
+            nodes,
+            FULL_ITERATIONS,
+            self.deadline,
+            enough,
+            partial(self._stuck, Trail(PATIENCE)),
         )
         self._remember(last.z, last.squares)
         self.bests.append(float(last.squares[0]))
@@ -186,19 +196,28 @@ class Rounds:
         return evolution.population[np.argsort(evolution.costs)[:ELITE]]
 
     def _grow(self, z: Array, nodes: int) -> Array:
-        """Polish over a horizon that grows as far as the best candidate stays near the data."""
+        """Polish over a horizon that grows as far as the best candidate stays near the data.
+
+        Where no candidate does, as in a window that the model cannot explain, the whole window is
+        all that is left.
+        """
         total = self.objective.nodes
         gates = np.unique(np.geomspace(nodes, total, GATES).round().astype(np.int64))
         counts = np.diff([0, *(self.objective.count(int(gate)) for gate in gates)])
-        while nodes < total and not self.deadline.passed:
+        steps = crawled = 0
+        while nodes < total and steps < MOST_STEPS and crawled < CRAWLING:
+            if self.deadline.passed:
+                break
             starts = levenberg_marquardt(self.objective, z, nodes, PREFIX_ITERATIONS, self.deadline)
             z = starts.z[: max(2, len(z) // 2)]
             blocks = self.objective.block_squares(z, gates)
             self._remember(z, blocks.sum(axis=0))
             variance = starts.squares[0] / max(1, self.objective.count(nodes) - z.shape[1])
             reach = self._reach(blocks, counts, variance)
-            beyond = gates[gates > nodes][0]
-            nodes = max(int(beyond), int(gates[reach.max()]))
+            beyond, reached = int(gates[gates > nodes][0]), int(gates[reach.max()])
+            steps += 1
+            crawled = crawled + 1 if reached <= beyond else 0
+            nodes = max(beyond, reached)
             z = z[np.argsort(blocks[: np.searchsorted(gates, nodes) + 1].sum(axis=0))]
         return z
 
@@ -218,6 +237,11 @@ class Rounds:
         if not stopped.converged[0] or best > self.squares:
             return False
         return self._agreeing(stopped, best) >= quorum
+
+    def _stuck(self, trail: Trail, squares: float) -> bool:
+        """Whether the least squares are far above noise and hardly fall any more."""
+        gain = trail.gain(squares)
+        return squares > BAD_NOISE * self._freedom and gain < self._same(squares)
 
     def _agreeing(self, starts: Starts, best: float) -> int:
         """Count the converged starts whose squares are the best ones."""
@@ -259,5 +283,6 @@ class Rounds:
         if self.white:
             self.accepted = 'two survivors agree' if fast else 'two rounds agree'
             self.accepted += ' and the residual is white'
-        elif agreeing >= 3:
-            self.accepted = 'three rounds agree'
+        elif agreeing >= 2:
+            # More rounds would find it again: what is left is no fault of the search.
+            self.accepted = 'two rounds agree'

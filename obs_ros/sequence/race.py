@@ -5,7 +5,7 @@ window narrows the prior. The least E wins.
 """
 
 import math
-from collections.abc import Iterable, Iterator, Sequence
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
 
@@ -13,9 +13,9 @@ import numpy as np
 from scipy.linalg import cho_factor, cho_solve
 
 from obs_ros.deadline import Deadline
-from obs_ros.mismatch import inflation_by
+from obs_ros.mismatch import independent_share, inflation, inflation_by, like_noise
 from obs_ros.objective import Objective
-from obs_ros.search.levenberg_marquardt import levenberg_marquardt
+from obs_ros.search.levenberg_marquardt import Trail, levenberg_marquardt
 from obs_ros.sequence.prior import Prior, box_variances
 from obs_ros.sequence.regimes import TIME_PRECISION, Layout, Local, Regimes
 from obs_ros.typing import Array
@@ -32,6 +32,12 @@ RIVAL_MARGIN = 12.0
 SIMILAR = 6.0  # of evidence: such sets are named as well
 MOST_JUMPS = 4
 ITERATIONS = 40
+# A solution is given up that could not catch up with the best if every rollout to come gained as
+# much as the latest few have; and, of a window that nothing explains, one that hardly gains.
+LATEST = 6  # rollouts
+OUT_OF_REACH = 60.0  # of the cost: more than what the logarithms of evidence make up for
+HARDLY = 0.01  # of the squares
+MOST_UNEXPLAINED = 40  # rollouts for each unknown, spent on a window that nothing explains yet
 PROBE = 1e-7  # box, difference step where the derivative is all that is wanted
 # Difference steps move the outputs by this many standard deviations, or nearly so.
 STEP, FITTING, STEPS_TRIED = 0.3, 4.0, 4
@@ -155,6 +161,7 @@ class Race:
         self.best = known if known is not None and _beats(known, still, correlation) else still
         self.tried = [h for h in (still, known) if h]
         self._deadline = deadline
+        self._begun = still.regimes.objective.evaluations
         self._hopeful = HOPEFUL if known is None else HOPEFUL_WHEN_KNOWN
 
     @property
@@ -167,12 +174,14 @@ class Race:
 
         A parameter may also have jumped since the last window that the prior knows of.
         """
-        while self.best.jumps < MOST_JUMPS and not self._deadline.passed:
+        while self.best.jumps < MOST_JUMPS and not self._over:
             rivals = self._all_solved(self._starts(self.best))
             winner = min(rivals, key=lambda h: h.evidence, default=self.best)
             if not _beats(winner, self.best, self._correlation):
                 break
             self.best = self._without_needless(winner)
+        if self._futile:
+            return self.best
         exchanged = self._all_solved(_exchanged(self.best))
         self.best = min([self.best, *exchanged], key=lambda h: h.evidence)
         return self.best
@@ -200,18 +209,45 @@ class Race:
         self, starts: Iterable[tuple[Regimes, Array, tuple[int, ...]]]
     ) -> list[Hypothesis]:
         """Return the hypotheses that come of some starts, and remember them."""
-        solved = [h for start in starts if (h := self._solved(*start)) is not None]
-        self.tried += solved
+        solved = []
+        for start in starts:
+            if self._over:
+                break
+            if (hypothesis := self._solved(*start)) is not None:
+                solved.append(hypothesis)
+                self.tried.append(hypothesis)
         return solved
 
     def _solved(self, regimes: Regimes, point: Array, before: tuple[int, ...]) -> Hypothesis | None:
         """Return the best hypothesis of these regimes near a point; None if out of time."""
         nodes = regimes.objective.nodes
         start = np.clip(point, *regimes.walls)[None]
-        starts = levenberg_marquardt(regimes, start, nodes, ITERATIONS, self._deadline)
-        if self._deadline.passed or not np.isfinite(starts.squares[0]):
+        pursuit = _Pursuit(min(h.cost for h in self.tried), self._explained, lambda: self._futile)
+        starts = levenberg_marquardt(
+            regimes, start, nodes, ITERATIONS, self._deadline, hopeless=pursuit.hopeless
+        )
+        if self._deadline.passed or pursuit.lost or not np.isfinite(starts.squares[0]):
             return None
         return weigh(regimes, starts.z[0], before)
+
+    @property
+    def _over(self) -> bool:
+        return self._deadline.passed or self._futile
+
+    @property
+    def _futile(self) -> bool:
+        """Whether as much as is due has been spent on a window that nothing explains."""
+        objective = self.best.regimes.objective
+        spent = objective.evaluations - self._begun
+        if spent < MOST_UNEXPLAINED * objective.dimension:
+            return False
+        return not self._explained(min(h.squares for h in self.tried))
+
+    def _explained(self, squares: float) -> bool:
+        """Whether noise may well leave these squares."""
+        objective, share = self.best.regimes.objective, independent_share(self._correlation)
+        freedom = max(1, objective.count(objective.nodes) - objective.dimension)
+        return like_noise(squares * inflation(self._correlation) * share, freedom * share)
 
     def _starts(self, base: Hypothesis) -> Iterator[tuple[Regimes, Array, tuple[int, ...]]]:
         """Yield regimes, point and earlier jumps of what is worth an exact solution."""
@@ -320,6 +356,26 @@ class Race:
             log_det = 2.0 * np.log(np.diagonal(factor[0])).sum()
             values.append(squares + log_det - np.linalg.slogdet(prior.precision)[1])
         return float(values[0] - values[1])
+
+
+class _Pursuit:
+    """Decides whether a solution under way is worth more rollouts; `best` is the least cost."""
+
+    def __init__(
+        self, best: float, explained: Callable[[float], bool], futile: Callable[[], bool]
+    ) -> None:
+        self._best, self._explained, self._futile = best, explained, futile
+        self._trail, self._left = Trail(LATEST), ITERATIONS + 1
+        self.lost = False
+
+    def hopeless(self, squares: float) -> bool:
+        """Whether to give up at these squares (of residuals and prior), the least so far."""
+        gained = self._trail.gain(squares)
+        self._left -= 1
+        self.lost = squares - gained / LATEST * self._left > self._best + OUT_OF_REACH
+        if self.lost or self._explained(squares):
+            return self.lost
+        return gained < HARDLY * squares or self._futile()
 
 
 def _peaks(gains: Array) -> list[int]:

@@ -55,11 +55,13 @@ def test_the_safe_rule_takes_two_rounds() -> None:
     assert rounds == [2] * 10
 
 
-def test_a_residual_that_is_not_white_takes_three_rounds() -> None:
+def test_a_residual_that_is_not_white_takes_two_rounds() -> None:
+    """A third would find the same: what is left is no fault of the search."""
     problem = decay_problem()
     problem.y = problem.y + 0.05 * np.sin(20.0 * problem.s)
     found = memetic_search(problem, np.random.default_rng(1), NEVER, FAST)
-    assert found.accepted == 'three rounds agree'
+    assert found.accepted == 'two rounds agree'
+    assert found.effort == '2 rounds'
     assert not found.white
 
 
@@ -72,8 +74,8 @@ def test_a_residual_of_rounding_is_not_asked_for_its_colour() -> None:
 def test_it_gives_up_after_its_rounds() -> None:
     problem = decay_problem()
     problem.y = problem.y + 0.05 * np.sin(20.0 * problem.s)
-    found = memetic_search(problem, np.random.default_rng(1), NEVER, replace(FAST, max_rounds=2))
-    assert found.effort == '2 rounds'
+    found = memetic_search(problem, np.random.default_rng(1), NEVER, replace(FAST, max_rounds=1))
+    assert found.effort == '1 round'
     assert not found.accepted
 
 
