@@ -359,7 +359,6 @@ REMEDIES = {
     'unheard': ({}, {'streams': turns(silence=9.0, unheard='its QoS x is another')}, 'its QoS x'),
     'behind': ({'behind': 9.9}, {}, 'publish less often, or'),
     'stale': ({}, {'streams': turns(silence=9.0)}, 'does a publisher run?'),
-    'behind': ({'behind': 100.0}, {}, 'publish less often'),
     'mixed': ({}, {'streams': turns(mixed=True, publishers=2)}, 'stop all but one'),
     'clocks': ({'estimate': None}, {'streams': apart()}, 'use one clock'),
     'overflow': ({'estimate': None}, {'counts': {'overflow': 1}}, 'shorten window.duration'),
