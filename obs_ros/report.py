@@ -121,7 +121,7 @@ def report(
         t0=float(grid.t[0]),
         t1=float(grid.t[last]),
         cost=0.5 * squares if objective.fitness == 'least_squares' else squares,
-        residual_rms=float(np.sqrt(np.nanmean(residuals**2))),
+        residual_rms=_rms(residuals),
         output_rms=_named(model.outputs, output_rms(residuals)),
         weak=trust.weak,
         advice=trust.advice,
@@ -322,6 +322,12 @@ def _at_bound(objective: Objective, z: Array) -> str:
         elif zi >= wall[1] - AT_BOUND:
             found.append(f'{variable.name} is at its upper bound {high:g}{unit}')
     return ', '.join(found)
+
+
+def _rms(residuals: Array) -> float:
+    """Return the root mean square of residuals (K, r) that are finite; NaN where none is."""
+    known = residuals[np.isfinite(residuals)]
+    return float(np.sqrt(np.mean(known**2))) if known.size else np.nan
 
 
 def _named(variables: Sequence[Variable], values: Array) -> Mapping[str, float]:

@@ -158,6 +158,7 @@ class Solver:
         damping.prepare()
         return time.perf_counter() - begin
 
+    @np.errstate(all='ignore')  # data or model may overflow: what is not finite says so itself
     def solve(
         self,
         record: Record,

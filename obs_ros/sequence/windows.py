@@ -56,6 +56,7 @@ class Windows:
         self._doubt = Doubt()
         self.stuck = 0  # values that stuck sensors repeated
 
+    @np.errstate(all='ignore')  # data or model may overflow: what is not finite says so itself
     def solve(self, record: Record, rng: np.random.Generator, deadline: Deadline) -> Estimate:
         """Estimate the next window; see `solve_window`."""
         model = self._solver.model
@@ -182,7 +183,7 @@ class Windows:
                 history.jumped(known)
             history.jumps.append(known)
         history.prune(start, duration)
-        if certainty.drifting:
+        if certainty.drifting or not np.isfinite(certainty.covariance).all():
             return True
         final = best.layout.final(z)[n:]
         covariance = certainty.covariance[np.ix_(final, final)]
