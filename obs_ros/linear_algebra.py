@@ -28,7 +28,7 @@ def inverted(matrix: Array) -> Array:
         return np.full(matrix.shape, np.nan)
 
 
-def root(matrix: Array) -> Array:
+def cholesky(matrix: Array) -> Array:
     """Return the lower triangle (D, D) whose square is a positive definite matrix (D, D)."""
     try:
         return np.asarray(np.linalg.cholesky(matrix))

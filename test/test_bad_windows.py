@@ -9,7 +9,7 @@ from scipy.integrate import solve_ivp
 
 from obs_ros import Model, Outcome, Record, Sample, Variable, solve_window
 from obs_ros.deadline import Deadline
-from obs_ros.linear_algebra import eigen, inverted, root
+from obs_ros.linear_algebra import cholesky, eigen, inverted
 from obs_ros.observers import load_observer
 from obs_ros.sequence.windows import Windows
 from obs_ros.solve import Solver, random_generator
@@ -40,7 +40,8 @@ PLANTS = (
     plant('overflows', lambda t, x, u, p: (p[0] * x[0],), lambda t, x, u, p: (np.exp(x[0]),), 1e1),
     plant('huge', lambda t, x, u, p: (p[0] * x[0] ** 2,), lambda t, x, u, p: (x[0] ** 2,), 1e200),
     plant('twice', lambda t, x, u, p: (u[0] - x[0],), lambda t, x, u, p: (x[0], x[0]), 1e1, 2),
-    plant('no_root', lambda t, x, u, p: (1.0 / (p[0] - 150.0),), lambda t, x, u, p: (np.sqrt(x[0] - 2.0),), 10.0),
+    plant('no_root', lambda t, x, u, p: (1.0 / (p[0] - 150.0),),
+          lambda t, x, u, p: (np.sqrt(x[0] - 2.0),), 10.0),
 )  # fmt: skip
 
 
@@ -138,11 +139,11 @@ def test_what_has_no_answer_is_nan(matrix: Array) -> None:
     assert np.isnan(values).all() and np.isnan(vectors).all()
     assert not np.isfinite(inverted(matrix)).all()
     assert np.isnan(inverted(np.zeros((2, 2)))).all()
-    assert np.isnan(root(-np.eye(2))).all()
+    assert np.isnan(cholesky(-np.eye(2))).all()
 
 
 def test_what_has_one_is_that_of_numpy() -> None:
     matrix = np.array([[2.0, 1.0], [1.0, 3.0]])
     np.testing.assert_array_equal(eigen(matrix)[0], np.linalg.eigh(matrix)[0])
     np.testing.assert_array_equal(inverted(matrix), np.linalg.inv(matrix))
-    np.testing.assert_array_equal(root(matrix), np.linalg.cholesky(matrix))
+    np.testing.assert_array_equal(cholesky(matrix), np.linalg.cholesky(matrix))

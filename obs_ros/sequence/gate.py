@@ -10,7 +10,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from obs_ros.linear_algebra import eigen, inverted, root
+from obs_ros.linear_algebra import cholesky, eigen, inverted
 from obs_ros.sequence.prior import STATE_SD, Prior
 from obs_ros.sequence.race import PROBE, Hypothesis, inverse
 from obs_ros.typing import Array
@@ -45,7 +45,7 @@ class Gate:
         if not n or not q:
             return everything
         noise = np.zeros((q, q))
-        for change in _changes(hypothesis, jp, root(spread)):
+        for change in _changes(hypothesis, jp, cholesky(spread)):
             noise += change.T @ free(change)
         if not np.isfinite(noise).all():
             return everything
