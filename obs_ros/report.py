@@ -27,6 +27,7 @@ from obs_ros.typing import Array, BoolArray
 
 AT_BOUND = 1e-9  # of the box
 UNADVISED = 'take a longer window, move the inputs, or fix what is known'
+MOMENT = 0.02  # of the samples, which a state may spend at its bound
 NEGLIGIBLE = 1e-6  # of the signal, root mean square: rounding, not noise
 
 
@@ -105,6 +106,9 @@ def report(
         outcome = Outcome.NOT_IDENTIFIABLE
         parts = trust.weak or (f'{", ".join(trust.lost)} not determined',)
         message = '; '.join([trust.advice or UNADVISED, *parts])
+    if resting := states_at_bound(model, states):
+        outcome = Outcome.AT_BOUND if outcome is Outcome.CONVERGED else outcome
+        message = f'{resting}: check the bounds, or the model; {message}'
     jumps = () if certainty is None else certainty.jumps
     residuals = residuals * grid.scale
     return Estimate(
@@ -307,6 +311,22 @@ def _judge(
     if at_bound:
         return Outcome.AT_BOUND, f'check the bounds, or the model: {at_bound}; {found.accepted}'
     return Outcome.CONVERGED, found.accepted
+
+
+def states_at_bound(model: Model, states: Array) -> str:
+    """Say which states (K, n) lie at a bound, or beyond it, for more than a moment."""
+    found = []
+    for variable, path in zip(model.states, states.T, strict=True):
+        unit = '' if variable.unit == '1' else f' {variable.unit}'
+        reach = AT_BOUND * (variable.upper - variable.lower)
+        margin = reach if np.isfinite(reach) else 0.0
+        for side, bound, beyond in (
+            ('lower', variable.lower, path <= variable.lower + margin),
+            ('upper', variable.upper, path >= variable.upper - margin),
+        ):
+            if np.isfinite(bound) and np.mean(beyond) > MOMENT:
+                found.append(f'{variable.name} lies at its {side} bound {bound:g}{unit}')
+    return ', '.join(found)
 
 
 def _at_bound(objective: Objective, z: Array) -> str:
