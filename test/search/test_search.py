@@ -134,3 +134,11 @@ def test_blocks_of_points_are_the_same_points() -> None:
     z = np.random.default_rng(1).random((2500, 2))
     problem = ripples_problem()
     np.testing.assert_array_equal(costs_in_time(problem, z, Deadline()), problem.costs(z))
+
+
+def test_costs_end_at_the_deadline_but_for_the_first_block() -> None:
+    z = np.random.default_rng(1).random((5000, 2))
+    problem = ripples_problem()
+    costs = costs_in_time(problem, z, Deadline(0.0))
+    assert problem.evaluations == 1024
+    np.testing.assert_array_equal(np.isfinite(costs), np.arange(5000) < 1024)
