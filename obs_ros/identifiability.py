@@ -6,6 +6,7 @@ from itertools import pairwise
 
 import numpy as np
 
+from obs_ros.linear_algebra import eigen, inverted
 from obs_ros.objective import Objective
 from obs_ros.sequence.prior import Prior
 from obs_ros.typing import Array, BoolArray, IntArray
@@ -43,7 +44,7 @@ def weak_directions(
     size = np.maximum(np.abs(unknowns.unscaled(point)) / unknowns.slopes(point), SMALLEST_VALUE)[n:]
     # A power product means nothing where a value may change its sign.
     definite = (unknowns.lower[n:] >= 0.0) | (unknowns.upper[n:] <= 0.0)
-    eigenvalues, vectors = np.linalg.eigh(information)
+    eigenvalues, vectors = eigen(information)
     weak = vectors[:, eigenvalues * UNDETERMINED**2 < 1.0].T
     found = []
     for relative in _sparse(weak / size):
@@ -93,7 +94,7 @@ def advice(objective: Objective, state: Array, p: Array, chosen: IntArray) -> st
         information = information + part.T @ part
         # Where an outgrown column leaves a variance below 0, nothing is known: NaN is not enough.
         with np.errstate(invalid='ignore'):
-            deviations.append(np.sqrt(np.diagonal(np.linalg.inv(information))[chosen]))
+            deviations.append(np.sqrt(np.diagonal(inverted(information))[chosen]))
     names = ' and '.join(unknowns.names[i] for i in chosen)
     enough = np.flatnonzero((np.array(deviations) < UNDETERMINED).all(axis=1))
     if not enough.size:

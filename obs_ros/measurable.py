@@ -6,10 +6,15 @@ from collections.abc import MutableMapping, Sequence
 import numpy as np
 
 from obs_ros.model import Model, Variable
+from obs_ros.record import Record
 from obs_ros.typing import Array
 
 BOXES = 1e6  # widths of its box that a value may lie outside
 LARGEST = 1e100  # where there is no box; sums of squares stay finite far beyond
+
+# Beside a value so many times as large as what is usual in a window, and as 1, all others are lost
+# in rounding: no signal, but a sentinel or a broken conversion.
+ABSURD = 1e15
 
 COUNTS = {
     'nan': 'samples with some entries NaN or infinite, which count as not measured',
@@ -52,6 +57,25 @@ def measured(values: Array, limits: Limits, counts: MutableMapping[str, int]) ->
         return None
     counts['nan'] += not finite.all()
     return np.where(right, values, np.nan)
+
+
+def without_absurd(record: Record) -> tuple[Record, int]:
+    """Return a window without outputs that its own spread tells from any signal; how many were.
+
+    The spread of an output is the median of what differs from its median at all: most of a signal
+    may be zero, or one of two levels.
+    """
+    if not (np.abs(record.y) > ABSURD).any():  # NaN is not
+        return record, 0
+    y = record.y.copy()
+    for column in y.T:
+        known = column[np.isfinite(column)]
+        off = np.abs(column - np.median(known)) if known.size else np.zeros(column.size)
+        usual = np.abs(known - np.median(known)) if known.size else known
+        spread = np.median(usual[usual > 0.0]) if (usual > 0.0).any() else np.inf
+        column[off > ABSURD * max(spread, 1.0)] = np.nan
+    absurd = int(np.count_nonzero(np.isnan(y) & np.isfinite(record.y)))
+    return (record.with_outputs(y), absurd) if absurd else (record, 0)
 
 
 def _limits(variable: Variable, state: Variable | None) -> tuple[float, float]:

@@ -27,6 +27,7 @@ from obs_ros.typing import Array, BoolArray
 
 AT_BOUND = 1e-9  # of the box
 UNADVISED = 'take a longer window, move the inputs, or fix what is known'
+MOMENT = 0.02  # of the samples, which a state may spend at its bound
 NEGLIGIBLE = 1e-6  # of the signal, root mean square: rounding, not noise
 
 
@@ -105,6 +106,9 @@ def report(
         outcome = Outcome.NOT_IDENTIFIABLE
         parts = trust.weak or (f'{", ".join(trust.lost)} not determined',)
         message = '; '.join([trust.advice or UNADVISED, *parts])
+    if resting := states_at_bound(model, states):
+        outcome = Outcome.AT_BOUND if outcome is Outcome.CONVERGED else outcome
+        message = f'{resting}: check the bounds, or the model; {message}'
     jumps = () if certainty is None else certainty.jumps
     residuals = residuals * grid.scale
     return Estimate(
@@ -121,7 +125,7 @@ def report(
         t0=float(grid.t[0]),
         t1=float(grid.t[last]),
         cost=0.5 * squares if objective.fitness == 'least_squares' else squares,
-        residual_rms=float(np.sqrt(np.nanmean(residuals**2))),
+        residual_rms=_rms(residuals),
         output_rms=_named(model.outputs, output_rms(residuals)),
         weak=trust.weak,
         advice=trust.advice,
@@ -309,6 +313,22 @@ def _judge(
     return Outcome.CONVERGED, found.accepted
 
 
+def states_at_bound(model: Model, states: Array) -> str:
+    """Say which states (K, n) lie at a bound, or beyond it, for more than a moment."""
+    found = []
+    for variable, path in zip(model.states, states.T, strict=True):
+        unit = '' if variable.unit == '1' else f' {variable.unit}'
+        reach = AT_BOUND * (variable.upper - variable.lower)
+        margin = reach if np.isfinite(reach) else 0.0
+        for side, bound, beyond in (
+            ('lower', variable.lower, path <= variable.lower + margin),
+            ('upper', variable.upper, path >= variable.upper - margin),
+        ):
+            if np.isfinite(bound) and np.mean(beyond) > MOMENT:
+                found.append(f'{variable.name} lies at its {side} bound {bound:g}{unit}')
+    return ', '.join(found)
+
+
 def _at_bound(objective: Objective, z: Array) -> str:
     """Say which unknowns lie at a bound of their box, and at which."""
     unknowns = objective.unknowns
@@ -322,6 +342,12 @@ def _at_bound(objective: Objective, z: Array) -> str:
         elif zi >= wall[1] - AT_BOUND:
             found.append(f'{variable.name} is at its upper bound {high:g}{unit}')
     return ', '.join(found)
+
+
+def _rms(residuals: Array) -> float:
+    """Return the root mean square of residuals (K, r) that are finite; NaN where none is."""
+    known = residuals[np.isfinite(residuals)]
+    return float(np.sqrt(np.mean(known**2))) if known.size else np.nan
 
 
 def _named(variables: Sequence[Variable], values: Array) -> Mapping[str, float]:

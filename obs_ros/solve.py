@@ -10,6 +10,7 @@ import numpy as np
 
 from obs_ros.deadline import Deadline
 from obs_ros.estimate import Estimate, Outcome
+from obs_ros.measurable import without_absurd
 from obs_ros.model import Model, checked_noise, names
 from obs_ros.models import load_model
 from obs_ros.objective import FITNESSES, ROUNDING, Fitness, Objective
@@ -158,6 +159,7 @@ class Solver:
         damping.prepare()
         return time.perf_counter() - begin
 
+    @np.errstate(all='ignore')  # data or model may overflow: what is not finite says so itself
     def solve(
         self,
         record: Record,
@@ -167,6 +169,7 @@ class Solver:
     ) -> Estimate:
         """Estimate one window; see `solve_window`."""
         begin = time.perf_counter()
+        record, _ = without_absurd(record)
         known = self.method.needs_squares and len(self.noise) == len(self.model.outputs)
         objective = self.pose(record, None, noise_known=known)
         if isinstance(objective, Estimate):

@@ -2,10 +2,18 @@ import math
 
 import numpy as np
 import pytest
-from plants import VESSEL
+from plants import VESSEL, tank_record
 
-from obs_ros import Model, Variable
-from obs_ros.measurable import BOXES, COUNTS, LARGEST, anything, limits, measured
+from obs_ros import Model, Record, Variable, solve_window
+from obs_ros.measurable import (
+    BOXES,
+    COUNTS,
+    LARGEST,
+    anything,
+    limits,
+    measured,
+    without_absurd,
+)
 from obs_ros.models.three_tank import THREE_TANK
 
 RANGES = [(-1.0, 2.0), (0.0, 5.0)]
@@ -55,3 +63,49 @@ def test_without_bounds_the_nominal_value_counts_and_else_what_can_be_squared():
     assert limits(THREE_TANK, THREE_TANK.inputs)[0] == (-30.0 * BOXES, 30.0 * BOXES)
     assert limits(VESSEL, VESSEL.outputs) == [(-LARGEST, LARGEST)] == anything(1)
     assert math.isfinite(1e6 * LARGEST**2)
+
+
+def window(y):
+    t = np.arange(float(len(y)))
+    return Record(t, np.zeros((t.size, 0)), np.asarray(y, dtype=float)[:, None])
+
+
+NOISE = np.random.default_rng(1).standard_normal(100)
+SPARSE = np.where(np.arange(100) % 50 == 7, 1e6, 0.0)
+
+
+@pytest.mark.parametrize(
+    'y',
+    [
+        NOISE,
+        np.where(np.arange(100) < 50, 0.0, 1e6),
+        SPARSE,
+        SPARSE * 1e30,
+        SPARSE + 1e-16 * NOISE,
+        NOISE + 100.0 * (np.arange(100) == 30),
+        1e99 * np.sin(np.arange(100.0)),
+        np.full(100, 1e99),
+    ],
+)
+def test_a_real_signal_stays_as_it_is(y):
+    record = window(y)
+    assert without_absurd(record) == (record, 0)
+
+
+@pytest.mark.parametrize('absurd', [1e99, -1e30, 3.4e38])
+def test_absurd_values_are_told_by_the_spread_of_their_window(absurd):
+    y = NOISE.copy()
+    y[[3, 40]] = absurd
+    record, count = without_absurd(window(y))
+    assert count == 2
+    assert np.flatnonzero(np.isnan(record.y[:, 0])).tolist() == [3, 40]
+
+
+def test_a_window_without_its_absurd_values_is_solved_as_if_they_were_not_measured():
+    found = []
+    for value in (1e99, np.nan):
+        record = tank_record(nodes=101)
+        y = record.y.copy()
+        y[50, 0] = value
+        found.append(solve_window('three_tank', record.with_outputs(y), backend='numpy'))
+    assert found[0].parameters == found[1].parameters

@@ -256,7 +256,15 @@ def test_a_residual_that_is_not_white() -> None:
 def test_at_bound_names_the_unknowns_and_the_bounds(z: list[float], text: str) -> None:
     found = estimate(z=np.array(z))
     assert found.outcome is Outcome.AT_BOUND
-    assert found.message == f'check the bounds, or the model{text}'
+    assert text in found.message
+    assert 'check the bounds, or the model' in found.message
+
+
+def test_a_state_at_its_bound_is_said_before_every_other_reason() -> None:
+    found = estimate(True, cost=4.0 * 58.0, z=np.array([0.0, 0.4, 1.0, 0.3]))
+    assert found.outcome is Outcome.MODEL_MISMATCH
+    assert found.message.startswith('position lies at its lower bound -3')
+    assert 'the residual is 2 times the noise' in found.message
 
 
 def test_what_is_fixed_is_never_at_a_bound() -> None:

@@ -75,6 +75,7 @@ class KalmanObserver(RecursiveObserver):
     Settings: ClassVar[type[table.Settings]] = KalmanSettings
     reasons: ClassVar[tuple[str, ...]] = ('reset_covariance',)
 
+    @np.errstate(over='ignore')  # of a box too wide to be squared nothing is known at first
     def __init__(self, model: Model | str, **arguments: Any) -> None:
         super().__init__(model, **arguments)
         unknowns, n, q = self.unknowns, self.x.size, self.p.size

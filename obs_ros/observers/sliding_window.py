@@ -56,7 +56,7 @@ class SlidingWindowObserver:
         random_generator(seed)  # refuses a bad one now
         self._seed = seed
         self._skipped = 0
-        self._stuck = 0  # values
+        self._stuck, self._huge = 0, 0  # values
         # Shared by the thread that absorbs and the one that estimates.
         self._lock = threading.Lock()
         self._due: Record | None = None
@@ -93,9 +93,10 @@ class SlidingWindowObserver:
             rng = random_generator(self._seed, self._solved)
         if record is None:
             return None
-        before = windows.stuck
+        before = windows.stuck, windows.huge
         estimate = windows.solve(record, rng, Deadline(deadline))
-        self._stuck += windows.stuck - before
+        self._stuck += windows.stuck - before[0]
+        self._huge += windows.huge - before[1]
         with self._lock:
             if epoch != self._epoch:
                 return None
@@ -110,7 +111,7 @@ class SlidingWindowObserver:
         """
         if self._geometry != other._geometry:
             return False
-        self._window, self._stuck = other._window, other._stuck
+        self._window, self._stuck, self._huge = other._window, other._stuck, other._huge
         with other._lock:
             self._skipped, self._due = other._skipped, other._due
             other._due = None
@@ -124,7 +125,8 @@ class SlidingWindowObserver:
     @property
     def counts(self) -> Mapping[str, int]:
         """What was dropped, mended or skipped so far, by reason."""
-        counts = self._window.counts
+        counts = dict(self._window.counts)
+        counts['huge'] += self._huge
         return {**counts, 'stuck': self._stuck, 'skipped': self._skipped + counts['skipped']}
 
     @property

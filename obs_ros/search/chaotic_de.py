@@ -11,7 +11,7 @@ from obs_ros.search.differential_evolution import (
     check_count,
     check_settings,
 )
-from obs_ros.search.population import check_population, first_population
+from obs_ros.search.population import check_population, costs_in_time, first_population
 from obs_ros.search.problem import Problem
 from obs_ros.search.result import Found, counted
 from obs_ros.typing import Array
@@ -49,7 +49,9 @@ def chaotic_de_search(
     The others are drawn afresh (section 4.4.2). It spends its generations, or the time until the
     deadline, and has no test of its optimum but that the population has gathered.
     """
-    z = first_population(settings.chaos, settings.population, objective.dimension, rng)
+    z = first_population(
+        settings.chaos, settings.population, objective.dimension, rng, deadline=deadline
+    )
     if warm is not None:
         z[0] = warm
     evolution = DifferentialEvolution(
@@ -58,7 +60,7 @@ def chaotic_de_search(
     for generation in range(settings.generations + 1):
         if generation > 0 and deadline.passed:
             break
-        evolution.tell(objective.costs(evolution.ask()))
+        evolution.tell(costs_in_time(objective, evolution.ask(deadline), deadline))
     best, cost = evolution.best
     gathered = bool(np.ptp(evolution.population, axis=0).max() < GATHERED)
     return Found(

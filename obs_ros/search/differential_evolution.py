@@ -4,9 +4,12 @@ from typing import Literal, get_args
 
 import numpy as np
 
+from obs_ros.deadline import Deadline
 from obs_ros.typing import Array, IntArray
 
 Strategy = Literal['rand/1/bin', 'best/1/bin']
+
+MOST_DRAWS = 2**20  # at once
 
 
 class DifferentialEvolution:
@@ -45,10 +48,10 @@ class DifferentialEvolution:
         i = int(self.costs.argmin())
         return self.population[i].copy(), float(self.costs[i])
 
-    def ask(self) -> Array:
-        """Return the next candidates (size, d)."""
+    def ask(self, deadline: Deadline | None = None) -> Array:
+        """Return the next candidates (size, d); those that the deadline leaves no time for, any."""
         if self.generation > 0:
-            self._trials = self._recombine(self._mutants())
+            self._trials = self._recombine(self._mutants(deadline))
         return self._trials
 
     def tell(self, costs: Array) -> None:
@@ -58,19 +61,27 @@ class DifferentialEvolution:
         self.costs = np.where(better, costs, self.costs)
         self.generation += 1
 
-    def _mutants(self) -> Array:
-        a, b, c = self._others()
+    def _mutants(self, deadline: Deadline | None) -> Array:
+        a, b, c = self._others(deadline)
         base = self.population[a]
         if self._strategy == 'best/1/bin':
             base = self.population[[self.costs.argmin()]]
         return base + self._weight * (self.population[b] - self.population[c])
 
-    def _others(self) -> tuple[IntArray, IntArray, IntArray]:
+    def _others(self, deadline: Deadline | None) -> tuple[IntArray, IntArray, IntArray]:
         """Draw three individuals for each, different from it and from each other."""
         size = len(self.population)
-        order = self._rng.random((size, size))
-        np.fill_diagonal(order, np.inf)
-        a, b, c = np.argsort(order, axis=1)[:, :3].T
+        others = np.tile(np.arange(3), (size, 1))
+        # Row by row the draws are the same, and a large population needs no square of its size.
+        block = max(1, MOST_DRAWS // size)
+        for first in range(0, size, block):
+            if first and deadline is not None and deadline.passed:
+                break
+            rows = np.arange(first, min(first + block, size))
+            order = self._rng.random((rows.size, size))
+            order[rows - first, rows] = np.inf
+            others[rows] = np.argsort(order, axis=1)[:, :3]
+        a, b, c = others.T
         return a, b, c
 
     def _recombine(self, mutants: Array) -> Array:

@@ -16,6 +16,7 @@ from obs_ros.search.base10 import Base10
 from obs_ros.search.differential_evolution import check_count
 from obs_ros.search.genetic import among_best, offspring
 from obs_ros.search.levenberg_marquardt import levenberg_marquardt
+from obs_ros.search.population import BLOCK, costs_in_time, first_population
 from obs_ros.search.problem import LeastSquares
 from obs_ros.search.result import Found, counted
 from obs_ros.typing import Array, IntArray
@@ -81,21 +82,20 @@ def ga_search(
     It spends its generations, or the time until the deadline. Polished, it believes in an optimum
     at which half of the elite and as many others end; else in none: an elite gathers anywhere.
     """
-    z = rng.random((settings.population, objective.dimension))
+    z = first_population(
+        'uniform', settings.population, objective.dimension, rng, deadline=deadline
+    )
     best, cost = np.full(objective.dimension, 0.5), np.inf
     if warm is not None:
         # As it is: digits would round it, and it may lie outside the box where that has no wall.
         best, cost = warm, float(objective.costs(warm[None])[0])
         z[0] = np.clip(warm, 0.0, 1.0)
-    population = (
-        _Strings(z, settings, rng) if settings.coding == 'base10' else _Reals(z, settings, rng)
-    )
-    costs = objective.costs(population.z)
+    population, costs = _begun(objective, z, settings, rng, deadline)
     generation = 0
     while generation < settings.generations and not deadline.passed:
         order = np.argsort(costs, kind='stable')
         population.breed(order)
-        children = objective.costs(population.z[settings.elite :])
+        children = costs_in_time(objective, population.z[settings.elite :], deadline)
         costs = np.concatenate([costs[order[: settings.elite]], children])
         generation += 1
     order = np.argsort(costs, kind='stable')
@@ -103,11 +103,30 @@ def ga_search(
     if costs[order[0]] < cost:
         best, cost = elite[0], float(costs[order[0]])
     effort = counted(generation, 'generation')
-    if settings.polish and objective.is_least_squares and np.isfinite(cost):
+    wanted = settings.polish and objective.is_least_squares and np.isfinite(cost)
+    if wanted and not deadline.passed:
         others = population.z[rng.permutation(order[settings.elite :])[: settings.elite]]
         starts = np.vstack([best, elite, others])
         return _polished(objective, starts, best, cost, deadline, effort)
     return Found(best, cost, converged=False, accepted='', white=None, effort=effort)
+
+
+def _begun(
+    objective: LeastSquares,
+    z: Array,
+    settings: GASettings,
+    rng: np.random.Generator,
+    deadline: Deadline,
+) -> tuple['_Strings | _Reals', Array]:
+    """Return the population of points (N, d) and their costs: of as many as there is time for."""
+    coded = _Strings if settings.coding == 'base10' else _Reals
+    costs: list[Array] = []
+    for first in range(0, len(z), BLOCK):
+        if first and deadline.passed:
+            break
+        costs.append(objective.costs(coded(z[first : first + BLOCK], settings, rng).z))
+    reached = np.concatenate(costs)
+    return coded(z[: reached.size], settings, rng), reached
 
 
 def _polished(

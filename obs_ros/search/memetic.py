@@ -22,7 +22,7 @@ from obs_ros.search.differential_evolution import (
     check_settings,
 )
 from obs_ros.search.levenberg_marquardt import Starts, Trail, levenberg_marquardt
-from obs_ros.search.population import check_population, first_population
+from obs_ros.search.population import check_population, costs_in_time, first_population
 from obs_ros.search.problem import LeastSquares
 from obs_ros.search.result import Found, counted
 from obs_ros.typing import Array, IntArray
@@ -154,7 +154,12 @@ class Rounds:
         """Return starts (P, d) for the whole window."""
         settings, nodes = self.settings, self.objective.nodes
         z = first_population(
-            settings.chaos, settings.population, self.objective.dimension, self.rng, even=True
+            settings.chaos,
+            settings.population,
+            self.objective.dimension,
+            self.rng,
+            even=True,
+            deadline=self.deadline,
         )
         unevolved = z[self.rng.permutation(len(z))[:UNEVOLVED]]
         if self.warm is not None:
@@ -163,7 +168,7 @@ class Rounds:
         if nodes <= SHORT_WINDOW or not self.deadline.never:
             # Whatever happens later, there is an answer; and it tells what a round will take.
             begin = self.deadline.elapsed
-            costs = self.objective.costs(z)
+            costs = costs_in_time(self.objective, z, self.deadline)
             self._remember(z, costs)
             spent, left = self.deadline.elapsed - begin, self.deadline.remaining
             if nodes <= SHORT_WINDOW or left < ROUND_ROLLOUTS * spent:
@@ -192,7 +197,8 @@ class Rounds:
         for _ in range(settings.generations + 1):
             if self.deadline.passed:
                 break
-            evolution.tell(self.objective.costs(evolution.ask(), nodes))
+            trials = evolution.ask(self.deadline)
+            evolution.tell(costs_in_time(self.objective, trials, self.deadline, nodes))
         return evolution.population[np.argsort(evolution.costs)[:ELITE]]
 
     def _grow(self, z: Array, nodes: int) -> Array:

@@ -5,12 +5,17 @@ makes a difference against uniform or Latin hypercube starts.
 """
 
 import math
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 
 import numpy as np
 
+from obs_ros.deadline import Deadline
 from obs_ros.registry import suggest
+from obs_ros.search.problem import Problem
 from obs_ros.typing import Array
+
+BLOCK = 1024  # points between two looks at the clock; as much memory as they need is enough
+SHARE = 1.0 / 3.0  # of the time that is left, which drawing points may have taken
 
 
 def cubic(z: float) -> float:
@@ -44,26 +49,65 @@ POPULATIONS = (*MAPS, 'uniform', 'latin_hypercube')
 
 
 def first_population(
-    kind: str, size: int, dimension: int, rng: np.random.Generator, *, even: bool = False
+    kind: str,
+    size: int,
+    dimension: int,
+    rng: np.random.Generator,
+    *,
+    even: bool = False,
+    deadline: Deadline | None = None,
 ) -> Array:
     """Return `size` points (size, d) of the unit box.
 
     A map runs along every dimension from a random seed. The cubic and the logistic map visit the
-    ends of the interval more often; `even` undoes that. Raises ValueError for an unknown kind.
+    ends of the interval more often; `even` undoes that. With a `deadline`, drawing ends after a
+    quarter of the time, with one block of points at least. Raises ValueError for an unknown kind.
     """
     check_population(kind)
-    if kind == 'uniform':
-        return rng.random((size, dimension))
-    if kind == 'latin_hypercube':
-        from scipy.stats import qmc  # takes long to import, and is hardly ever wanted
-
-        return np.asarray(qmc.LatinHypercube(dimension, seed=rng).random(size))
-    # Seeds off the fixed points 0, 1/2 and 1, from which the maps never leave.
-    seeds = rng.uniform(0.01, 0.49, dimension)
-    points = np.array([_orbit(MAPS[kind], seed, size) for seed in seeds.tolist()]).T
+    parts: list[Array] = []
+    for points in _blocks(kind, size, dimension, rng):
+        parts.append(points)
+        if deadline is not None and deadline.elapsed > SHARE * deadline.remaining:
+            break
+    points = parts[0] if len(parts) == 1 else np.concatenate(parts)
     if even and kind in ('cubic', 'logistic'):
         return 0.5 + np.arcsin(2.0 * points - 1.0) / np.pi
     return points
+
+
+def costs_in_time(
+    problem: Problem, z: Array, deadline: Deadline, nodes: int | None = None
+) -> Array:
+    """Return the costs (B,) of points z (B, d), rolled out block by block.
+
+    Infinite from where the deadline passes; the first block is always rolled out.
+    """
+    costs = np.full(len(z), np.inf)
+    for first in range(0, len(z), BLOCK):
+        if first and deadline.passed:
+            break
+        part = slice(first, first + BLOCK)
+        costs[part] = problem.costs(z[part], nodes)
+    return costs
+
+
+def _blocks(kind: str, size: int, dimension: int, rng: np.random.Generator) -> Iterator[Array]:
+    """Yield the points in blocks (B, d); Latin hypercubes are one for each block."""
+    sizes = [min(BLOCK, size - first) for first in range(0, size, BLOCK)]
+    if kind == 'uniform':
+        yield from (rng.random((block, dimension)) for block in sizes)
+    elif kind == 'latin_hypercube':
+        from scipy.stats import qmc  # takes long to import, and is hardly ever wanted
+
+        sampler = qmc.LatinHypercube(dimension, seed=rng)
+        yield from (np.asarray(sampler.random(block)) for block in sizes)
+    else:
+        # Seeds off the fixed points 0, 1/2 and 1, from which the maps never leave.
+        last = rng.uniform(0.01, 0.49, dimension).tolist()
+        for block in sizes:
+            orbits = [_orbit(MAPS[kind], z, block) for z in last]
+            last = [orbit[-1] for orbit in orbits]
+            yield np.array(orbits).T
 
 
 def _orbit(step: Callable[[float], float], z: float, length: int) -> list[float]:

@@ -10,6 +10,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from obs_ros.linear_algebra import cholesky, eigen, inverted
 from obs_ros.sequence.prior import STATE_SD, Prior
 from obs_ros.sequence.race import PROBE, Hypothesis, inverse
 from obs_ros.typing import Array
@@ -44,20 +45,20 @@ class Gate:
         if not n or not q:
             return everything
         noise = np.zeros((q, q))
-        for change in _changes(hypothesis, jp, np.asarray(np.linalg.cholesky(spread))):
+        for change in _changes(hypothesis, jp, cholesky(spread)):
             noise += change.T @ free(change)
         if not np.isfinite(noise).all():
             return everything
-        values, vectors = np.linalg.eigh(noise)
+        values, vectors = eigen(noise)
         # Rounding leaves values that are too small, or negative.
         least = SMALLEST * (values[-1] + np.trace(information) + 1.0)
         roots = vectors / np.sqrt(np.maximum(values, least))
-        ratios, rotation = np.linalg.eigh(roots.T @ information @ roots)
+        ratios, rotation = eigen(roots.T @ information @ roots)
         directions = roots @ rotation
         told = ratios >= KAPPA
         if told.all():
             return everything
-        forms = np.linalg.inv(directions)
+        forms = inverted(directions)
         informed = (directions[:, told]) @ forms[told]
         return cls(informed.T @ information @ informed, informed, np.asarray(forms[~told]))
 

@@ -4,6 +4,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from obs_ros.linear_algebra import eigen
 from obs_ros.objective import Objective
 from obs_ros.typing import Array, IntArray
 from obs_ros.unknowns import Unknowns
@@ -32,7 +33,7 @@ class Prior:
         """
         n = unknowns.n_states
         width = np.sqrt(box_variances(unknowns))
-        values, vectors = np.linalg.eigh(covariance / np.outer(width, width))
+        values, vectors = eigen(covariance / np.outer(width, width))
         vectors /= width[:, None]
         precision = np.zeros((unknowns.dimension, unknowns.dimension))
         precision[:n, :n] = np.eye(n) / STATE_SD**2

@@ -10,9 +10,9 @@ from dataclasses import dataclass, replace
 from functools import cached_property
 
 import numpy as np
-from scipy.linalg import cho_factor, cho_solve
 
 from obs_ros.deadline import Deadline
+from obs_ros.linear_algebra import eigen
 from obs_ros.mismatch import independent_share, inflation, inflation_by, like_noise
 from obs_ros.objective import Objective
 from obs_ros.search.levenberg_marquardt import Trail, levenberg_marquardt
@@ -137,7 +137,7 @@ def inverse(information: Array) -> Array:
     """Return the inverse of a positive definite matrix (D, D), also where scales differ wildly."""
     scale = 1.0 / np.sqrt(np.diagonal(information))
     scaled = information * np.outer(scale, scale)
-    values, vectors = np.linalg.eigh(scaled)
+    values, vectors = eigen(scaled)
     vectors *= scale[:, None]
     return np.asarray((vectors / np.maximum(values, 1e-14)) @ vectors.T)
 
@@ -351,9 +351,9 @@ class Race:
         for prior in (narrow, wider):
             gradient = prior.precision @ off - pull
             information = hessian + prior.precision
-            factor = cho_factor(information, check_finite=False)
-            squares = off @ prior.precision @ off - gradient @ cho_solve(factor, gradient)
-            log_det = 2.0 * np.log(np.diagonal(factor[0])).sum()
+            gain = gradient @ inverse(information) @ gradient
+            squares = off @ prior.precision @ off - gain
+            log_det = np.linalg.slogdet(information)[1]
             values.append(squares + log_det - np.linalg.slogdet(prior.precision)[1])
         return float(values[0] - values[1])
 

@@ -12,11 +12,12 @@ import numpy as np
 from obs_ros.deadline import Deadline
 from obs_ros.estimate import Estimate, Jump, Outcome
 from obs_ros.identifiability import undetermined
+from obs_ros.measurable import without_absurd
 from obs_ros.mismatch import independent_share, inflation
 from obs_ros.model import names
 from obs_ros.objective import Objective
 from obs_ros.record import Record
-from obs_ros.report import Certainty, empty, report
+from obs_ros.report import Certainty, empty, report, states_at_bound
 from obs_ros.search.levenberg_marquardt import levenberg_marquardt
 from obs_ros.search.memetic import FULL_ITERATIONS
 from obs_ros.search.result import Found
@@ -55,10 +56,14 @@ class Windows:
         self._explained: Hypothesis | None = None  # the previous window's
         self._doubt = Doubt()
         self.stuck = 0  # values that stuck sensors repeated
+        self.huge = 0  # values that no signal of their window can have
 
+    @np.errstate(all='ignore')  # data or model may overflow: what is not finite says so itself
     def solve(self, record: Record, rng: np.random.Generator, deadline: Deadline) -> Estimate:
         """Estimate the next window; see `solve_window`."""
         model = self._solver.model
+        record, absurd = without_absurd(record)
+        self.huge += absurd
         sound = without_stuck(model, record, self._solver.noise, self._noise.scale())
         self.stuck += sound.repeated
         if sound.record is None:
@@ -162,7 +167,9 @@ class Windows:
         left = variances_left(best.trajectory[1], grid, z.size)
         fit = certainty.fit
         odd = fit.too_large or fit.too_small
-        (self._noise.doubt if odd else self._noise.accept)(left, fit.colour)
+        # What a state at its bound leaves is no noise: there the model may not hold.
+        if not states_at_bound(objective.unknowns.model, best.trajectory[0]):
+            (self._noise.doubt if odd else self._noise.accept)(left, fit.colour)
         self._explained = None
         if fit.too_large:
             return False
@@ -182,7 +189,7 @@ class Windows:
                 history.jumped(known)
             history.jumps.append(known)
         history.prune(start, duration)
-        if certainty.drifting:
+        if certainty.drifting or not np.isfinite(certainty.covariance).all():
             return True
         final = best.layout.final(z)[n:]
         covariance = certainty.covariance[np.ix_(final, final)]

@@ -1,6 +1,7 @@
 """Tests of obs_ros.search.memetic."""
 
 from dataclasses import replace
+from typing import Any
 
 import numpy as np
 import pytest
@@ -8,7 +9,9 @@ from problems import Curve, decay_problem, ripples_problem
 
 from obs_ros.deadline import Deadline
 from obs_ros.mismatch import is_white
-from obs_ros.search.memetic import MemeticSettings, memetic_search
+from obs_ros.search import memetic
+from obs_ros.search.levenberg_marquardt import Starts
+from obs_ros.search.memetic import MemeticSettings, Rounds, memetic_search
 from obs_ros.typing import Array
 
 NEVER = Deadline()
@@ -150,3 +153,52 @@ def test_a_warm_start_takes_the_place_of_another_candidate() -> None:
     warm = np.full(3, 0.5)  # 32 fill the lanes of two chunks
     assert set(lanes(decay_problem(nodes=200), NEVER, warm)) == {32}
     assert lanes(decay_problem(nodes=200), Deadline(0.0), warm) == [32]
+
+
+def rounds(problem: Curve, squares: float, converged: bool, known: bool = False) -> Rounds:
+    """A search that has run one round and found so many squares."""
+    search = Rounds(problem, np.random.default_rng(1), NEVER, FAST, None, known)
+    search.squares, search.converged = squares, converged
+    return search
+
+
+def ends(squares: list[float], converged: list[bool]) -> Starts:
+    return Starts(np.full((len(squares), 3), 0.5), np.array(squares), np.array(converged))
+
+
+def test_half_of_the_starts_must_have_converged_to_stop_the_others(monkeypatch: Any) -> None:
+    """Where data tell little two may well agree on a false minimum."""
+    seen: list[Any] = []
+    real = memetic.levenberg_marquardt
+
+    def spied(*arguments: Any) -> Starts:
+        if len(arguments) > 5:
+            seen.append((len(arguments[1]), arguments[5]))
+        return real(*arguments)
+
+    monkeypatch.setattr(memetic, 'levenberg_marquardt', spied)
+    Rounds(decay_problem(nodes=60), np.random.default_rng(1), NEVER, FAST, None, False).run(0)
+    ((count, enough),) = seen
+    assert count == 8
+    for agreeing in range(1, 9):
+        stopped = ends([1e-3] * agreeing, [True] * agreeing)
+        assert enough(stopped) == (agreeing >= 4)
+
+
+def test_only_what_has_converged_within_the_tolerance_agrees() -> None:
+    """Squares of one optimum differ by less than 0.1025 d times the noise's variance."""
+    problem = decay_problem(nodes=103)
+    search = rounds(problem, 100.0, True)
+    same = 0.1025 * 3.0 * 1.0
+    assert search._agreeing(ends([100.0, 100.0 + 0.9 * same], [True, True]), 100.0) == 2
+    assert search._agreeing(ends([100.0, 100.0 + 1.1 * same], [True, True]), 100.0) == 1
+    assert search._agreeing(ends([100.0, 100.0], [True, False]), 100.0) == 1
+
+
+def test_squares_as_small_as_the_noise_are_not_enough_where_nothing_converged() -> None:
+    problem = decay_problem(nodes=103)
+    for converged in (False, True):
+        search = rounds(problem, 100.0, converged, known=True)
+        search.bests = [100.0]
+        search._judge(ends([100.0], [converged]))
+        assert bool(search.accepted) == converged

@@ -10,6 +10,7 @@ from problems import Curve, decay_problem, ripples_problem
 from obs_ros.deadline import Deadline
 from obs_ros.search import METHODS, method_for
 from obs_ros.search.levenberg_marquardt import levenberg_marquardt
+from obs_ros.search.population import costs_in_time, first_population
 from obs_ros.search.result import Found
 
 NEVER = Deadline()
@@ -106,3 +107,38 @@ def test_wrong_settings_are_named(name: str, options: dict[str, Any], message: s
 def test_options_replace_settings() -> None:
     _, settings = method_for('chaotic_de', {'generations': 3})
     assert (settings.generations, settings.population) == (3, 25)
+
+
+@pytest.mark.parametrize(
+    ('method', 'options'),
+    [('memetic', {}), ('memetic', {'chaos': 'latin_hypercube'}), ('chaotic_de', {}), ('ga', {})],
+)
+def test_the_clock_is_looked_at_inside_a_generation(
+    method: str, options: dict[str, Any], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Ten million candidates would take a minute and more than a GB; by looks at the clock."""
+    looks = iter(range(10**9))
+    monkeypatch.setattr(Deadline, '_now', staticmethod(lambda: float(next(looks))))
+    problem = ripples_problem()
+    chosen, settings = method_for(method, {'population': 10_000_000, **options})
+    found = chosen.search(problem, np.random.default_rng(1), Deadline(20.0), settings)
+    assert np.isfinite(found.cost)
+    assert problem.evaluations < 40_000
+
+
+def test_blocks_of_points_are_the_same_points() -> None:
+    for kind in ('cubic', 'uniform'):
+        many = first_population(kind, 2500, 3, np.random.default_rng(1))
+        few = first_population(kind, 9, 3, np.random.default_rng(1))
+        np.testing.assert_array_equal(many[:9], few)
+    z = np.random.default_rng(1).random((2500, 2))
+    problem = ripples_problem()
+    np.testing.assert_array_equal(costs_in_time(problem, z, Deadline()), problem.costs(z))
+
+
+def test_costs_end_at_the_deadline_but_for_the_first_block() -> None:
+    z = np.random.default_rng(1).random((5000, 2))
+    problem = ripples_problem()
+    costs = costs_in_time(problem, z, Deadline(0.0))
+    assert problem.evaluations == 1024
+    np.testing.assert_array_equal(np.isfinite(costs), np.arange(5000) < 1024)

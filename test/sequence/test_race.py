@@ -14,7 +14,16 @@ from obs_ros import Model, Record, Variable
 from obs_ros.deadline import Deadline
 from obs_ros.search.levenberg_marquardt import levenberg_marquardt
 from obs_ros.sequence.prior import Prior
-from obs_ros.sequence.race import Hypothesis, Race, _beats, at_nodes, inverse, weigh, widened
+from obs_ros.sequence.race import (
+    Hypothesis,
+    Race,
+    _added,
+    _beats,
+    at_nodes,
+    inverse,
+    weigh,
+    widened,
+)
 from obs_ros.sequence.regimes import Layout, Regimes
 from obs_ros.typing import Array
 
@@ -298,6 +307,19 @@ class TestRace:
         race = Race(still(record(0.6)), Deadline(), known=None)
         race.run()
         assert race.alternatives() == []
+
+
+def test_before_an_earlier_second_jump_of_a_parameter_all_that_follows_moves_along() -> None:
+    objective = still(record(0.6)).regimes.objective
+    regimes = Regimes(objective, Prior.box(objective.unknowns), Layout(3, ((DRIFT,),)))
+    base = solved(regimes, np.array([0.55, 0.65, 0.3, 0.43, 0.6]))
+    layout, point = _added(base, DRIFT, 0.2, -0.1)
+    assert layout.events == ((DRIFT,), (DRIFT,))
+    before, later = base.point[[2, 4]]
+    np.testing.assert_allclose(point[4:], [later - 0.1, 0.2, before - 0.1])
+    # A later one leaves what came before it.
+    _, point = _added(base, DRIFT, 0.8, -0.1)
+    np.testing.assert_allclose(point[4:], [later, 0.8, later - 0.1])
 
 
 def test_time_and_size_are_covered(backend: str) -> None:

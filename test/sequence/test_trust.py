@@ -37,6 +37,13 @@ def test_after_a_first_window_that_does_not_fit_trust_is_earned_by_many_in_a_row
     assert doubt.weigh(estimate, True) is estimate, 'once earned, it stays'
 
 
+def test_trust_is_earned_by_twenty_in_a_row():
+    doubt = Doubt()
+    doubt.weigh(found(0.0), False)
+    outcomes = [doubt.weigh(found(1.0 + k), True).outcome for k in range(21)]
+    assert outcomes == [*[Outcome.MODEL_MISMATCH] * 20, Outcome.CONVERGED]
+
+
 def test_doubt_starts_anew_with_every_window_that_does_not_fit():
     doubt = Doubt()
     for k in range(EARNED):

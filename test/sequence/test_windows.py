@@ -487,3 +487,16 @@ def test_on_a_log_scale_a_window_tells_the_same() -> None:
         off = log.parameters[name] - linear.parameters[name]
         assert abs(off) < 0.05 * linear.stddev[name]
         assert log.stddev[name] == pytest.approx(linear.stddev[name], rel=0.03)
+
+
+def test_noise_is_not_learned_while_a_state_lies_at_its_bound() -> None:
+    record = lag_run(60.0, STEADY)
+    windows = windows_for(learn_noise=True)
+    first = windows.solve(part(record, 0.0, 30.0), random_generator(0, 0), Deadline())
+    assert first.outcome is Outcome.CONVERGED
+    learned = windows._noise.scale()
+    low = replace(LAG, states=(Variable('x', lower=-10.0, upper=0.5),))
+    bounded = windows_for(low, learn_noise=True)
+    found = bounded.solve(part(record, 0.0, 30.0), random_generator(0, 0), Deadline())
+    assert found.message.startswith('x lies at its upper bound 0.5')
+    assert learned is not None and bounded._noise.scale() is None
