@@ -15,7 +15,7 @@ from obs_ros.knob import Knob, ignored
 from obs_ros.node.bindings import HEADER, Binding, bindings, signal_knobs
 from obs_ros.node.readers import FieldReader, VectorReader, WrongMessageError
 from obs_ros.record import Record
-from obs_ros.registry import lookup, suggest
+from obs_ros.registry import lookup, meant, suggest
 from obs_ros.replay.bag import Bag, Binder
 from obs_ros.replay.engine import replay
 from obs_ros.replay.parameter_file import parse, read_parameters
@@ -151,6 +151,7 @@ def test_names_of_parameters(name: str) -> None:
 
 def test_a_long_name_is_not_compared_with_everything() -> None:
     """Comparing takes the product of the lengths."""
+    assert meant(NASTY, [NASTY]) == '' and meant('gian', ['gain', NASTY]) != ''
     assert decent(suggest(NASTY, [NASTY[:-1] + str(k) for k in range(20)]), 10_000)
 
 

@@ -147,10 +147,8 @@ def usage() -> str:
     """Return what `estimator --help` prints."""
     return node_usage(
         'estimator',
-        'Estimates states and parameters of a plant while it runs, from measured inputs and '
-        'outputs. Subscribes to plant/output and plant/input, or to what signals.* say; publishes '
-        '~/state, ~/parameters, their deviations, ~/jump and ~/prediction, and how it goes on '
-        '/diagnostics.',
+        'Estimates states and parameters of a plant while it runs: from plant/output and '
+        'plant/input, or what signals.* name, to ~/state, ~/parameters, ~/jump and /diagnostics.',
         (*CHOICE, *LIVE, *COMMON),
         {
             'bounds.NAME': '[lower, upper] of a state or parameter',
@@ -158,13 +156,11 @@ def usage() -> str:
             'initial.NAME': 'a start that the next window races against the others; nan: none',
             'noise.OUTPUT': 'standard deviation of a measured output; 0: estimated',
             'signals.NAME.topic, .type, .field, .scale, .offset, .stamp':
-                'where an output or input comes from, if not by name from plant/output or '
-                'plant/input (at start only)',
+                'where an output or input comes from (at start only)',
         },
         (
-            'Each with a comment: share/obs_ros/config/three_tank.yaml. Other observers have other '
-            'parameters: docs/observer-parameters.md. A plant of your own: '
-            'docs/your-own-plant.md. Names and topics: README.md.',
+            'Each with a comment: share/obs_ros/config/three_tank.yaml. Of other observers: '
+            'docs/observer-parameters.md. A plant of your own: docs/your-own-plant.md.',
         ),
     )  # fmt: skip
 

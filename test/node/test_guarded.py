@@ -151,3 +151,12 @@ def test_a_name_of_a_megabyte_makes_no_megabyte_of_diagnostics(ros, capfd):
     assert all(text.isprintable() for text in texts)
     lines = [line for line in capfd.readouterr().err.splitlines() if 'refused' in line]
     assert lines and all(line.isprintable() and len(line) < 1000 for line in lines)
+
+
+def test_whatever_a_health_says_is_one_short_line(ros):
+    nasty = 'x\x1b[31m\n' + 100_000 * 'y'
+    publish_health(ros.start(PROBE), nasty, lambda: Health(Level.OK, nasty, {nasty: nasty}))
+    status = ros.health()
+    (figure,) = status.values
+    for text in (status.message, status.hardware_id, figure.key, figure.value):
+        assert text.isprintable() and len(text) <= 2000
