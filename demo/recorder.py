@@ -47,6 +47,7 @@ class Recorder(Node):
         self.received: dict[str, dict[int, Vector]] = {key: {} for key in TOPICS}
         self.verdicts: dict[int, Verdict] = {}
         self.estimator_ready = False
+        self._running = False
         for key, topic in TOPICS.items():
             self.create_subscription(JointState, topic, self._keep(key), DEPTH)
         latched = QoSProfile(depth=DEPTH, durability=DurabilityPolicy.TRANSIENT_LOCAL)
@@ -79,7 +80,24 @@ class Recorder(Node):
 
     def start_plant(self) -> None:
         """Let the paused simulator run."""
-        self._enable.call_async(SetBool.Request(data=True))
+        self._let_run(True)
+
+    def pace(self, window: float, period: float) -> None:
+        """Hold the plant while estimates, or what is heard here, lag two periods (s) behind it.
+
+        So the estimator misses no window, however busy the machine is.
+        """
+        plant = self.plant_time
+        answered = max(max(self.verdicts, default=0) / 1e9, min(plant, window))
+        lag = abs(plant - answered)
+        if self._running and lag > 2.0 * period:
+            self._let_run(False)
+        elif not self._running and lag <= period:
+            self._let_run(True)
+
+    def _let_run(self, run: bool) -> None:
+        self._running = run
+        self._enable.call_async(SetBool.Request(data=run))
 
     def _keep(self, key: str) -> Callable[[JointState], None]:
         def callback(message: JointState) -> None:

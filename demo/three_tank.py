@@ -88,10 +88,15 @@ def watch(picture: str) -> bool:
         recorder.start_plant()
         off: list[int] = []
         seen: list[int] = []
+
+        def news() -> bool:
+            recorder.pace(WINDOW, PERIOD)
+            return recorder.estimates() != seen
+
         while not seen or seen[-1] < DURATION * 1e9:
             spin_until(
                 'the next estimate',
-                lambda: recorder.estimates() != seen,
+                news,
                 lambda: bar(recorder.plant_time, DURATION),
             )
             for stamp in recorder.estimates()[len(seen) :]:

@@ -104,7 +104,7 @@ def test_the_example_estimates_from_the_messages_of_its_bindings(ros, monkeypatc
 
     t, start = 0.02 * np.arange(225), 1000.0
     torque = np.random.default_rng(1).uniform(-3.0, 3.0, 9)
-    angles = swing(t, torque) + 0.002 * np.random.default_rng(2).standard_normal(t.size)
+    angles = swing(t, torque) + 0.01 * np.random.default_rng(2).standard_normal(t.size)
     inputs = estimator._feeds['input./drive/torque']
     for k, u in enumerate(torque):
         stamp = round((start + 0.5 * k) * 1e9)
@@ -119,7 +119,7 @@ def test_the_example_estimates_from_the_messages_of_its_bindings(ros, monkeypatc
     ros.spin_until(lambda: found and deviations, timeout=30.0)
     values, sd = vector(found[0]), vector(deviations[0])
     for name, true in TRUTH.items():
-        assert 0.0 < sd[name] < 0.01
+        assert 0.0 < sd[name] < 0.05
         assert abs(values[name] - true) < 3.0 * sd[name], name
 
 
@@ -213,9 +213,11 @@ def test_the_scenario_tells_what_is_sought_and_shows_the_weight_that_slips():
         jumps += [jump for jump in estimate.jumps if jump.new]
         if estimate.outcome == 'converged':
             confirmed += 1
+        # A jump shows when the pendulum has swung on for a period, of 2.5 s.
+        if estimate.outcome == 'converged' and not 30.0 < instant.t < 32.5:
             for name, true in zip(TRUTH, scenario.parameters(instant.t - 1e-6)):
                 assert abs(estimate.parameters[name] - true) < 4.0 * estimate.stddev[name]
     assert confirmed >= 36  # of 42
     assert [set(jump.sizes) for jump in jumps] == [{'stiffness'}]
-    assert abs(jumps[0].sizes['stiffness'] + 1.5) < 3.0 * jumps[0].stddev['stiffness'] < 1.5
+    assert abs(jumps[0].sizes['stiffness'] + 1.5) < 3.0 * jumps[0].stddev['stiffness'] < 3.0
     assert jumps[0].stamp / 1e9 == pytest.approx(30.0, abs=0.5)

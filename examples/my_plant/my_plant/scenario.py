@@ -18,5 +18,5 @@ SWINGS = Scenario(
     parameters=Schedule((0.0, 30.0), ((8.0, 0.3), (6.5, 0.3))),  # 30 s on, a weight slips
     sample_period=0.02,  # s
     duration=120.0,  # s
-    snr_db=54.0,  # noise of 0.002 rad
+    snr_db=40.0,  # noise of 0.01 rad
 )
