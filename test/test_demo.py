@@ -1,4 +1,4 @@
-"""`make demo` as a user runs it, only faster, and what it says of what it got."""
+"""`make demo` as a user runs it, and what it says of what it got."""
 
 import math
 import os
@@ -29,7 +29,7 @@ def test_demo_finds_every_valve_and_draws_a_picture(
         pytest.skip('obs_ros is not installed in a prefix of AMENT_PREFIX_PATH')
     picture = tmp_path / 'demo.png'
     run = subprocess.run(
-        [sys.executable, '-m', 'demo.three_tank', '--speed', '400', '--picture', str(picture)],
+        [sys.executable, '-m', 'demo.three_tank', '--picture', str(picture)],
         cwd=ROOT,
         env={**os.environ, 'PYTHONPATH': str(ROOT)},
         capture_output=True,
