@@ -291,12 +291,12 @@ class Bench:
     def play(self, messages: Run) -> None:
         """Send the messages, and give the estimator time to solve every window by itself."""
         self.send(messages, self._idle)
-        # What was received may wait for other topics yet.
-        merge = self.estimator._streams._merge
-        self.ros.spin_until(lambda: not len(merge) and self._idle(), timeout=30.0)
 
     def _idle(self) -> bool:
-        return self.estimator._worker.running != 'estimate' and self.estimator._due is None
+        """Whether no window is being solved, and no message waits for other topics."""
+        estimator = self.estimator
+        solving = estimator._due is not None or estimator._worker.running == 'estimate'
+        return not solving and not len(estimator._streams._merge)
 
     def send(self, messages: Run, idle: Callable[[], bool] = lambda: True) -> None:
         """Send a few messages at a time: the streams wait in queues of their own."""
