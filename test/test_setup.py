@@ -30,8 +30,13 @@ case "$*" in
 esac
 echo "$step" >>"$NOTES/steps"
 if [[ $(cat "$NOTES/hang" 2>/dev/null) == "$step" ]]; then
-  touch "$NOTES/hangs"
-  exec REAL -c 'import sys, time; print("loud", file=sys.stderr, flush=True); time.sleep(600)'
+  exec REAL -c '
+import os, signal, sys, time
+if os.path.exists(os.environ["NOTES"] + "/deaf"):
+    signal.signal(signal.SIGINT, signal.SIG_IGN)
+open(os.environ["NOTES"] + "/hangs", "w").close()
+print("loud", file=sys.stderr, flush=True)
+time.sleep(600)'
 fi
 """.replace('REAL', sys.executable)
 
@@ -109,6 +114,17 @@ def test_an_interrupted_set_up_says_one_line_and_goes_on_next_time(project, step
     third = start(project)
     assert (third.communicate(timeout=PATIENCE)[0], third.returncode) == ('', 0)
     assert not (project[1] / 'steps').exists()
+
+
+def test_a_step_that_does_not_hear_the_interrupt_is_ended_all_the_same(project):
+    (project[1] / 'deaf').touch()
+    hangs = hang(project, 'runtime')
+    process = start(project)
+    hangs()
+    os.killpg(process.pid, signal.SIGINT)
+    text, _ = process.communicate(timeout=PATIENCE)
+    assert process.returncode == 130
+    assert text.splitlines()[-1] == 'setup: stopped; run it again to go on'
 
 
 def test_make_adds_no_more_than_its_own_line(project):

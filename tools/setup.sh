@@ -22,6 +22,7 @@ fail() {
 
 exec 8>&2  # the terminal, wherever a step's own words go
 child=
+grace=5  # s that a step gets to end by itself
 
 # Runs a command that may take long, in a group of its own, so that Ctrl-C reaches it through
 # `stopped` alone and what it says of that goes nowhere.
@@ -40,7 +41,11 @@ stopped() {
   trap '' INT TERM
   if [[ -n $child ]]; then
     kill -INT -- "-$child" 2>/dev/null || true
+    # Python may swallow an interrupt, as it does here and there while it starts.
+    { sleep "$grace"; kill -TERM -- "-$child"; sleep "$grace"; kill -KILL -- "-$child"; } \
+      </dev/null >/dev/null 2>&1 8>&- 9>&- &
     wait "$child" 2>/dev/null || true
+    kill "$!" 2>/dev/null || true
   fi
   unless_changed
   echo 'setup: stopped; run it again to go on' >&8
