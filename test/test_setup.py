@@ -52,7 +52,8 @@ def project(tmp_path):
         copy(ROOT / name, place / name)
     python.write_text(PYTHON)
     python.chmod(0o755)
-    return place, notes, {**os.environ, 'PYTHON': str(python), 'NOTES': str(notes)}
+    environment = {name: value for name, value in os.environ.items() if not name.startswith('MAKE')}
+    return place, notes, {**environment, 'PYTHON': str(python), 'NOTES': str(notes)}
 
 
 def start(project, *command):

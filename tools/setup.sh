@@ -22,7 +22,7 @@ fail() {
 
 exec 8>&2  # the terminal, wherever a step's own words go
 child=
-grace=5  # s that a step gets to end by itself
+grace=50  # tenths of a second that a step gets to end by itself
 
 # Runs a command that may take long, in a group of its own, so that Ctrl-C reaches it through
 # `stopped` alone and what it says of that goes nowhere.
@@ -39,14 +39,14 @@ run() {
 
 stopped() {
   trap '' INT TERM
-  if [[ -n $child ]]; then
-    kill -INT -- "-$child" 2>/dev/null || true
-    # Python may swallow an interrupt, as it does here and there while it starts.
-    { sleep "$grace"; kill -TERM -- "-$child"; sleep "$grace"; kill -KILL -- "-$child"; } \
-      </dev/null >/dev/null 2>&1 8>&- 9>&- &
-    wait "$child" 2>/dev/null || true
-    kill "$!" 2>/dev/null || true
-  fi
+  # Python may swallow an interrupt, as it does here and there while it starts.
+  for signal in ${child:+INT TERM KILL}; do
+    kill -s "$signal" -- "-$child"
+    for (( tenths = 0; tenths < grace; tenths++ )); do
+      kill -s 0 -- "-$child" || break 2
+      sleep 0.1
+    done
+  done 2>/dev/null
   unless_changed
   echo 'setup: stopped; run it again to go on' >&8
   exit 130

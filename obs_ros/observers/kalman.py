@@ -164,7 +164,8 @@ def output_noise(unknowns: Unknowns, noise: dict[str, float], share: float) -> A
     for variable, y in zip(model.outputs, outputs, strict=True):
         span = variable.upper - variable.lower
         if not math.isfinite(span):
-            span = float(np.ptp(y))
+            with np.errstate(all='ignore'):
+                span = float(np.ptp(y))
         known = math.isfinite(span) and span > 0.0
         deviations.append(noise.get(variable.name, share * span if known else share))
     return np.array(deviations)
