@@ -91,7 +91,7 @@ def test_the_installed_nodes_estimate_the_tanks_and_end_in_peace(ros, start):
         ended_in_peace(process)
 
 
-def ended_in_peace(process, words=('[INFO]',)):
+def ended_in_peace(process, words=('[INFO]', 'waiting for plant/')):
     _, stderr = process.communicate(timeout=patience(10.0))
     assert process.returncode == 0
     assert all(any(word in line for word in words) for line in stderr.splitlines()), stderr
