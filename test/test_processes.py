@@ -91,7 +91,8 @@ def test_the_installed_nodes_estimate_the_tanks_and_end_in_peace(ros, start):
         ended_in_peace(process)
 
 
-def ended_in_peace(process, words=('[INFO]', 'waiting for plant/')):
+def ended_in_peace(process, *more):
+    words = ('[INFO]', 'waiting for plant/', *more)
     _, stderr = process.communicate(timeout=patience(10.0))
     assert process.returncode == 0
     assert all(any(word in line for word in words) for line in stderr.splitlines()), stderr
@@ -146,7 +147,7 @@ def test_a_node_that_is_killed_and_started_again_is_met_within_a_window(
     for process in nodes.values():
         process.send_signal(signal.SIGINT)
     for process in nodes.values():
-        ended_in_peace(process, ('[INFO]', 'start anew: '))
+        ended_in_peace(process, 'start anew: ')
 
 
 def seconds(message):
