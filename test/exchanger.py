@@ -16,22 +16,29 @@ from plant_sim.simulation import Instant, Simulation
 FLOWS = np.array([4.17e-6, 4.22e-5])  # nominal Fp, Fu
 
 
-@cache
+Fault = tuple[float, str, float]  # from when on (s), parameter, value
+
+
 def played(
-    name: str, seconds: float, x0: tuple[float, ...] | None = None,
-    fault: tuple[float, str, float] | None = None,
-) -> list[Instant]:  # fmt: skip
-    """The scenario without noise, from x0 if given; fault: from when on, parameter, value."""
-    scenario = load_scenario(name)
-    simulation = Simulation(
-        replace(scenario, initial_state=x0 or scenario.initial_state), snr_db=np.inf
-    )
-    instants = []
-    for _ in range(round(seconds / simulation.period)):
+    name: str, seconds: float, x0: tuple[float, ...] | None = None, fault: Fault | None = None
+) -> list[Instant]:
+    """The scenario without noise, from x0 if given; no instant is computed twice."""
+    simulation, instants = recording(name, x0, fault)
+    for _ in range(len(instants), round(seconds / simulation.period)):
         if fault and simulation.t >= fault[0]:
             simulation.faults = {fault[1]: fault[2]}
         instants.append(simulation.sample())
-    return instants
+    return instants[: round(seconds / simulation.period)]
+
+
+@cache
+def recording(
+    name: str, x0: tuple[float, ...] | None, fault: Fault | None
+) -> tuple[Simulation, list[Instant]]:
+    """A simulation and what came of it so far."""
+    scenario = load_scenario(name)
+    start = x0 or scenario.initial_state
+    return Simulation(replace(scenario, initial_state=start), snr_db=np.inf), []
 
 
 AT_REST = (24.303, 20.108, 0.029e6 / 6089.0, 0.0, 0.0348e6 / 6089.0, 0.0)

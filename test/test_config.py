@@ -6,7 +6,7 @@ from pathlib import Path
 import pytest
 import yaml
 from diagnostic_msgs.msg import DiagnosticArray
-from ros import figures
+from ros import figures, set_parameter
 
 from obs_ros.estimate import Outcome
 from obs_ros.node.estimator import Estimator
@@ -93,7 +93,9 @@ def test_both_nodes_live_with_every_file_until_there_is_an_estimate(ros, path):
     speed = max(listed(path, 'simulator').get('speed', 1.0), window / WALL)
     told = ros.listen('/diagnostics', DiagnosticArray)
     ros.spin_until(lambda: estimator.progress.ready, timeout=30.0)
-    ros.start(Simulator, *file, '-p', f'speed:={speed}')
+    simulator = ros.start(Simulator, *file, '-p', f'speed:={speed}')
+    ros.spin_until(lambda: estimator.progress.published, timeout=30.0)
+    assert set_parameter(simulator, 'enabled', False).successful  # what follows says nothing new
 
     def judged():
         statuses = {status.name: status for array in told for status in array.status}

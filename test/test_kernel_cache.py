@@ -16,6 +16,7 @@ from typing import Any
 
 import numpy as np
 import pytest
+from patience import patience
 from plants import BLOW_UP
 
 pytest.importorskip('numba')
@@ -26,7 +27,7 @@ from obs_ros.acceleration import accelerated
 from obs_ros.kernel_cache import DIGEST, KEPT, cache_folder, cache_trouble, locked, prune, write
 from obs_ros.rollout.compiled import CompiledKernels, load_module
 
-PATIENCE = 300.0  # s for a process that compiles
+PATIENCE = patience(50.0)  # s for a process that compiles
 
 
 @pytest.fixture

@@ -490,19 +490,20 @@ class TestCapacity:
         assert window.counts['too_few'] == 1_989_500
 
 
-def test_a_million_samples_leave_the_memory_flat() -> None:
+def test_samples_without_end_leave_the_memory_flat() -> None:
+    """200 times as many as the window holds."""
     window = SlidingWindow(0.1, n_inputs=2, n_outputs=2, capacity=500)
     values, records = np.ones(2), 0
     sizes = set()
-    for k in range(500_000):
+    for k in range(100_000):
         window.push(Sample(k * MS, y=values, u=values))
         if k % 250 == 249:
             records += len(take_all(window))
             if k > 10_000:
                 sizes.add(window.nbytes)
-    assert records == 4999
+    assert records == 999
     assert len(sizes) == 1
-    for k in range(500_000, 510_000):
+    for k in range(100_000, 110_000):
         window.push(Sample(k * MS, y=values, u=values))
     assert window.nbytes == 2 * (2 * 500 + 2) * 3 * 8
 

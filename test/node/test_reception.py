@@ -111,10 +111,12 @@ def test_latency_and_lag_count_from_when_the_middleware_had_the_message(ros, mon
     given(1, FLOWS, (30, 30))
     ros.spin_until(lambda: estimator._feeds['input'].received)
     monkeypatch.setattr(feed_module, 'time', Wall(ahead=1000.0))
+    began = time.time()
     output(1, LEVELS, (1, 1))
     ros.spin_until(lambda: solver)
-    assert vector(solver[0])['latency_s'] == pytest.approx(1000.0, abs=100.0)
-    assert estimator.progress.behind == pytest.approx(1000.0, abs=100.0)
+    passed = time.time() - began
+    assert 1000.0 <= vector(solver[0])['latency_s'] <= 1000.0 + passed
+    assert 1000.0 <= estimator.progress.behind <= 1000.0 + passed
 
 
 def test_the_stamp_of_an_arrival_is_when_it_came_and_not_when_it_was_read(ros):

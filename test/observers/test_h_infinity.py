@@ -54,10 +54,14 @@ def test_the_papers_start_moves_kt_before_there_is_a_bump() -> None:
 
 
 def test_excitation_tells_when_kt_can_be_learnt() -> None:
-    _, _, straight = tracked(9.0)
-    _, _, bump = tracked(10.3)
-    assert bump.figures['excitation'] > 20.0 * straight.figures['excitation']
-    assert bump.figures['covariance'] < 0.5 * straight.figures['covariance']
+    instants = played('suspension_trap', 10.3)
+    noise = 1e-4 * np.random.default_rng(1).standard_normal((len(instants), 3))
+    observer = HInfinityObserver('suspension', initial=START)
+    watched(observer, instants[:9000], 'p', noise[:9000])
+    straight = dict(observer.figures)
+    watched(observer, instants[9000:], 'p', noise[9000:])
+    assert observer.figures['excitation'] > 20.0 * straight['excitation']
+    assert observer.figures['covariance'] < 0.5 * straight['covariance']
 
 
 @pytest.mark.parametrize('adaptation', ['filtered', 'gradient'])

@@ -1,6 +1,7 @@
 """Tests of every observer of the registry: what it must do with any stream of samples."""
 
 from dataclasses import dataclass
+from functools import cache
 from typing import Any
 
 import numpy as np
@@ -35,17 +36,9 @@ class Case:
             return (30.0, 30.0)
         return tuple(inside(v) + rich_input(t) for v in self.model.inputs)
 
-    def truth(self, count: int = COUNT) -> tuple[Array, Array]:
-        """States and outputs (count, ...)."""
-        fine = max(1, round(self.period / min(self.model.max_step, self.period)))
-        t = self.period / fine * np.arange((count - 1) * fine + 1)
-        x = trajectory(self.model, t, self.u, self.x0, self.p)[::fine]
-        y = [self.model.output(0.0, tuple(row), self.u(0.0), self.p) for row in x]
-        return x, np.array(y)
-
     def stream(self, count: int = COUNT, start: int = 1000) -> list[Sample]:
         """All outputs and all inputs, at every period from `start` periods on."""
-        y = self.truth(count)[1]
+        y = truth(self, count)
         y = y + self.sigma * np.random.default_rng(1).standard_normal(y.shape)
         return [
             Sample(round((start + k) * self.period * 1e9), y=y[k], u=self.inputs(k))
@@ -54,6 +47,15 @@ class Case:
 
     def inputs(self, k: int) -> Array:
         return np.array(self.u(k * self.period))
+
+
+@cache
+def truth(case: Case, count: int) -> Array:
+    """Outputs (count, ...) without noise."""
+    fine = max(1, round(case.period / min(case.model.max_step, case.period)))
+    t = case.period / fine * np.arange((count - 1) * fine + 1)
+    x = trajectory(case.model, t, case.u, case.x0, case.p)[::fine]
+    return np.array([case.model.output(0.0, tuple(row), case.u(0.0), case.p) for row in x])
 
 
 # Enough, and quick without a compiler.
@@ -122,7 +124,7 @@ def check_follows(case: Case, estimate: Estimate, start: int = 1000) -> None:
     assert estimate.stamp == round((start + at) * case.period * 1e9)
     x, p = tuple(estimate.state.values()), tuple(estimate.parameters.values())
     y = case.model.output(0.0, x, case.u(at * case.period), p)
-    assert np.asarray(y) == pytest.approx(case.truth(at + 1)[1][at], abs=0.05)
+    assert np.asarray(y) == pytest.approx(truth(case, at + 1)[at], abs=0.05)
 
 
 @pytest.mark.parametrize('name', OBSERVERS)

@@ -32,6 +32,12 @@ def _signals_stay(monkeypatch):
     monkeypatch.setattr(command.signal, 'signal', lambda *_: None)
 
 
+@pytest.fixture
+def undrawn(monkeypatch):
+    """No pictures, which take most of the time of a replay and are not looked at."""
+    monkeypatch.setattr(command, '_draw', lambda *_: None)
+
+
 def replay(table, *options):
     return command.main([str(table), '--params', str(table.parent / 'rig.yaml'), *options])
 
@@ -71,6 +77,7 @@ def test_a_table_gives_estimates_summary_and_pictures(table, capsys):
         assert picture.startswith(b'\x89PNG') and len(picture) > 10_000
 
 
+@pytest.mark.usefixtures('undrawn')
 def test_a_bag_gives_the_estimates_of_the_table_bit_by_bit(table):
     with BagMaker(table.parent / 'bag') as bag:
         for t, u, y in zip(T, U, Y):
@@ -93,6 +100,7 @@ def test_the_same_again_gives_the_same_bytes(table):
     assert written[0] == written[1]
 
 
+@pytest.mark.usefixtures('undrawn')
 def test_parameters_on_the_line_count_more_than_those_of_the_file(table, capsys):
     assert replay(table, '-p', 'window.period:=5.0', '-p', 'nonsense:=1') == 0
     streams = capsys.readouterr()
@@ -100,6 +108,7 @@ def test_parameters_on_the_line_count_more_than_those_of_the_file(table, capsys)
     assert "ignored, as there are no such parameters: 'nonsense'" in streams.err
 
 
+@pytest.mark.usefixtures('undrawn')
 def test_nothing_is_overwritten_unless_told_so(table, capsys):
     folder = table.parent / 'rig.csv_replay'
     assert replay(table) == 0
@@ -141,6 +150,7 @@ def test_a_wrong_row_far_down_is_told_with_its_line(table, capsys):
     assert 'rig.csv:162: 2 fields, but 3 columns' in capsys.readouterr().err
 
 
+@pytest.mark.usefixtures('undrawn')
 def test_a_recording_shorter_than_a_window_says_so(table):
     assert replay(table, '-p', 'window.duration:=100.0') == 0
     page = (table.parent / 'rig.csv_replay' / 'summary.md').read_text()

@@ -61,11 +61,12 @@ def test_linear_problems_with_many_active_bounds() -> None:
         assert best - 1e-9 <= found.squares[0] <= best + 0.05 * 5 * best / 7
 
 
-def test_converged_means_that_little_is_left_to_gain_even_at_bounds() -> None:
+@pytest.mark.parametrize('count', [250, pytest.param(1000, marks=pytest.mark.slow)])
+def test_converged_means_that_little_is_left_to_gain_even_at_bounds(count: int) -> None:
     """Ill-conditioned, since a frozen bound may come free at the Gauss-Newton point."""
     rng = np.random.default_rng(0)
     converged = 0
-    for problem_number in range(1000):
+    for problem_number in range(count):
         d = rng.integers(2, 7)
         m = d + rng.integers(1, 10)
         rotation = np.linalg.qr(rng.standard_normal((d, d)))[0]
@@ -78,7 +79,7 @@ def test_converged_means_that_little_is_left_to_gain_even_at_bounds() -> None:
             converged += 1
             # Less than what tells two optima apart, SAME_OPTIMUM.
             assert found.squares[0] - best < 0.1025 * d * best / (m - d), problem_number
-    assert converged > 950
+    assert converged > 0.95 * count
 
 
 def test_an_unknown_without_effect_stays_and_does_not_overflow() -> None:

@@ -394,7 +394,7 @@ def test_colour_that_the_noise_is_known_to_have_costs_a_jump_nothing() -> None:
 
 def test_a_jump_before_the_window_is_not_tried_where_it_could_not_win() -> None:
     tried: dict[float, list[bool]] = {}
-    for mean in np.linspace(0.3, 0.5, 41):
+    for mean in np.linspace(0.3, 0.5, 21):
         for gap in (1.0, 1e-9):
             prior = Prior(np.array([0.5, 0.65, mean]), TIGHT.precision, gap=gap)
             base = still(record(), prior)
