@@ -322,6 +322,9 @@ def test_before_an_earlier_second_jump_of_a_parameter_all_that_follows_moves_alo
     np.testing.assert_allclose(point[4:], [later, 0.8, later - 0.1])
 
 
+@pytest.mark.parametrize(
+    'backend', ['numba', pytest.param('numpy', marks=pytest.mark.slow)], indirect=True
+)
 def test_time_and_size_are_covered(backend: str) -> None:
     """Of tau and its jump by 8 s, within 1.96 standard deviations in 95 % of 60 windows.
 

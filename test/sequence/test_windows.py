@@ -138,6 +138,9 @@ def test_nothing_jumps_in_forty_windows() -> None:
 
 
 @pytest.mark.parametrize(
+    'backend', ['numba', pytest.param('numpy', marks=pytest.mark.slow)], indirect=True
+)
+@pytest.mark.parametrize(
     ('name', 'after', 'size'), [('k', (2.8, 5.0), 0.8), ('tau', (2.0, 9.0), 4.0)]
 )
 def test_a_jump_is_found_in_the_first_window_that_has_seen_it(
