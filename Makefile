@@ -8,8 +8,9 @@ export ROS_AUTOMATIC_DISCOVERY_RANGE := LOCALHOST
 
 bin := .venv/bin
 
-# Files of tests run side by side, one after the other in each worker.
-jobs := $(shell n=$$(nproc); echo $$((n < 8 ? n : 8)))
+# Files of tests run side by side, one after the other in each worker. One worker more than there
+# are processors: tests of nodes mostly wait, for what is said once a second.
+jobs := $(shell n=$$(nproc); echo $$((n < 8 ? n + 1 : 8)))
 pytest := $(bin)/python -m pytest -n $(jobs) --dist loadfile -rs --durations=10 \
 	$(if $(ORDER),-p randomly --randomly-seed=$(ORDER))
 
