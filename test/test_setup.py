@@ -33,7 +33,7 @@ if [[ $(cat "$NOTES/hang" 2>/dev/null) == "$step" ]]; then
   exec REAL -c '
 import os, signal, sys, time
 if os.path.exists(os.environ["NOTES"] + "/deaf"):
-    signal.signal(signal.SIGINT, signal.SIG_IGN)
+    signal.signal(signal.SIGTERM, signal.SIG_IGN)
 open(os.environ["NOTES"] + "/hangs", "w").close()
 print("loud", file=sys.stderr, flush=True)
 time.sleep(600)'
@@ -117,7 +117,7 @@ def test_an_interrupted_set_up_says_one_line_and_goes_on_next_time(project, step
     assert not (project[1] / 'steps').exists()
 
 
-def test_a_step_that_does_not_hear_the_interrupt_is_ended_all_the_same(project):
+def test_a_step_that_does_not_hear_is_ended_all_the_same(project):
     (project[1] / 'deaf').touch()
     hangs = hang(project, 'runtime')
     process = start(project)

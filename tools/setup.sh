@@ -24,13 +24,11 @@ exec 8>&2  # the terminal, wherever a step's own words go
 child=
 grace=50  # tenths of a second that a step gets to end by itself
 
-# Runs a command that may take long, in a group of its own, so that Ctrl-C reaches it through
+# Runs a command that may take long, in a session of its own, so that Ctrl-C reaches it through
 # `stopped` alone and what it says of that goes nowhere.
 run() {
-  set -m
-  "$@" </dev/null &
+  setsid "$@" </dev/null &
   child=$!
-  set +m
   local code=0
   wait "$child" || code=$?
   child=
@@ -39,11 +37,10 @@ run() {
 
 stopped() {
   trap '' INT TERM
-  # Python may swallow an interrupt, as it does here and there while it starts.
-  for signal in ${child:+INT TERM KILL}; do
-    kill -s "$signal" -- "-$child"
+  for signal in ${child:+TERM KILL}; do
+    kill -s "$signal" -- "-$child" || kill -s "$signal" "$child"
     for (( tenths = 0; tenths < grace; tenths++ )); do
-      kill -s 0 -- "-$child" || break 2
+      kill -s 0 "$child" || break 2
       sleep 0.1
     done
   done 2>/dev/null
