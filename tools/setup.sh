@@ -38,7 +38,7 @@ run() {
 stopped() {
   trap '' INT TERM
   for signal in ${child:+TERM KILL}; do
-    kill -s "$signal" -- "-$child" || kill -s "$signal" "$child"
+    kill -s "$signal" -- "-$child" || kill -s "$signal" "$child" || break
     for (( tenths = 0; tenths < grace; tenths++ )); do
       kill -s 0 "$child" || break 2
       sleep 0.1
