@@ -28,7 +28,7 @@ setup:  ## build .venv with all that demo and test need
 peers:  ## what benchmarks.peers compares with, into .venv
 	@tools/setup.sh peers
 
-design:  ## what obs_ros.design solves matrix inequalities with, into .venv
+design:  ## what obs_ros.observers.papers.design solves matrix inequalities with, into .venv
 	@tools/setup.sh design
 
 demo:  ## simulator and estimator on the three-tank plant: estimates beside the truth, demo.png

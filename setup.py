@@ -37,10 +37,10 @@ setup(
     zip_safe=True,
     entry_points={
         'console_scripts': [
-            'check_model = obs_ros.start:check_model',
-            'estimator = obs_ros.start:estimator',
-            'replay = obs_ros.start:replay',
-            'simulator = obs_ros.start:simulator',
+            'check_model = obs_ros.cli.start:check_model',
+            'estimator = obs_ros.cli.start:estimator',
+            'replay = obs_ros.cli.start:replay',
+            'simulator = obs_ros.cli.start:simulator',
         ],
     },
 )

@@ -62,7 +62,7 @@ def stay(watch: Any) -> Stay:
         time.sleep(STEP)  # the one before has not left yet
     begin = time.monotonic()
     process = subprocess.Popen(
-        [sys.executable, '-m', 'obs_ros.node.estimator'],
+        [sys.executable, '-m', 'obs_ros.ros.estimator'],
         cwd=Path(__file__).parents[1],
         stderr=subprocess.PIPE,
         text=True,

@@ -14,12 +14,12 @@ from benchmarks.contestants import CONTESTANTS, finite
 from benchmarks.judge import Judge
 from benchmarks.zoo import CASES, Case, Drawn, draw
 from obs_ros import Estimate, Outcome
-from obs_ros.deadline import Deadline
-from obs_ros.mismatch import TAIL
-from obs_ros.model import names
-from obs_ros.search.memetic import MemeticSettings
-from obs_ros.solve import Solver
-from obs_ros.typing import Array
+from obs_ros.core.deadline import Deadline
+from obs_ros.core.model import names
+from obs_ros.core.residual_tests import TAIL
+from obs_ros.core.typing import Array
+from obs_ros.horizon.solve import Solver
+from obs_ros.optimization.memetic import MemeticSettings
 
 SAME_OPTIMUM = 0.1025  # times unknowns, of the noise's variance
 DEADLINES = (0.005, 0.02, 0.1)  # s

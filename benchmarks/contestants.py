@@ -11,12 +11,12 @@ from typing import Any
 import numpy as np
 from scipy.optimize import least_squares
 
-from obs_ros.objective import Objective
-from obs_ros.search import Method
-from obs_ros.search.memetic import UNEVOLVED, MemeticSettings, Rounds
-from obs_ros.search.population import first_population
-from obs_ros.search.result import Found
-from obs_ros.typing import Array
+from obs_ros.core.typing import Array
+from obs_ros.inference.objective import Objective
+from obs_ros.optimization.initial_population import first_population
+from obs_ros.optimization.memetic import UNEVOLVED, MemeticSettings, Rounds
+from obs_ros.optimization.methods import Method
+from obs_ros.optimization.result import Found
 
 FAR = 1e9  # stands for the residual of a candidate that diverged; scipy refuses infinities
 

@@ -7,14 +7,14 @@ import numpy as np
 
 from benchmarks.judge import Judge
 from benchmarks.tank_windows import TankWindow
-from obs_ros.deadline import Deadline
+from obs_ros.core.deadline import Deadline
+from obs_ros.core.typing import Array, IntArray
+from obs_ros.inference.objective import Fitness, Objective
+from obs_ros.inference.parameterisation import Unknowns
+from obs_ros.integration.backends import kernels_for
+from obs_ros.integration.grid import Grid
 from obs_ros.models.three_tank import THREE_TANK
-from obs_ros.objective import Fitness, Objective
-from obs_ros.rollout import kernels_for
-from obs_ros.rollout.grid import Grid
-from obs_ros.search import method_for
-from obs_ros.typing import Array, IntArray
-from obs_ros.unknowns import Unknowns
+from obs_ros.optimization.methods import method_for
 
 FIRST_EVALUATIONS, LAST_EVALUATIONS, POINTS = 25, 2150, 60
 

@@ -9,7 +9,7 @@ BEGIN = time.perf_counter()
 import numpy as np  # noqa: E402
 
 from obs_ros import Record, load_model, solve_window  # noqa: E402
-from obs_ros.rollout import kernels_for  # noqa: E402
+from obs_ros.integration.backends import kernels_for  # noqa: E402
 
 
 def main(path: str) -> None:

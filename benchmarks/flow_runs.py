@@ -7,8 +7,8 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from obs_ros import Sample, load_observer
+from obs_ros.core.typing import Array
 from obs_ros.models import heat_exchanger as plant
-from obs_ros.typing import Array
 from plant_sim.scenarios import load_scenario
 from plant_sim.scenarios.heat_exchanger import NOISE
 from plant_sim.signals import Noise

@@ -9,16 +9,16 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from obs_ros import Estimate, Record, Sample, load_observer
-from obs_ros.deadline import Deadline
-from obs_ros.model import Model, names
+from obs_ros.core.deadline import Deadline
+from obs_ros.core.model import Model, names
+from obs_ros.core.typing import Array
+from obs_ros.inference.objective import Objective
+from obs_ros.inference.parameterisation import Unknowns
+from obs_ros.integration.backends import kernels_for
+from obs_ros.integration.grid import Grid
 from obs_ros.models import load_model
-from obs_ros.objective import Objective
-from obs_ros.observers.euler import euler_step
-from obs_ros.rollout import kernels_for
-from obs_ros.rollout.grid import Grid
-from obs_ros.search.levenberg_marquardt import levenberg_marquardt
-from obs_ros.typing import Array
-from obs_ros.unknowns import Unknowns
+from obs_ros.observers.papers.euler import euler_step
+from obs_ros.optimization.levenberg_marquardt import levenberg_marquardt
 from plant_sim.scenarios import load_scenario
 from plant_sim.simulation import Simulation
 from plant_sim.sources import WhiteGaussian

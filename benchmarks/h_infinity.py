@@ -27,12 +27,12 @@ from benchmarks.tyre_runs import (
     tasks,
 )
 from obs_ros import Sample
-from obs_ros.design import suspension_gains
-from obs_ros.design.h_infinity import peak_gain
-from obs_ros.design.plants import suspension
 from obs_ros.models.suspension import KT
-from obs_ros.observers.adaptive_gains import GAINS
-from obs_ros.observers.h_infinity import HInfinityObserver
+from obs_ros.observers.papers.adaptive_gains import GAINS
+from obs_ros.observers.papers.design import suspension_gains
+from obs_ros.observers.papers.design.h_infinity import peak_gain
+from obs_ros.observers.papers.design.plants import suspension
+from obs_ros.observers.papers.h_infinity import HInfinityObserver
 from plant_sim.scenarios.suspension import BUMPS
 
 FILTERED, PAPER, KALMAN, SHORT, WINDOWS = (CONTESTANTS[i].label for i in (0, 1, 4, 6, 7))

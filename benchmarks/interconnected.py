@@ -12,7 +12,7 @@ from benchmarks.common import holds, machine, mark, on_all_cores, options, publi
 from benchmarks.common import table as markdown
 from benchmarks.flow_runs import CONTESTANTS, Measured, Task, measured, played
 from benchmarks.valve_tables import Windows, run_windows, window_acceptance, window_tables
-from obs_ros.typing import Array
+from obs_ros.core.typing import Array
 
 # Settling of Fp and Fu in case 1, and RMS in %: the specification's figures for the same plant.
 REFERENCE = {

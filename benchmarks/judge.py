@@ -7,9 +7,9 @@ from scipy.optimize import least_squares
 from scipy.stats import qmc
 
 from obs_ros import Model, Record
-from obs_ros.rollout import kernels_for
-from obs_ros.rollout.grid import Grid
-from obs_ros.typing import Array
+from obs_ros.core.typing import Array
+from obs_ros.integration.backends import kernels_for
+from obs_ros.integration.grid import Grid
 
 HALF_STEP = 1e-6  # of central differences, in the unit box
 TOLERANCE = 1e-9  # relative; 0.41 sigma^2 are 2e-4 of the squares of 1000 samples

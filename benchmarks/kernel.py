@@ -17,10 +17,10 @@ import numpy as np
 from benchmarks.common import cpu_seconds, gcc_version, machine, mark, options, publish, repeats_for
 from benchmarks.common import table as markdown
 from benchmarks.tank_windows import random_window
+from obs_ros.core.typing import Array
+from obs_ros.integration.backends import kernels_for
+from obs_ros.integration.grid import Grid
 from obs_ros.models.three_tank import THREE_TANK
-from obs_ros.rollout import kernels_for
-from obs_ros.rollout.grid import Grid
-from obs_ros.typing import Array
 
 LANES = (1, 16, 32, 64)
 CHUNK = 16

@@ -26,7 +26,7 @@ class Live:
         # Not a pipe: nobody reads it, and a node that talks much would wait for that.
         self._written = tempfile.TemporaryFile('w+')  # noqa: SIM115 - closed by close()
         self.process = subprocess.Popen(
-            [sys.executable, '-m', 'obs_ros.node.estimator', '--ros-args', *arguments],
+            [sys.executable, '-m', 'obs_ros.ros.estimator', '--ros-args', *arguments],
             cwd=Path(__file__).parents[1],
             stderr=self._written,
             text=True,
@@ -47,7 +47,7 @@ class Live:
         from rclpy.node import Node
         from sensor_msgs.msg import JointState
 
-        from obs_ros.node.messages import STREAM
+        from obs_ros.ros.messages import STREAM
 
         self._context = rclpy.Context()
         rclpy.init(context=self._context)
@@ -78,13 +78,13 @@ class Live:
         """Hand every vector on a topic to `take`."""
         from sensor_msgs.msg import JointState
 
-        from obs_ros.node.messages import STREAM
+        from obs_ros.ros.messages import STREAM
 
         self.node.create_subscription(JointState, topic, take, STREAM)
 
     def send(self, stream: str, stamp: int, names: Sequence[str], values: Sequence[float]) -> None:
         """Publish a vector stamped `stamp` (ns)."""
-        from obs_ros.node.messages import named_vector
+        from obs_ros.ros.messages import named_vector
 
         self.publishers[stream].publish(named_vector(stamp, names, values))
 

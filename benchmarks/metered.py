@@ -9,12 +9,12 @@ import numpy as np
 
 from benchmarks.common import cpu_seconds
 from obs_ros import Estimate, Record
-from obs_ros.deadline import Deadline
-from obs_ros.model import Model
-from obs_ros.rollout import Kernels
-from obs_ros.rollout.grid import Grid
-from obs_ros.solve import Solver
-from obs_ros.typing import Array, IntArray
+from obs_ros.core.deadline import Deadline
+from obs_ros.core.model import Model
+from obs_ros.core.typing import Array, IntArray
+from obs_ros.horizon.solve import Solver
+from obs_ros.integration.backends import Kernels
+from obs_ros.integration.grid import Grid
 
 Result = TypeVar('Result')
 

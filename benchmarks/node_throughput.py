@@ -64,7 +64,7 @@ def run(case: Case, seconds: int) -> tuple[Mapping[str, str], Mapping[str, float
     chosen = {'model': load_scenario(case.scenario).model, 'observer': case.observer}
     if case.observer == 'sliding_window':
         chosen['window.duration'] = str(case.window)
-    command = ['-m', 'obs_ros.node.estimator', '--ros-args', '--log-level', 'warn']
+    command = ['-m', 'obs_ros.ros.estimator', '--ros-args', '--log-level', 'warn']
     for name, value in chosen.items():
         command += ['-p', f'{name}:={value}']
     node = subprocess.Popen([sys.executable, *command], cwd=Path(__file__).parents[1])
@@ -82,9 +82,9 @@ def measure(pid: int, case: Case, seconds: int) -> tuple[Mapping[str, str], Mapp
     from rclpy.node import Node
     from sensor_msgs.msg import JointState
 
-    from obs_ros.model import names
+    from obs_ros.core.model import names
     from obs_ros.models import load_model
-    from obs_ros.node.messages import STREAM, named_vector
+    from obs_ros.ros.messages import STREAM, named_vector
     from plant_sim.scenarios import load_scenario
 
     rate, stamped = case.rate, samples(case, seconds)

@@ -13,8 +13,8 @@ import numpy as np
 from benchmarks.common import machine, options, publish, table
 from benchmarks.genetic_runs import followed
 from obs_ros import Sample, load_observer
-from obs_ros.observers import OBSERVERS
-from obs_ros.typing import Array
+from obs_ros.core.typing import Array
+from obs_ros.observers.base import OBSERVERS
 from plant_sim.scenarios import load_scenario
 from plant_sim.simulation import Simulation
 

@@ -8,7 +8,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from obs_ros.typing import Array
+from obs_ros.core.typing import Array
 
 SYMBOLS = ('p1', 'p2', 'p3', 'h3')
 # The paper's fitness functions (section 5.1), by the names they have here.

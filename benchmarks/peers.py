@@ -19,7 +19,7 @@ from benchmarks.common import machine, on_all_cores, options, publish
 from benchmarks.peer import OURS, PEERS, Solve
 from benchmarks.peer.problem import Filtered, Oracle, Problem, Stopped
 from benchmarks.peer.report import report
-from obs_ros.typing import Array
+from obs_ros.core.typing import Array
 
 CASES = ('three tanks 1000, 20 dB', 'Lorenz 5')
 WARM_SEED = 1

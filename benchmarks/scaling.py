@@ -27,12 +27,12 @@ from benchmarks.tank_row import tank_row
 from benchmarks.tank_windows import blank_record, noisy, random_window, simulated
 from benchmarks.zoo import CASES, draw
 from obs_ros import Record
+from obs_ros.core.record import Sample
+from obs_ros.horizon.solve import random_generator
+from obs_ros.integration.backends import kernels_for
+from obs_ros.integration.grid import Grid
 from obs_ros.models.three_tank import THREE_TANK
 from obs_ros.observers.sliding_window import SlidingWindowObserver
-from obs_ros.record import Sample
-from obs_ros.rollout import kernels_for
-from obs_ros.rollout.grid import Grid
-from obs_ros.solve import random_generator
 
 SNR = 20.0  # dB
 SAMPLES = (50, 100, 200, 500, 1000, 2000, 5000, 10000, 20000)

@@ -18,7 +18,7 @@ from benchmarks.search_pictures import draw_deadlines, draw_success
 from benchmarks.search_report import HARD, parts
 from benchmarks.zoo import CASES, draw
 from obs_ros import Estimate, Model, Outcome, Record, solve_window
-from obs_ros.rollout import kernels_for
+from obs_ros.integration.backends import kernels_for
 
 Verdicts = Mapping[str, Sequence[Verdict]]
 

@@ -13,9 +13,9 @@ from benchmarks.common import cpu_seconds, machine, mark, options, publish, repe
 from benchmarks.common import table as markdown
 from benchmarks.select_models import PLANTS
 from obs_ros import Model, Record
-from obs_ros.rollout import kernels_for
-from obs_ros.rollout.grid import Grid
-from obs_ros.typing import Array
+from obs_ros.core.typing import Array
+from obs_ros.integration.backends import kernels_for
+from obs_ros.integration.grid import Grid
 
 CANDIDATES = 64
 SAMPLES = 1000

@@ -7,10 +7,10 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from obs_ros import Record
+from obs_ros.core.typing import Array
+from obs_ros.integration.backends import kernels_for
+from obs_ros.integration.grid import Grid
 from obs_ros.models.three_tank import THREE_TANK
-from obs_ros.rollout import kernels_for
-from obs_ros.rollout.grid import Grid
-from obs_ros.typing import Array
 
 STATES, PARAMETERS = ('h1', 'h2', 'h3'), ('p1', 'p2', 'p3')
 FEED = 30.0  # cm3/s, of both pumps

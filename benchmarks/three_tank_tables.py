@@ -19,8 +19,8 @@ from benchmarks.judge import Judge
 from benchmarks.paper_tables import FITNESSES, SNRS, SYMBOLS, TRUTH_NOTE, Cell, references
 from benchmarks.tank_windows import PAPER_WINDOWS, TankWindow, paper_window
 from obs_ros import solve_window
+from obs_ros.core.typing import Array
 from obs_ros.models.three_tank import THREE_TANK
-from obs_ros.typing import Array
 
 PAPER, FIRST_SAMPLE, MEMETIC, DEFAULT = 'paper', 'first sample', 'memetic', 'default'
 WAYS = {

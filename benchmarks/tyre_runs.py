@@ -8,9 +8,9 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from obs_ros import Outcome, Sample, load_observer
+from obs_ros.core.typing import Array
 from obs_ros.models.suspension import KT, SUSPENSION
 from obs_ros.observers.sliding_window import SlidingWindowObserver
-from obs_ros.typing import Array
 from plant_sim.scenarios import load_scenario
 from plant_sim.scenarios.suspension import BUMPS
 from plant_sim.simulation import Simulation

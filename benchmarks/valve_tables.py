@@ -23,7 +23,7 @@ from benchmarks.valve_windows import (
     isolated,
     watched,
 )
-from obs_ros.typing import Array
+from obs_ros.core.typing import Array
 
 NOISES = {'0.1 K, correlated over 0.1 s': (0.1, 0.1), '0.1 K, white': (0.1, 0.0)}
 ALL = ('dP1', 'dP2', 'k1', 'k2')

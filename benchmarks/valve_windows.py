@@ -13,9 +13,9 @@ import numpy as np
 
 from benchmarks.flow_runs import FAULTS, SETTLING
 from obs_ros import Estimate, Outcome, Sample
+from obs_ros.core.typing import Array, BoolArray
 from obs_ros.models import heat_exchanger as plant
 from obs_ros.observers.sliding_window import SlidingWindowObserver
-from obs_ros.typing import Array, BoolArray
 from plant_sim.scenario import Scenario
 from plant_sim.scenarios import load_scenario
 from plant_sim.scenarios.heat_exchanger import AT_REST, NOMINAL, PRESSURES

@@ -33,10 +33,10 @@ from benchmarks.tank_windows import (
     random_window,
 )
 from obs_ros import Estimate, Outcome, solve_window
+from obs_ros.core.typing import Array
+from obs_ros.integration.backends import kernels_for
+from obs_ros.integration.grid import Grid
 from obs_ros.models.three_tank import THREE_TANK
-from obs_ros.rollout import kernels_for
-from obs_ros.rollout.grid import Grid
-from obs_ros.typing import Array
 
 UNKNOWNS = STATES + PARAMETERS
 SAME_OPTIMUM = 0.41  # of sigma^2

@@ -4,13 +4,13 @@ import importlib
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
-    from obs_ros.estimate import Estimate, Outcome
-    from obs_ros.model import Model, Variable
+    from obs_ros.core.estimate import Estimate, Outcome
+    from obs_ros.core.model import Model, Variable
+    from obs_ros.core.record import Record, Sample
+    from obs_ros.horizon.solve import solve_window
     from obs_ros.models import load_model
-    from obs_ros.observers import load_observer
-    from obs_ros.record import Record, Sample
-    from obs_ros.solve import solve_window
-    from obs_ros.window import SlidingWindow
+    from obs_ros.observers.base import load_observer
+    from obs_ros.samples.window import SlidingWindow
 
 __all__ = [
     'Estimate',
@@ -26,13 +26,13 @@ __all__ = [
 ]
 
 _HOMES = {
-    'estimate': ('Estimate', 'Outcome'),
-    'model': ('Model', 'Variable'),
+    'core.estimate': ('Estimate', 'Outcome'),
+    'core.model': ('Model', 'Variable'),
     'models': ('load_model',),
-    'observers': ('load_observer',),
-    'record': ('Record', 'Sample'),
-    'solve': ('solve_window',),
-    'window': ('SlidingWindow',),
+    'observers.base': ('load_observer',),
+    'core.record': ('Record', 'Sample'),
+    'horizon.solve': ('solve_window',),
+    'samples.window': ('SlidingWindow',),
 }
 
 

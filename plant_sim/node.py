@@ -13,17 +13,18 @@ from rosgraph_msgs.msg import Clock as ClockMessage
 from sensor_msgs.msg import JointState
 from std_srvs.srv import SetBool, Trigger
 
-from obs_ros.model import names
+from obs_ros.core.model import names
+from obs_ros.interface.bindings import Binding, bindings, signal_knobs
+from obs_ros.interface.status import Health, Level
 from obs_ros.models import load_model
-from obs_ros.node.bindings import Binding, bindings, signal_knobs
-from obs_ros.node.diagnostics import Health, Level, publish_health
-from obs_ros.node.guarded import GuardedNode
-from obs_ros.node.info import model_info, publish_info, settings_info
-from obs_ros.node.message_types import message_type
-from obs_ros.node.messages import STREAM, named_vector, time_message
-from obs_ros.node.parameters import Parameters
-from obs_ros.node.run import run
-from obs_ros.node.streams import check_bindings
+from obs_ros.ros.diagnostics import publish_health
+from obs_ros.ros.guarded import GuardedNode
+from obs_ros.ros.info import model_info, publish_info, settings_info
+from obs_ros.ros.message_types import message_type
+from obs_ros.ros.messages import STREAM, named_vector, time_message
+from obs_ros.ros.parameters import Parameters
+from obs_ros.ros.run import run
+from obs_ros.ros.streams import check_bindings
 from plant_sim.pace import Pace
 from plant_sim.scenarios import load_scenario
 from plant_sim.settings import CHOICE, COMMON, check_rate, fault_knobs

@@ -2,8 +2,8 @@
 
 from collections.abc import Sequence
 
-from obs_ros.model import Model
-from obs_ros.rollout.steps import rk4
+from obs_ros.core.model import Model
+from obs_ros.integration.steps import rk4
 from plant_sim.signals import Signal
 
 State = tuple[float, ...]

@@ -4,10 +4,10 @@ import math
 from collections.abc import Mapping
 from typing import Any, get_args
 
-from obs_ros.knob import LARGEST_SEED, Knob
-from obs_ros.measurable import LARGEST
-from obs_ros.model import Model
-from obs_ros.usage import node_usage
+from obs_ros.core.model import Model
+from obs_ros.core.parameter_spec import LARGEST_SEED, Knob
+from obs_ros.interface.usage import node_usage
+from obs_ros.samples.range_check import LARGEST
 from plant_sim.scenario import Scenario
 from plant_sim.scenarios import SCENARIOS
 from plant_sim.simulation import NoiseReference

@@ -8,7 +8,7 @@ from itertools import pairwise
 
 import numpy as np
 
-from obs_ros.typing import Array
+from obs_ros.core.typing import Array
 
 # Values at time t (s).
 Signal = Callable[[float], tuple[float, ...]]

@@ -6,8 +6,8 @@ from typing import Literal
 
 import numpy as np
 
+from obs_ros.core.typing import Array
 from obs_ros.models import load_model
-from obs_ros.typing import Array
 from plant_sim.plant import Plant
 from plant_sim.scenario import Scenario
 from plant_sim.signals import Noise, noise_deviation

@@ -11,7 +11,7 @@ from typing import Any
 import pytest
 from hypothesis import HealthCheck, settings
 
-from obs_ros.deadline import Deadline
+from obs_ros.core.deadline import Deadline
 
 # Properties are the same at every run, on every machine, however busy.
 settings.register_profile(

@@ -7,8 +7,8 @@ from typing import Any
 import numpy as np
 
 from obs_ros import Sample
+from obs_ros.core.typing import Array
 from obs_ros.models import heat_exchanger as plant
-from obs_ros.typing import Array
 from plant_sim.scenarios import load_scenario
 from plant_sim.signals import Noise
 from plant_sim.simulation import Instant, Simulation

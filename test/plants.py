@@ -8,12 +8,12 @@ import numpy as np
 from scipy.integrate import solve_ivp
 
 from obs_ros import Model, Record, Variable
+from obs_ros.core.typing import Array
+from obs_ros.inference.objective import Objective
+from obs_ros.inference.parameterisation import Unknowns
+from obs_ros.integration.backends import kernels_for
+from obs_ros.integration.grid import Grid
 from obs_ros.models.three_tank import THREE_TANK
-from obs_ros.objective import Objective
-from obs_ros.rollout import kernels_for
-from obs_ros.rollout.grid import Grid
-from obs_ros.typing import Array
-from obs_ros.unknowns import Unknowns
 
 NAN = np.nan
 STIFFNESS = 4.0

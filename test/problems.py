@@ -5,7 +5,7 @@ from itertools import pairwise
 
 import numpy as np
 
-from obs_ros.typing import Array, IntArray
+from obs_ros.core.typing import Array, IntArray
 
 ROUNDING = 1e-9
 

@@ -15,8 +15,8 @@ from rclpy.parameter import Parameter
 from sensor_msgs.msg import JointState
 
 from demo.domain import Domain
-from obs_ros.node.estimator import Estimator
-from obs_ros.node.messages import STREAM, named_vector
+from obs_ros.ros.estimator import Estimator
+from obs_ros.ros.messages import STREAM, named_vector
 
 # Nothing in the tests may talk outside this machine.
 os.environ['ROS_AUTOMATIC_DISCOVERY_RANGE'] = 'LOCALHOST'

@@ -22,8 +22,8 @@ from rclpy.qos import DurabilityPolicy, QoSProfile, ReliabilityPolicy
 from ros import Ros
 from std_msgs.msg import String
 
-from obs_ros.node.messages import LATCHED
-from obs_ros.vectors import TOPICS
+from obs_ros.interface.vectors import TOPICS
+from obs_ros.ros.messages import LATCHED
 
 NODES = ('estimator', 'simulator')
 TROUBLE = ('Traceback', '[ERROR]', '[FATAL]')  # in the words of a node that ends in peace
@@ -303,7 +303,7 @@ TRANSLATIONS: dict[str, Action] = {
     'pip install': _pip_install,
     'python -m benchmarks': _benchmark,
     'python -m obs_ros.replay': _replay,
-    'python -m obs_ros.node.settings': Session.python,
+    'python -m obs_ros.interface.settings': Session.python,
     'ros2 run obs_ros': Session.run,
     'ros2 run obs_ros replay': _replay,
     'ros2 run rqt_plot': _plot,

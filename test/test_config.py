@@ -8,8 +8,8 @@ import yaml
 from diagnostic_msgs.msg import DiagnosticArray
 from ros import figures, set_parameter
 
-from obs_ros.estimate import Outcome
-from obs_ros.node.estimator import Estimator
+from obs_ros.core.estimate import Outcome
+from obs_ros.ros.estimator import Estimator
 from plant_sim.node import Simulator
 from plant_sim.scenarios import SCENARIOS, load_scenario
 

@@ -82,8 +82,8 @@ def test_the_example_estimates_from_the_messages_of_its_bindings(ros, monkeypatc
     from sensor_msgs.msg import JointState
     from std_msgs.msg import Float64
 
-    from obs_ros.node.estimator import Estimator
-    from obs_ros.node.messages import STREAM, named_vector, time_message
+    from obs_ros.ros.estimator import Estimator
+    from obs_ros.ros.messages import STREAM, named_vector, time_message
 
     monkeypatch.setenv('OBS_ROS_BACKEND', 'numpy')  # nothing to compile for one window
     estimator = ros.start(
@@ -171,8 +171,8 @@ def test_the_tutorial_goes_from_its_files_to_estimates(ros):
     from diagnostic_msgs.msg import DiagnosticArray
     from ros import figures, vector
 
-    from obs_ros.estimate import Outcome
-    from obs_ros.node.estimator import Estimator
+    from obs_ros.core.estimate import Outcome
+    from obs_ros.ros.estimator import Estimator
     from plant_sim.node import Simulator
 
     file = ('--ros-args', '--params-file', str(PARAMETERS))
@@ -192,8 +192,8 @@ def test_the_tutorial_goes_from_its_files_to_estimates(ros):
 
 def test_the_scenario_tells_what_is_sought_and_shows_the_weight_that_slips():
     """Offline, so that no arrival is late: values within 3 sd, and one jump, of stiffness."""
-    from obs_ros.node.settings import build_observer
-    from obs_ros.record import Sample
+    from obs_ros.core.record import Sample
+    from obs_ros.interface.settings import build_observer
     from obs_ros.replay.parameter_file import read_parameters
     from obs_ros.replay.settings import setup
     from plant_sim.scenarios import load_scenario

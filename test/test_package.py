@@ -12,9 +12,9 @@ from catkin_pkg.package import parse_package
 
 ROOT = Path(__file__).resolve().parents[1]
 EXECUTABLES = ('check_model', 'estimator', 'replay', 'simulator')
-ROS_SIDE = ('obs_ros.node', 'plant_sim.node')
+ROS_SIDE = ('obs_ros.ros', 'plant_sim.node')
 # Text that generated modules are made of: read, never imported.
-TEMPLATES = {'obs_ros.rollout.kernels'}
+TEMPLATES = {'obs_ros.integration.kernels'}
 
 MANIFEST = parse_package(ROOT / 'package.xml')
 DECLARED = {dependency.name for dependency in MANIFEST.exec_depends}

@@ -6,7 +6,7 @@ from pathlib import Path
 
 import pytest
 
-from obs_ros.observers import OBSERVERS
+from obs_ros.observers.base import OBSERVERS
 
 ROOT = Path(__file__).parent.parent
 README = (ROOT / 'README.md').read_text()
@@ -14,8 +14,8 @@ README = (ROOT / 'README.md').read_text()
 
 def test_every_parameter_stands_in_the_readme_as_it_is_declared() -> None:
     pytest.importorskip('rclpy')
-    from obs_ros.knob import markdown_table
-    from obs_ros.node import settings as estimator
+    from obs_ros.core.parameter_spec import markdown_table
+    from obs_ros.interface import settings as estimator
     from plant_sim import settings as simulator
 
     assert markdown_table((*estimator.CHOICE, *estimator.LIVE, *estimator.COMMON)) in README
@@ -23,7 +23,7 @@ def test_every_parameter_stands_in_the_readme_as_it_is_declared() -> None:
 
 
 def test_every_setting_of_every_observer_stands_in_the_documentation() -> None:
-    from obs_ros.node.settings import settings_page
+    from obs_ros.interface.settings import settings_page
 
     assert (ROOT / 'docs' / 'observer-parameters.md').read_text() == settings_page()
 

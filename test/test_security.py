@@ -16,8 +16,8 @@ ATTRIBUTES = {
 }  # fmt: skip
 # Kernels are code, made here and kept in a folder of the user's own: docs/security.md.
 KERNELS = {
-    'obs_ros/kernel_cache.py': {'pickle'},
-    'obs_ros/rollout/compiled.py': {'exec', 'compile'},
+    'obs_ros/core/kernel_cache.py': {'pickle'},
+    'obs_ros/integration/compiled.py': {'exec', 'compile'},
 }
 
 
@@ -86,7 +86,7 @@ def test_no_remote_caller_makes_the_estimator_import(ros, planted, name, value):
     from rcl_interfaces.srv import SetParameters, SetParametersAtomically
     from rclpy.parameter import Parameter
 
-    from obs_ros.node.estimator import Estimator
+    from obs_ros.ros.estimator import Estimator
 
     node = ros.start(Estimator, observer='node.fakes:FakeObserver')
     before = {k: v.value for k, v in node.get_parameters_by_prefix('').items()}

@@ -2,7 +2,7 @@
 # setup.sh runtime: .venv with ROS 2 Jazzy, the numerics and this package.
 # setup.sh test: that, and the test tools.
 # setup.sh peers: runtime, and what benchmarks.peers compares with.
-# setup.sh design: runtime, and what obs_ros.design solves matrix inequalities with.
+# setup.sh design: runtime, and what obs_ros.observers.papers.design solves matrix inequalities with.
 # Each finished step leaves a fingerprint of what it was made from in .venv/.steps, so the next run
 # does only what is missing or out of date, and needs no network when nothing is.
 set -euo pipefail

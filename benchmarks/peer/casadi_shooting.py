@@ -12,9 +12,9 @@ import numpy as np
 
 from benchmarks.peer import Solve
 from benchmarks.peer.problem import Oracle, Problem, Stopped
-from obs_ros.model import Model
-from obs_ros.rollout.steps import STEPS
-from obs_ros.typing import Array
+from obs_ros.core.model import Model
+from obs_ros.core.typing import Array
+from obs_ros.integration.steps import STEPS
 
 MAX_ITERATIONS = 300
 IPOPT = {'ipopt.print_level': 0, 'ipopt.sb': 'yes', 'ipopt.max_iter': MAX_ITERATIONS}

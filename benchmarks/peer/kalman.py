@@ -13,8 +13,8 @@ from filterpy.kalman import ExtendedKalmanFilter, MerweScaledSigmaPoints, Unscen
 from benchmarks.peer import Solve
 from benchmarks.peer.problem import Filtered, Oracle, Problem
 from obs_ros import Record
-from obs_ros.rollout.grid import Grid
-from obs_ros.typing import Array
+from obs_ros.core.typing import Array
+from obs_ros.integration.grid import Grid
 
 HALF_STEP = 1e-5  # of central differences, in the unit box
 # Standard deviations of the process noise per sample, in the box: one choice for both

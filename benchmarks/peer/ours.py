@@ -5,7 +5,7 @@ import numpy as np
 from benchmarks.peer import Solve
 from benchmarks.peer.problem import Oracle, Problem
 from obs_ros import solve_window
-from obs_ros.model import names
+from obs_ros.core.model import names
 
 
 def noise_unknown(problem: Problem) -> Solve:

@@ -9,12 +9,12 @@ from benchmarks.judge import Judge
 from benchmarks.zoo import CASES, Case, draw
 from benchmarks.zoo.windows import FINER
 from obs_ros import Model, Record
-from obs_ros.objective import Objective
-from obs_ros.rollout import kernels_for
-from obs_ros.rollout.grid import Grid
-from obs_ros.search.memetic import SAME_OPTIMUM
-from obs_ros.typing import Array
-from obs_ros.unknowns import Unknowns
+from obs_ros.core.typing import Array
+from obs_ros.inference.objective import Objective
+from obs_ros.inference.parameterisation import Unknowns
+from obs_ros.integration.backends import kernels_for
+from obs_ros.integration.grid import Grid
+from obs_ros.optimization.memetic import SAME_OPTIMUM
 
 
 class Stopped(Exception):

@@ -7,7 +7,7 @@ import pygmo
 
 from benchmarks.peer import Solve
 from benchmarks.peer.problem import Oracle, Problem
-from obs_ros.typing import Array
+from obs_ros.core.typing import Array
 
 POPULATION = 32
 GENERATIONS = 100000  # its own tolerances, or the oracle, stop it before

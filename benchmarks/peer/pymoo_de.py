@@ -9,7 +9,7 @@ from pymoo.optimize import minimize
 
 from benchmarks.peer import Solve
 from benchmarks.peer.problem import Oracle, Problem
-from obs_ros.typing import Array
+from obs_ros.core.typing import Array
 
 POPULATION = 32
 GENERATIONS = 3000  # then again from a fresh population

@@ -12,9 +12,9 @@ from scipy.optimize import differential_evolution
 
 from benchmarks.peer import Solve
 from benchmarks.peer.problem import Oracle, Problem
-from obs_ros.objective import Objective
-from obs_ros.rollout import kernels_for
-from obs_ros.typing import Array
+from obs_ros.core.typing import Array
+from obs_ros.inference.objective import Objective
+from obs_ros.integration.backends import kernels_for
 
 RELATIVE, ABSOLUTE = 1e-6, 1e-8
 FAILED = 1e12

@@ -11,7 +11,7 @@ from scipy.optimize import least_squares
 
 from benchmarks.peer import Solve
 from benchmarks.peer.problem import Oracle, Problem
-from obs_ros.typing import Array
+from obs_ros.core.typing import Array
 
 HALF_STEP = 1e-6  # of central differences, in the unit box
 MAX_EVALUATIONS = 300

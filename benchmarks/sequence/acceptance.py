@@ -19,7 +19,7 @@ from benchmarks.sequence.scores import (
 )
 from benchmarks.sequence.tables import Cells, difference
 from benchmarks.sequence.track import Track
-from obs_ros.typing import Array
+from obs_ros.core.typing import Array
 
 FALSE_ALARMS = 0.005
 DRIFT, DRIFT_DEVIATIONS = 0.05, 1.3

@@ -8,16 +8,16 @@ import numpy as np
 
 from benchmarks.sequence.plants import Run
 from obs_ros import Estimate, Record, Sample
-from obs_ros.deadline import Deadline
-from obs_ros.model import names
-from obs_ros.observers import OBSERVERS, load_observer
-from obs_ros.report import Certainty, report
-from obs_ros.sequence.gate import marginal_information
-from obs_ros.sequence.prior import Prior, box_variances
-from obs_ros.sequence.race import JUMP_PROBABILITY, Hypothesis, weigh
-from obs_ros.sequence.regimes import Layout, Regimes
-from obs_ros.sequence.windows import Windows
-from obs_ros.solve import Solver, random_generator
+from obs_ros.core.deadline import Deadline
+from obs_ros.core.model import names
+from obs_ros.horizon.moving_horizon import Windows
+from obs_ros.horizon.solve import Solver, random_generator
+from obs_ros.inference.assessment.assemble import Certainty, report
+from obs_ros.inference.assessment.informed_subspace import marginal_information
+from obs_ros.inference.jumps.jump_search import JUMP_PROBABILITY, Hypothesis, weigh
+from obs_ros.inference.jumps.piecewise import Layout, Regimes
+from obs_ros.inference.prior import Prior, box_variances
+from obs_ros.observers.base import OBSERVERS, load_observer
 
 TIKHONOV = 0.02  # box, standard deviation about the previous estimate
 NANOSECONDS = 1e9

@@ -13,13 +13,13 @@ from benchmarks.common import table as markdown
 from benchmarks.sequence.plants import Run
 from benchmarks.sequence.scenes import Scene, run_of
 from obs_ros import Estimate, Record
-from obs_ros.deadline import Deadline
-from obs_ros.report import Certainty
-from obs_ros.sequence.gate import marginal_information
-from obs_ros.sequence.race import Hypothesis, Race
-from obs_ros.sequence.windows import Windows
-from obs_ros.solve import Solver, random_generator
-from obs_ros.typing import Array
+from obs_ros.core.deadline import Deadline
+from obs_ros.core.typing import Array
+from obs_ros.horizon.moving_horizon import Windows
+from obs_ros.horizon.solve import Solver, random_generator
+from obs_ros.inference.assessment.assemble import Certainty
+from obs_ros.inference.assessment.informed_subspace import marginal_information
+from obs_ros.inference.jumps.jump_search import Hypothesis, Race
 
 Solve = Callable[[int, Record], Estimate]
 
@@ -71,7 +71,7 @@ def sequence(run: Run, *, race: bool = True, gate: bool = True) -> Solve:
             if not race:
                 changed.enter_context(mock.patch.object(Race, 'run', lambda own, **_: own.best))
             if not gate:
-                changed.enter_context(mock.patch('obs_ros.sequence.windows._gated', ungated))
+                changed.enter_context(mock.patch('obs_ros.horizon.moving_horizon._gated', ungated))
             return windows.solve(record, random_generator(0, i), Deadline(None))
 
     return solve

@@ -19,10 +19,10 @@ from benchmarks.tank_windows import (
     simulated,
 )
 from obs_ros import solve_window
+from obs_ros.core.typing import Array, BoolArray
+from obs_ros.integration.backends import kernels_for
+from obs_ros.integration.grid import Grid
 from obs_ros.models.three_tank import THREE_TANK
-from obs_ros.rollout import kernels_for
-from obs_ros.rollout.grid import Grid
-from obs_ros.typing import Array, BoolArray
 
 SAMPLES = 300
 UNKNOWNS = (*(f'{name} at the start' for name in STATES), *PARAMETERS)

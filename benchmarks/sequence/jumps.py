@@ -11,7 +11,7 @@ from benchmarks.sequence.plants import PLANTS
 from benchmarks.sequence.scenes import SIZES
 from benchmarks.sequence.scores import Share, binomial
 from benchmarks.sequence.track import Track
-from obs_ros.model import names
+from obs_ros.core.model import names
 
 Tracks = Mapping[str, Sequence[Track]]
 

@@ -12,7 +12,7 @@ from benchmarks.sequence.information import Chunk, Informed, informed, pooled
 from benchmarks.sequence.plants import PLANTS
 from benchmarks.sequence.scenes import Scene, run_of
 from benchmarks.sequence.track import Task, Track, tracked
-from obs_ros.rollout import kernels_for
+from obs_ros.integration.backends import kernels_for
 
 SNRS = (40.0, 20.0, 0.0)
 LAG_SNR = 0.0  # its noise is fixed

@@ -8,10 +8,10 @@ import numpy as np
 
 from benchmarks.tank_windows import TRUE_STEP
 from obs_ros import Model, Record, Variable
+from obs_ros.core.typing import Array
+from obs_ros.integration.backends import kernels_for
+from obs_ros.integration.grid import Grid
 from obs_ros.models.three_tank import THREE_TANK
-from obs_ros.rollout import kernels_for
-from obs_ros.rollout.grid import Grid
-from obs_ros.typing import Array
 
 
 def lag_dynamics(t: Any, x: Any, u: Any, p: Any) -> tuple[Any]:

@@ -8,7 +8,7 @@ import numpy as np
 from benchmarks.common import table as markdown
 from benchmarks.sequence.scores import confidently_wrong, coverage, share, withheld
 from benchmarks.sequence.track import Track
-from obs_ros.typing import Array, BoolArray
+from obs_ros.core.typing import Array, BoolArray
 
 ABRUPT = 0.2
 

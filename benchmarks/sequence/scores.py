@@ -6,7 +6,7 @@ from typing import NamedTuple
 import numpy as np
 
 from benchmarks.sequence.track import Track
-from obs_ros.typing import BoolArray
+from obs_ros.core.typing import BoolArray
 
 COVERED = 1.96  # standard deviations, 95 %
 

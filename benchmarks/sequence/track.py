@@ -9,9 +9,9 @@ from benchmarks.sequence.contestants import CONTESTANTS, OURS, ours
 from benchmarks.sequence.plants import Change, Run
 from benchmarks.sequence.scenes import Scene, run_of
 from obs_ros import Estimate, Outcome
-from obs_ros.estimate import Jump
-from obs_ros.model import names
-from obs_ros.typing import Array, BoolArray, IntArray
+from obs_ros.core.estimate import Jump
+from obs_ros.core.model import names
+from obs_ros.core.typing import Array, BoolArray, IntArray
 
 
 class Task(NamedTuple):

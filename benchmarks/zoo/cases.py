@@ -15,7 +15,7 @@ from benchmarks.zoo.pendulum import PENDULUM
 from benchmarks.zoo.quarter_car import QUARTER_CAR
 from benchmarks.zoo.tank_chain import TANK_CHAIN_4, TANK_CHAIN_8
 from obs_ros import Model, load_model
-from obs_ros.typing import Array
+from obs_ros.core.typing import Array
 
 Inputs = Callable[[np.random.Generator, Array], Array]
 THREE_TANK = load_model('three_tank')

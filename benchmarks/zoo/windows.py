@@ -7,9 +7,9 @@ import numpy as np
 
 from benchmarks.zoo.cases import Case
 from obs_ros import Record
-from obs_ros.model import names
-from obs_ros.rollout import kernels_for
-from obs_ros.rollout.grid import Grid
+from obs_ros.core.model import names
+from obs_ros.integration.backends import kernels_for
+from obs_ros.integration.grid import Grid
 
 FINER = 10  # steps of the simulated plant in one of the model
 

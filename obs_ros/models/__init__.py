@@ -1,7 +1,7 @@
 """The built-in plants, by name."""
 
-from obs_ros.model import Model
-from obs_ros.registry import lookup
+from obs_ros.core.model import Model
+from obs_ros.core.registry import lookup
 
 MODELS = {
     'glycolytic_oscillator': 'obs_ros.models.glycolytic_oscillator:GLYCOLYTIC_OSCILLATOR',

@@ -10,7 +10,7 @@ Without product none is made: x2 = 0 stays 0, and there x1 does not depend on x2
 
 from typing import Any
 
-from obs_ros.model import Model, Variable
+from obs_ros.core.model import Model, Variable
 
 
 def dynamics(t: Any, x: Any, u: Any, p: Any) -> tuple[Any, Any]:

@@ -11,8 +11,8 @@ from typing import Any
 
 import numpy as np
 
-from obs_ros.interconnected_model import InterconnectedModel
-from obs_ros.model import Variable
+from obs_ros.core.interconnected_model import InterconnectedModel
+from obs_ros.core.model import Variable
 
 STEM_MASS = 2.0  # m, kg
 DIAPHRAGM_AREA = 0.029  # Aa, m2

@@ -10,7 +10,7 @@ c6 = sigma. (The paper prints the flow where the pressure rise belongs in the se
 
 from typing import Any
 
-from obs_ros.model import Model, Variable
+from obs_ros.core.model import Model, Variable
 
 
 def dynamics(t: Any, x: Any, u: Any, p: Any) -> tuple[Any, Any, Any]:

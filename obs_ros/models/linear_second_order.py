@@ -6,7 +6,7 @@ is seen through a12 only: y is u behind a12 / ((s - a11)(s - a22)).
 
 from typing import Any
 
-from obs_ros.model import Model, Variable
+from obs_ros.core.model import Model, Variable
 
 
 def dynamics(t: Any, x: Any, u: Any, p: Any) -> tuple[Any, Any]:

@@ -11,7 +11,7 @@ right half plane.
 
 from typing import Any
 
-from obs_ros.model import Model, Variable
+from obs_ros.core.model import Model, Variable
 
 _COEFFICIENTS = ('a2', 'a1', 'a0', 'b2', 'b1', 'b0')
 _UNITS = ('1/s', '1/s2', '1/s3', '1/s', '1/s2', '1/s3')

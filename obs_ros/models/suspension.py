@@ -9,7 +9,7 @@ from typing import Any
 
 import numpy as np
 
-from obs_ros.model import Model, Variable
+from obs_ros.core.model import Model, Variable
 
 MS, MUS = 470.0, 110.0  # kg, chassis and wheel
 KS = 86378.0  # N/m, spring

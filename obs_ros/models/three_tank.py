@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 
-from obs_ros.model import Model, Variable
+from obs_ros.core.model import Model, Variable
 
 TANK_AREA = 100.0  # cm2
 PIPE_AREA = 0.6  # cm2

@@ -7,19 +7,19 @@ from typing import Any, ClassVar, NamedTuple
 
 import numpy as np
 
-from obs_ros.estimate import Estimate, Outcome
-from obs_ros.model import Model, checked_noise, inside, names
+from obs_ros.core.estimate import Estimate, Outcome
+from obs_ros.core.model import Model, checked_noise, inside, names
+from obs_ros.core.record import Sample
+from obs_ros.core.typing import Array
+from obs_ros.horizon.solve import random_generator
+from obs_ros.inference.parameterisation import Unknowns
+from obs_ros.integration.backends import Backend, check_backend
+from obs_ros.integration.path import Path
+from obs_ros.integration.stepper import Stepper, stepper_for
 from obs_ros.models import load_model
 from obs_ros.observers import settings as table
-from obs_ros.observers.intake import Intake
-from obs_ros.record import Sample
-from obs_ros.rollout import Backend, check_backend
-from obs_ros.rollout.path import Path
-from obs_ros.rollout.stepper import Stepper, stepper_for
-from obs_ros.solve import random_generator
-from obs_ros.stuck import words
-from obs_ros.typing import Array
-from obs_ros.unknowns import Unknowns
+from obs_ros.samples.gate import Intake
+from obs_ros.samples.stuck_sensor import words
 
 
 class Instant(NamedTuple):

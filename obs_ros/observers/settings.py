@@ -5,9 +5,9 @@ from typing import Any, TypeVar
 
 import numpy as np
 
-from obs_ros.knob import Knob, Value
-from obs_ros.registry import suggest
-from obs_ros.texts import quoted
+from obs_ros.core.parameter_spec import Knob, Value
+from obs_ros.core.registry import suggest
+from obs_ros.core.texts import quoted
 
 
 def setting(default: Value, description: str, unit: str = '', **limits: Any) -> Any:

@@ -4,15 +4,15 @@ import threading
 from collections.abc import Mapping
 from typing import Any, ClassVar
 
-from obs_ros.deadline import Deadline
-from obs_ros.estimate import Estimate
-from obs_ros.measurable import limits
-from obs_ros.model import Model
+from obs_ros.core.deadline import Deadline
+from obs_ros.core.estimate import Estimate
+from obs_ros.core.model import Model
+from obs_ros.core.record import Record, Sample
+from obs_ros.horizon.moving_horizon import Windows
+from obs_ros.horizon.solve import Solver, random_generator
 from obs_ros.models import load_model
-from obs_ros.record import Record, Sample
-from obs_ros.sequence.windows import Windows
-from obs_ros.solve import Solver, random_generator
-from obs_ros.window import SlidingWindow
+from obs_ros.samples.range_check import limits
+from obs_ros.samples.window import SlidingWindow
 
 
 class SlidingWindowObserver:

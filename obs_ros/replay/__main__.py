@@ -2,7 +2,7 @@
 
 import sys
 
-from obs_ros.replay.command import main
+from obs_ros.cli.replay import main
 
 if __name__ == '__main__':
     sys.exit(main())

@@ -8,14 +8,14 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from obs_ros.merge import Merge, Role, Topic
-from obs_ros.model import Model, names
-from obs_ros.node.bindings import HEADER, Binding
-from obs_ros.node.readers import Reader, WrongMessageError, topic_readers
-from obs_ros.record import Sample
-from obs_ros.registry import suggest
+from obs_ros.core.model import Model, names
+from obs_ros.core.record import Sample
+from obs_ros.core.registry import suggest
+from obs_ros.core.texts import LONGEST, one_line, quoted
+from obs_ros.interface.bindings import HEADER, Binding
+from obs_ros.interface.readers import Reader, WrongMessageError, topic_readers
 from obs_ros.replay.extras import require
-from obs_ros.texts import LONGEST, one_line, quoted
+from obs_ros.samples.merge import Merge, Role, Topic
 
 LARGEST_MESSAGE = 1_000_000  # bytes
 STREAMS = ('input', 'output')

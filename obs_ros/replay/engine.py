@@ -5,14 +5,14 @@ from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass, field
 from typing import Any
 
-from obs_ros.estimate import Estimate
-from obs_ros.node.settings import build_observer
-from obs_ros.observers import Observer
-from obs_ros.record import Sample
+from obs_ros.core.estimate import Estimate
+from obs_ros.core.record import Sample
+from obs_ros.core.texts import quoted
+from obs_ros.interface.settings import build_observer
+from obs_ros.observers.base import Observer
 from obs_ros.replay.forecast import Forecaster
 from obs_ros.replay.history import History
 from obs_ros.replay.settings import Setup
-from obs_ros.texts import quoted
 
 MOST_NOTES = 100  # breaks and failures kept; all are counted
 

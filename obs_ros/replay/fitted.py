@@ -2,9 +2,9 @@
 
 import numpy as np
 
-from obs_ros.model import Model
+from obs_ros.core.model import Model
+from obs_ros.core.typing import Array
 from obs_ros.replay.history import History
-from obs_ros.typing import Array
 
 DRAWS = 5  # points at which an output is compared with a state
 

@@ -6,14 +6,14 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from obs_ros.align import align
-from obs_ros.estimate import Estimate
-from obs_ros.model import Model
-from obs_ros.record import Record, Sample
-from obs_ros.rollout import kernels_for
-from obs_ros.rollout.grid import Grid
-from obs_ros.stream import InputStream, Stream
-from obs_ros.typing import Array
+from obs_ros.core.estimate import Estimate
+from obs_ros.core.model import Model
+from obs_ros.core.record import Record, Sample
+from obs_ros.core.typing import Array
+from obs_ros.integration.backends import kernels_for
+from obs_ros.integration.grid import Grid
+from obs_ros.samples.align import align
+from obs_ros.samples.stream import InputStream, Stream
 
 
 @dataclass(frozen=True)

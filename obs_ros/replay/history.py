@@ -7,12 +7,12 @@ from collections.abc import Iterable, Sequence
 
 import numpy as np
 
-from obs_ros.estimate import Estimate, Jump
-from obs_ros.model import Model, names
-from obs_ros.record import Sample
+from obs_ros.core.estimate import Estimate, Jump
+from obs_ros.core.model import Model, names
+from obs_ros.core.record import Sample
+from obs_ros.core.typing import Array, IntArray
 from obs_ros.replay.forecast import Forecast
 from obs_ros.replay.trace import Trace
-from obs_ros.typing import Array, IntArray
 
 MOST_JUMPS = 1000  # kept; all are counted
 

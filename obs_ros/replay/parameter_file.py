@@ -7,7 +7,7 @@ from typing import Any
 
 import yaml
 
-from obs_ros.texts import LONGEST, one_line, quoted
+from obs_ros.core.texts import LONGEST, one_line, quoted
 
 LARGEST = 1_000_000  # bytes of a parameter file
 DEEPEST = 32  # mappings in one another

@@ -7,11 +7,11 @@ from typing import Any
 
 import numpy as np
 
-from obs_ros.model import Variable
+from obs_ros.core.model import Variable
+from obs_ros.core.typing import Array, IntArray
 from obs_ros.replay.engine import Account
 from obs_ros.replay.extras import require
 from obs_ros.replay.fitted import fitted_outputs, outputs_of_states
-from obs_ros.typing import Array, IntArray
 
 BAND = 2.0  # standard deviations
 MOST_POINTS = 4000  # of a curve

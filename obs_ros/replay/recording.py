@@ -6,12 +6,9 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Protocol
 
-from obs_ros.record import Sample
-from obs_ros.registry import suggest
+from obs_ros.core.record import Sample
+from obs_ros.core.registry import suggest
 from obs_ros.replay.settings import Setup
-
-# Time in a ROS stamp is int32 seconds.
-LAST_STAMP = 2**31 * 10**9 - 1  # ns
 
 BAG_SUFFIXES = ('.mcap', '.db3')
 TABLE_SUFFIXES = ('.csv', '.tsv', '.txt')

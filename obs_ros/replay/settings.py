@@ -5,11 +5,11 @@ from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 from typing import Any
 
-from obs_ros.knob import Knob, Value, check_names, ignored
-from obs_ros.model import Model
+from obs_ros.core.model import Model
+from obs_ros.core.parameter_spec import Knob, Value, check_names, ignored
+from obs_ros.interface.bindings import Binding, bindings, signal_knobs
+from obs_ros.interface.settings import CHOICE, RENAMED, observer_knobs
 from obs_ros.models import load_model
-from obs_ros.node.bindings import Binding, bindings, signal_knobs
-from obs_ros.node.settings import CHOICE, RENAMED, observer_knobs
 
 # What every node has, and a replay has no use for.
 FOREIGN = re.compile(r'use_sim_time|start_type_description_service|qos_overrides\..*')

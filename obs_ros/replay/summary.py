@@ -6,12 +6,12 @@ from collections.abc import Iterable, Iterator, Sequence
 
 import numpy as np
 
-from obs_ros.model import Variable
+from obs_ros.core.model import Variable
+from obs_ros.core.texts import LONGEST, one_line
+from obs_ros.core.typing import Array
 from obs_ros.replay.engine import Account
 from obs_ros.replay.recording import Recording
 from obs_ros.replay.settings import Setup
-from obs_ros.texts import LONGEST, one_line
-from obs_ros.typing import Array
 
 SHOWN = 50  # jumps, notes and combinations, at most
 

@@ -10,13 +10,14 @@ from typing import BinaryIO
 
 import numpy as np
 
-from obs_ros.model import Model, names
-from obs_ros.record import Sample
-from obs_ros.registry import suggest
-from obs_ros.replay.recording import LAST_STAMP
-from obs_ros.texts import listing, quoted
-from obs_ros.typing import Array
+from obs_ros.core.model import Model, names
+from obs_ros.core.record import Sample
+from obs_ros.core.registry import suggest
+from obs_ros.core.texts import listing, quoted
+from obs_ros.core.typing import Array
 
+# Time in a ROS stamp is int32 seconds.
+LAST_STAMP = 2**31 * 10**9 - 1  # ns
 LONGEST_ROW = 65536  # bytes
 DELIMITERS = ',;\t'
 TIMES = ('t', 'time', 'stamp')

@@ -5,7 +5,7 @@ from collections.abc import Iterable
 
 import numpy as np
 
-from obs_ros.typing import Array, IntArray
+from obs_ros.core.typing import Array, IntArray
 
 MOST = 4000  # rows
 

@@ -7,10 +7,10 @@ from pathlib import Path
 
 import numpy as np
 
-from obs_ros.estimate import Estimate
-from obs_ros.model import Model, names
+from obs_ros.core.estimate import Estimate
+from obs_ros.core.model import Model, names
+from obs_ros.interface.vectors import TOPICS, vectors
 from obs_ros.replay.extras import require
-from obs_ros.vectors import TOPICS, vectors
 
 Take = Callable[[Estimate, int], None]
 

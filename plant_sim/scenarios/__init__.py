@@ -1,6 +1,6 @@
 """The built-in scenarios, by name."""
 
-from obs_ros.registry import lookup
+from obs_ros.core.registry import lookup
 from plant_sim.scenario import Scenario
 
 SCENARIOS = {

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from obs_ros.model import inside
+from obs_ros.core.model import inside
 from obs_ros.models.glycolytic_oscillator import GLYCOLYTIC_OSCILLATOR as PLANT
 
 NOMINAL = tuple(inside(v) for v in PLANT.parameters)

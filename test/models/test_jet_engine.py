@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from obs_ros.model import inside
+from obs_ros.core.model import inside
 from obs_ros.models.jet_engine import JET_ENGINE as PLANT
 
 C = tuple(inside(v) for v in PLANT.parameters)

@@ -2,7 +2,7 @@
 
 import pytest
 
-from obs_ros.model import inside
+from obs_ros.core.model import inside
 from obs_ros.models.linear_second_order import LINEAR_SECOND_ORDER as PLANT
 
 NOMINAL = tuple(inside(v) for v in PLANT.parameters)

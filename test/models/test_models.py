@@ -6,10 +6,10 @@ import numpy as np
 import pytest
 
 from obs_ros import Model, Record, load_model
-from obs_ros.model import inside
+from obs_ros.core.model import inside
+from obs_ros.integration.backends import kernels_for
+from obs_ros.integration.grid import Grid
 from obs_ros.models import MODELS
-from obs_ros.rollout import kernels_for
-from obs_ros.rollout.grid import Grid
 
 
 @pytest.mark.parametrize('name', MODELS)

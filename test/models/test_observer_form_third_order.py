@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from obs_ros import Model
-from obs_ros.model import inside
+from obs_ros.core.model import inside
 from obs_ros.models.observer_form_third_order import (
     OBSERVER_FORM_THIRD_ORDER,
     OBSERVER_FORM_THIRD_ORDER_NMP,

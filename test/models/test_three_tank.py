@@ -6,9 +6,9 @@ import numpy as np
 import pytest
 
 from obs_ros import Record
+from obs_ros.integration.backends import kernels_for
+from obs_ros.integration.grid import Grid
 from obs_ros.models.three_tank import THREE_TANK
-from obs_ros.rollout import kernels_for
-from obs_ros.rollout.grid import Grid
 
 # Valve openings in three windows of 1000 s, and the levels (cm) at their ends.
 WINDOWS = (

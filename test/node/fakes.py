@@ -8,12 +8,12 @@ from typing import Any
 
 from patience import patience
 
-from obs_ros.estimate import Estimate, Outcome
-from obs_ros.model import Model, Variable, names
+from obs_ros.core.estimate import Estimate, Outcome
+from obs_ros.core.model import Model, Variable, names
+from obs_ros.core.record import Sample
 from obs_ros.models import load_model
 from obs_ros.observers.recursive import Instant, RecursiveObserver
 from obs_ros.observers.settings import Settings, setting
-from obs_ros.record import Sample
 
 
 def swing(t, x, u, p):

@@ -11,11 +11,11 @@ from rosgraph_msgs.msg import Clock
 from sensor_msgs.msg import JointState
 from std_msgs.msg import Float64, Float64MultiArray, String
 
+from obs_ros.interface.bindings import bindings, signal_knobs
 from obs_ros.models import load_model
-from obs_ros.node.bindings import bindings, signal_knobs
-from obs_ros.node.estimator import Estimator
-from obs_ros.node.message_types import fields_of, message_type
-from obs_ros.node.messages import STREAM, named_vector, time_message
+from obs_ros.ros.estimator import Estimator
+from obs_ros.ros.message_types import fields_of, message_type
+from obs_ros.ros.messages import STREAM, named_vector, time_message
 
 FAKE = 'node.fakes:FakeObserver'
 JOINTS, FLOAT = 'sensor_msgs/msg/JointState', 'std_msgs/msg/Float64'

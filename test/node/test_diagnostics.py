@@ -4,9 +4,10 @@ from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus
 from ros import figures
 from rosgraph_msgs.msg import Clock
 
-from obs_ros.node.diagnostics import PERIOD, Health, Level, publish_health
-from obs_ros.node.guarded import GuardedNode
-from obs_ros.node.messages import time_message
+from obs_ros.interface.status import Health, Level
+from obs_ros.ros.diagnostics import PERIOD, publish_health
+from obs_ros.ros.guarded import GuardedNode
+from obs_ros.ros.messages import time_message
 
 PROBE = functools.partial(GuardedNode, 'probe')
 

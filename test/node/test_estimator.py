@@ -13,9 +13,9 @@ from std_msgs.msg import String
 from std_srvs.srv import SetBool, Trigger
 
 from obs_ros.models import load_model
-from obs_ros.node.estimator import Estimator
-from obs_ros.node.info import model_info
-from obs_ros.node.messages import LATCHED, time_message
+from obs_ros.ros.estimator import Estimator
+from obs_ros.ros.info import model_info
+from obs_ros.ros.messages import LATCHED, time_message
 
 FAKE = 'node.fakes:FakeObserver'
 LEVELS, FEEDS = ('h1', 'h2'), ('Q1', 'Q2')

@@ -25,12 +25,12 @@ from rclpy.qos import QoSProfile, ReliabilityPolicy
 from ros import figures, set_parameter
 from rosgraph_msgs.msg import Clock
 
-from obs_ros.estimate import Outcome
-from obs_ros.node import diagnostics
-from obs_ros.node.estimator import Estimator
-from obs_ros.node.messages import time_message
-from obs_ros.sequence.windows import Windows
-from obs_ros.solve import Solver
+from obs_ros.core.estimate import Outcome
+from obs_ros.horizon.moving_horizon import Windows
+from obs_ros.horizon.solve import Solver
+from obs_ros.ros import diagnostics
+from obs_ros.ros.estimator import Estimator
+from obs_ros.ros.messages import time_message
 
 WINDOW, WINDOWS, SIGMA = 60, 3, 0.01  # s, number, cm
 X0, TRUTH = (50.0, 40.0, 45.0), {'p1': 0.6, 'p2': 0.5, 'p3': 0.7}
@@ -640,7 +640,7 @@ import resource
 from plants import VESSEL
 import numpy as np
 from obs_ros import Record, solve_window
-from obs_ros.kernel_cache import cache_trouble
+from obs_ros.core.kernel_cache import cache_trouble
 limits = ({limit})
 if limits:
     resource.setrlimit(*limits)

@@ -10,9 +10,10 @@ from ros import figures, set_parameter
 from sensor_msgs.msg import JointState
 from std_srvs.srv import SetBool, Trigger
 
-from obs_ros.node.diagnostics import Health, Level, publish_health
-from obs_ros.node.estimator import Estimator
-from obs_ros.node.guarded import GuardedNode
+from obs_ros.interface.status import Health, Level
+from obs_ros.ros.diagnostics import publish_health
+from obs_ros.ros.estimator import Estimator
+from obs_ros.ros.guarded import GuardedNode
 from plant_sim.node import Simulator
 
 PROBE = functools.partial(GuardedNode, 'probe')
@@ -126,7 +127,7 @@ def test_diagnostics_that_fail_are_shown_and_end_nothing(ros, capfd, examine):
 
 def test_an_estimator_whose_diagnostics_fail_lives(ros, monkeypatch):
     node = ros.start(Estimator)
-    monkeypatch.setattr('obs_ros.node.estimator.examine', fail)
+    monkeypatch.setattr('obs_ros.ros.estimator.examine', fail)
     assert ros.health().message.startswith('diagnostics failed: KeyError(')
     monkeypatch.undo()
     assert not ros.health(outcome='waiting').message.startswith('diagnostics')

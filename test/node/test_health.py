@@ -2,12 +2,12 @@ from dataclasses import dataclass, field
 
 import pytest
 
-from obs_ros.estimate import Estimate, Outcome
-from obs_ros.node import health
-from obs_ros.node.diagnostics import Level
-from obs_ros.node.health import LATE_FOR, Progress, examine
-from obs_ros.node.turns import Turns
-from obs_ros.node.worker import Finished
+from obs_ros.core.estimate import Estimate, Outcome
+from obs_ros.interface import health
+from obs_ros.interface.health import LATE_FOR, Progress, examine
+from obs_ros.interface.sequence_monitor import Turns
+from obs_ros.interface.status import Level
+from obs_ros.interface.worker import Finished
 
 SETTINGS = {
     'observer': 'sliding_window',

@@ -7,17 +7,17 @@ import pytest
 from node.test_health import estimate
 from sensor_msgs.msg import JointState
 
-from obs_ros.estimate import Outcome
-from obs_ros.field_path import FieldPath
-from obs_ros.model import Model, Variable, names
-from obs_ros.node.bindings import HEADER, Binding
-from obs_ros.node.diagnostics import Level
-from obs_ros.node.guarded import GuardedNode
-from obs_ros.node.health import Progress, examine
-from obs_ros.node.messages import STREAM, named_vector
-from obs_ros.node.readers import NAMED_VECTOR
-from obs_ros.node.streams import Streams, check_bindings
-from obs_ros.node.worker import Finished
+from obs_ros.core.estimate import Outcome
+from obs_ros.core.model import Model, Variable, names
+from obs_ros.interface.bindings import HEADER, Binding
+from obs_ros.interface.field_path import FieldPath
+from obs_ros.interface.health import Progress, examine
+from obs_ros.interface.readers import NAMED_VECTOR
+from obs_ros.interface.status import Level
+from obs_ros.interface.worker import Finished
+from obs_ros.ros.guarded import GuardedNode
+from obs_ros.ros.messages import STREAM, named_vector
+from obs_ros.ros.streams import Streams, check_bindings
 
 # Whether each output (input) is bound to a topic of its own, as the example's are.
 OUTPUTS = [(False,), (True,), (False, False), (True, False), (True, True)]

@@ -8,7 +8,7 @@ from node.fakes import FakeImmediate
 from plants import tank_outputs
 from ros import figures, set_parameter, vector
 
-from obs_ros.node.estimator import Estimator
+from obs_ros.ros.estimator import Estimator
 
 FAKE = 'node.fakes:FakeImmediate'
 LEVELS, FEEDS = ('h1', 'h2'), ('Q1', 'Q2')

@@ -6,11 +6,11 @@ import tracemalloc
 import pytest
 from ros import set_parameter
 
-from obs_ros.knob import Knob
+from obs_ros.core.parameter_spec import Knob
+from obs_ros.interface.bindings import signal_knobs
+from obs_ros.interface.settings import CHOICE, build_observer, observer_knobs
 from obs_ros.models import MODELS, load_model
-from obs_ros.node.bindings import signal_knobs
-from obs_ros.node.settings import CHOICE, build_observer, observer_knobs
-from obs_ros.observers import OBSERVERS, load_observer
+from obs_ros.observers.base import OBSERVERS, load_observer
 from plant_sim.node import Simulator
 from plant_sim.scenarios import SCENARIOS, load_scenario
 from plant_sim.settings import CHOICE as SCENARIO

@@ -3,8 +3,8 @@ import array
 import pytest
 from sensor_msgs.msg import JointState
 
-from obs_ros.node.messages import named_vector
-from obs_ros.node.readers import VectorReader, WrongMessageError
+from obs_ros.interface.readers import VectorReader, WrongMessageError
+from obs_ros.ros.messages import named_vector
 
 STAMP = 1_700_000_000_123_456_789
 

@@ -9,14 +9,14 @@ from rclpy.node import Node
 from rclpy.parameter import Parameter, get_parameter_value
 from ros import set_parameter
 
-from obs_ros.knob import Knob, markdown_table
+from obs_ros.core.parameter_spec import Knob, markdown_table
+from obs_ros.interface import settings
+from obs_ros.interface.bindings import signal_knobs
 from obs_ros.models import MODELS, load_model
-from obs_ros.node import settings
-from obs_ros.node.bindings import signal_knobs
-from obs_ros.node.estimator import Estimator
-from obs_ros.node.parameters import Parameters
-from obs_ros.observers import OBSERVERS
+from obs_ros.observers.base import OBSERVERS
 from obs_ros.replay.settings import setup
+from obs_ros.ros.estimator import Estimator
+from obs_ros.ros.parameters import Parameters
 from plant_sim import settings as plant_settings
 from plant_sim.node import Simulator
 

@@ -10,11 +10,11 @@ from ros import figures, vector
 from sensor_msgs.msg import JointState
 from std_msgs.msg import Float64
 
-from obs_ros.node import feed as feed_module
-from obs_ros.node.estimator import Estimator
-from obs_ros.node.messages import STREAM
-from obs_ros.observers import load_observer
-from obs_ros.record import Sample
+from obs_ros.core.record import Sample
+from obs_ros.observers.base import load_observer
+from obs_ros.ros import subscription as feed_module
+from obs_ros.ros.estimator import Estimator
+from obs_ros.ros.messages import STREAM
 
 S = 10**9
 LEVELS, FLOWS = ('h1', 'h2'), ('Q1', 'Q2')
@@ -67,7 +67,7 @@ def flows(k):
 @pytest.mark.parametrize('observer', ['ekf', 'ukf'])
 def test_a_stall_costs_a_filter_nothing(ros, monkeypatch, observer, first):
     """One topic delivers its whole backlog before the other: no output meets an old input."""
-    monkeypatch.setattr('obs_ros.merge.LONGEST_DUE', 60.0)  # however slow this machine is
+    monkeypatch.setattr('obs_ros.samples.merge.LONGEST_DUE', 60.0)  # however slow this machine is
     levels = tank_outputs(np.arange(200.0), (50.0, 40.0, 45.0), (0.6, 0.5, 0.7))
     noise = {'h1': 0.01, 'h2': 0.01}
     alone = load_observer(observer)('three_tank', noise=noise)

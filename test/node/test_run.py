@@ -17,7 +17,7 @@ _UNSENT = (
     "Failed to publish log message to rosout: publisher's context is invalid, "
     'at /project/src/rcl/publisher.c:423'
 )
-MODULES = {'simulator': 'plant_sim.node', 'estimator': 'obs_ros.node.estimator'}
+MODULES = {'simulator': 'plant_sim.node', 'estimator': 'obs_ros.ros.estimator'}
 
 
 @pytest.fixture

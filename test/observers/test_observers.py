@@ -9,13 +9,13 @@ import pytest
 from plants import NAN, observer_form, rich_input, trajectory
 
 from obs_ros import Estimate, Model, Outcome, Sample, load_model, load_observer
-from obs_ros.measurable import limits
-from obs_ros.model import inside, names
+from obs_ros.core.model import inside, names
+from obs_ros.core.typing import Array
 from obs_ros.models import MODELS
 from obs_ros.models.three_tank import THREE_TANK
-from obs_ros.observers import OBSERVERS
+from obs_ros.observers.base import OBSERVERS
 from obs_ros.observers.settings import knobs
-from obs_ros.typing import Array
+from obs_ros.samples.range_check import limits
 
 COUNT = 202
 IMMEDIATE = [name for name in OBSERVERS if load_observer(name).immediate]

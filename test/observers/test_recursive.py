@@ -8,9 +8,9 @@ import pytest
 from plants import BLOW_UP, OSCILLATOR, exact, with_interpolation
 
 from obs_ros import Outcome, Sample, Variable
+from obs_ros.integration.path import LANES
 from obs_ros.models.three_tank import THREE_TANK
 from obs_ros.observers.recursive import Instant, RecursiveObserver
-from obs_ros.rollout.path import LANES
 
 P = {'stiffness': 0.8, 'push': 0.7}
 MS = 1_000_000

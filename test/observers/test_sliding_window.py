@@ -10,8 +10,8 @@ from plants import tank_outputs
 
 from obs_ros import Estimate, Outcome, Record, Sample, solve_window
 from obs_ros.observers.sliding_window import SlidingWindowObserver
-from obs_ros.search import METHODS, Method
-from obs_ros.search.result import Found
+from obs_ros.optimization.methods import METHODS, Method
+from obs_ros.optimization.result import Found
 
 S = 10**9
 FEED = np.array([30.0, 30.0])

@@ -10,7 +10,7 @@ from rosgraph_msgs.msg import Clock
 from std_msgs.msg import String
 from std_srvs.srv import SetBool, Trigger
 
-from obs_ros.node.messages import LATCHED
+from obs_ros.ros.messages import LATCHED
 from plant_sim.node import Simulator
 from plant_sim.scenarios import SCENARIOS, load_scenario
 from plant_sim.simulation import Simulation

@@ -3,7 +3,7 @@ import math
 import numpy as np
 import pytest
 
-from obs_ros.model import Model, Variable
+from obs_ros.core.model import Model, Variable
 from obs_ros.models import load_model
 from plant_sim.plant import Plant
 from plant_sim.signals import constant

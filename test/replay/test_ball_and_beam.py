@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 from ball_and_beam import BALL, made_up, real_recording
 
-from obs_ros.model import names
+from obs_ros.core.model import names
 from obs_ros.replay.engine import replay
 from obs_ros.replay.settings import setup
 from obs_ros.replay.table import Table
@@ -54,7 +54,7 @@ def test_the_live_node_estimates_what_the_replay_does(ros, tmp_path, recorded):
     """Bit for bit; the recording stands still at the end of a window until that is solved."""
     from ros import vector
 
-    from obs_ros.node.estimator import Estimator
+    from obs_ros.ros.estimator import Estimator
 
     path = tilted(tmp_path / 'rig.csv') if recorded == 'made up' else real_recording()
     _, taken = replayed(path)

@@ -3,7 +3,7 @@ import pytest
 from ball_and_beam import made_up
 
 from obs_ros import Sample
-from obs_ros.node.settings import build_observer
+from obs_ros.interface.settings import build_observer
 from obs_ros.replay.engine import replay
 from obs_ros.replay.settings import setup
 
@@ -95,7 +95,7 @@ def test_a_break_of_the_timeline_is_told():
 
 
 def test_an_observer_that_fails_does_not_end_the_replay(monkeypatch):
-    from obs_ros.sequence.windows import Windows
+    from obs_ros.horizon.moving_horizon import Windows
 
     solve = Windows.solve
 

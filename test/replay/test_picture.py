@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 from ball_and_beam import BALL, motion
 
+from obs_ros.core.record import Sample
 from obs_ros.models import load_model
-from obs_ros.record import Sample
 from obs_ros.replay import picture, trace
 from obs_ros.replay.engine import replay
 from obs_ros.replay.fitted import fitted_outputs, outputs_of_states
@@ -125,7 +125,7 @@ def test_outputs_that_are_no_state_follow_the_path_and_the_parameters_before_a_j
         outputs=(Variable('y'),), parameters=(Variable('k', lower=0, upper=9),),
         dynamics=lambda t, x, u, p: (-p[0] * x[0] + u[0],), output=output,
     )  # fmt: skip
-    from obs_ros.estimate import Estimate, Jump, Outcome
+    from obs_ros.core.estimate import Estimate, Jump, Outcome
     from obs_ros.replay.history import History
 
     history = History(model)

@@ -5,7 +5,7 @@ import xml.etree.ElementTree as ET
 from pathlib import Path
 
 from obs_ros import load_model
-from obs_ros.vectors import TOPICS
+from obs_ros.interface.vectors import TOPICS
 
 LAYOUT = ET.parse(Path(__file__).parents[2] / 'docs' / 'plotjuggler.xml').getroot()
 

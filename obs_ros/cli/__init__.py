@@ -1,0 +1,1 @@
+"""The commands, and the entry points of all executables."""

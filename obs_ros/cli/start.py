@@ -1,0 +1,44 @@
+"""The executables' first lines, light enough that Ctrl-C works from the start."""
+
+import importlib
+import os
+import signal
+import sys
+
+
+def estimator() -> int:
+    """Run the estimator node."""
+    return _node('obs_ros.ros.estimator', 'obs_ros.interface.settings')
+
+
+def simulator() -> int:
+    """Run the simulator node."""
+    return _node('plant_sim.node', 'plant_sim.settings')
+
+
+def check_model() -> int:
+    """Look at a model, without ROS."""
+    return _run('obs_ros.cli.check_model')
+
+
+def replay() -> int:
+    """Run the observer over a recording, without ROS."""
+    return _run('obs_ros.cli.replay')
+
+
+def _node(module: str, settings: str) -> int:
+    """Run a node, or print its usage, for which no ROS is needed."""
+    own = sys.argv[1:]
+    if '--ros-args' in own:
+        own = own[: own.index('--ros-args')]
+    if {'-h', '--help'} & set(own):
+        print(importlib.import_module(settings).usage(), end='')
+        return 0
+    return _run(module)
+
+
+def _run(module: str) -> int:
+    # Importing ROS takes seconds; until it handles signals there is nothing to clean up.
+    for number in (signal.SIGINT, signal.SIGTERM):
+        signal.signal(number, lambda *_: os._exit(0))
+    return int(importlib.import_module(module).main())

@@ -1,0 +1,1 @@
+"""What everything rests on: models, records, estimates, registries, compiled loops."""

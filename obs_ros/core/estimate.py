@@ -1,0 +1,95 @@
+"""What every observer returns: values by name, how it went, and why."""
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from enum import StrEnum
+
+import numpy as np
+
+from obs_ros.core.typing import Array
+
+
+class Outcome(StrEnum):
+    """How an estimate came about; every estimate carries a message with the remedy."""
+
+    CONVERGED = 'converged'
+    DEADLINE = 'deadline'
+    NOT_IDENTIFIABLE = 'not_identifiable'
+    AT_BOUND = 'at_bound'
+    MODEL_MISMATCH = 'model_mismatch'
+    TOO_FEW_SAMPLES = 'too_few_samples'
+    STALE_OUTPUT = 'stale_output'
+    STALE_INPUT = 'stale_input'
+    DIVERGED = 'diverged'
+
+
+@dataclass(frozen=True)
+class Jump:
+    """Parameters that jumped at one time (s): by how much, and how exactly that is known.
+
+    `sizes` and `stddev` are in the parameters' units, `time_stddev` in s. `alternatives` names the
+    other sets of parameters that explain the window nearly as well; `new` tells that no earlier
+    window has shown this jump; `stamp` is its time in ns where samples had stamps.
+    """
+
+    time: float
+    time_stddev: float
+    sizes: Mapping[str, float]
+    stddev: Mapping[str, float]
+    new: bool
+    alternatives: tuple[str, ...] = ()
+    stamp: int | None = None
+
+    def __str__(self) -> str:
+        """Say what jumped."""
+        sizes = ', '.join(
+            f'{name} {size:+.3g} +- {2.0 * self.stddev[name]:.2g}'
+            for name, size in self.sizes.items()
+        )
+        return f'jump at {self.time:.2f} s +- {2.0 * self.time_stddev:.2g} s: {sizes}'
+
+
+@dataclass(frozen=True, eq=False)
+class Estimate:
+    """States and parameters of one window, with how far they can be trusted.
+
+    `t0` and `t1` (s) are the window's first and last sample; `initial_state` belongs to t0, `state`
+    and `parameters` to t1. `times` (K,) and `states` (K, n) are the estimated states at every
+    sample. `stddev` (of state and parameters) and `initial_stddev` are NaN where a standard
+    deviation would mean nothing, and 0 for what was given. `weak` says in words what the window
+    does not determine, `advice` what to do about it; `jumps` lists what jumped inside the window.
+    `cost` is what the search minimised;
+    `output_rms` is the residual's root mean square by output, in its unit; `residual_rms` that over
+    all measured values, which means something where the outputs share a unit.
+    `stamp` is the newest output's stamp in ns where samples had one. `figures` are what the
+    observer has to tell besides: gains, a generation, a best fitness. Without a usable solution
+    (`usable` is False) the values are NaN.
+    """
+
+    parameters: Mapping[str, float]
+    initial_state: Mapping[str, float]
+    state: Mapping[str, float]
+    stddev: Mapping[str, float]
+    outcome: Outcome
+    message: str
+    t0: float
+    t1: float
+    cost: float = np.nan
+    residual_rms: float = np.nan
+    output_rms: Mapping[str, float] = field(default_factory=dict)
+    initial_stddev: Mapping[str, float] = field(default_factory=dict)
+    weak: tuple[str, ...] = ()
+    advice: str = ''
+    jumps: tuple[Jump, ...] = ()
+    evaluations: int = 0
+    solve_time: float = 0.0
+    times: Array = field(default_factory=lambda: np.empty(0), repr=False)
+    states: Array = field(default_factory=lambda: np.empty((0, 0)), repr=False)
+    stamp: int | None = None
+    figures: Mapping[str, float] = field(default_factory=dict)
+
+    @property
+    def usable(self) -> bool:
+        """Whether every state and parameter is a finite number."""
+        values = (*self.parameters.values(), *self.initial_state.values(), *self.state.values())
+        return bool(np.isfinite(values).all())

@@ -1,0 +1,36 @@
+"""Linear algebra that never raises: where it has no answer, the answer is NaN.
+
+Data and models may be anything. A matrix that is not finite or singular, or whose eigenvalues do
+not converge, makes deviations NaN, and those are withheld.
+"""
+
+import numpy as np
+
+from obs_ros.core.typing import Array
+
+
+def eigen(matrix: Array) -> tuple[Array, Array]:
+    """Return eigenvalues (D,), rising, and eigenvectors (D, D) of a symmetric matrix (D, D)."""
+    try:
+        if np.isfinite(matrix).all():
+            values, vectors = np.linalg.eigh(matrix)
+            return values, vectors
+    except np.linalg.LinAlgError:
+        pass
+    return np.full(len(matrix), np.nan), np.full(matrix.shape, np.nan)
+
+
+def inverted(matrix: Array) -> Array:
+    """Return the inverse of a matrix (D, D)."""
+    try:
+        return np.asarray(np.linalg.inv(matrix))
+    except np.linalg.LinAlgError:
+        return np.full(matrix.shape, np.nan)
+
+
+def cholesky(matrix: Array) -> Array:
+    """Return the lower triangle (D, D) whose square is a positive definite matrix (D, D)."""
+    try:
+        return np.asarray(np.linalg.cholesky(matrix))
+    except np.linalg.LinAlgError:
+        return np.full(matrix.shape, np.nan)

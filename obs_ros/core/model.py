@@ -1,0 +1,232 @@
+"""What a plant is: named variables with units and bounds, and two plain functions."""
+
+import contextlib
+import math
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
+from numbers import Real
+from types import FunctionType
+from typing import Any, Literal, get_args
+
+import numpy as np
+
+from obs_ros.core import model_check as trial
+from obs_ros.core.registry import suggest
+from obs_ros.core.typing import Array
+
+Interpolation = Literal['hold', 'linear', 'mean']
+Scale = Literal['linear', 'log']
+Integrator = Literal['rk4', 'euler']
+
+CANDIDATES = 16  # with which a model is tried
+
+# f(t, x, u, p) -> one entry per state or output; entries are floats, or arrays over candidates.
+PlantFunction = Callable[[Any, Any, Any, Any], tuple[Any, ...]]
+
+
+@dataclass(frozen=True)
+class Variable:
+    """One state, input, output or parameter of a plant.
+
+    `lower` and `upper` bound it, in `unit`; `nominal` is its value when nobody estimates it.
+    `interpolation` says what an input does between its samples: `hold` the last one, run `linear`
+    to the next, or stay at the `mean` of both. `scale` says how far apart searches and priors see
+    two values of a parameter: `log` where it counts how many times larger one is than the other, as
+    with stiffnesses, rates and whatever enters in products and powers; values of equal product then
+    lie on a straight line. `walk` makes a parameter a disturbance: how far it wanders in one
+    second, as a standard deviation in units per square root of a second, infinite for one that is
+    new in every window. Without it a parameter stays where it is, or jumps.
+
+    Numbers are floats, whether given as such or as integers.
+
+    Raises ValueError for a name that is no identifier, what is no number, crossed bounds, bounds
+    that a logarithm does not have, a nominal outside them and a walk that is not positive, or on a
+    scale that has none.
+    """
+
+    name: str
+    unit: str = '1'
+    lower: float = -math.inf
+    upper: float = math.inf
+    nominal: float | None = None
+    interpolation: Interpolation = 'hold'
+    walk: float | None = None
+    scale: Scale = 'linear'
+
+    def __post_init__(self) -> None:
+        if not self.name.isidentifier():
+            raise ValueError(f'variable name {self.name!r} is not an identifier')
+        for field in ('lower', 'upper', 'nominal', 'walk'):
+            value = getattr(self, field)
+            if value is not None or field in ('lower', 'upper'):
+                object.__setattr__(self, field, _number(f'{self.name}: {field}', value))
+        if self.scale not in get_args(Scale):
+            raise ValueError(
+                f'{self.name}: scale {self.scale!r} is none of {", ".join(get_args(Scale))}'
+            )
+        check_bounds(self.name, self.lower, self.upper, self.scale)
+        if self.nominal is not None and not self.lower <= self.nominal <= self.upper:
+            raise ValueError(
+                f'{self.name}: nominal {self.nominal} is outside [{self.lower}, {self.upper}]'
+            )
+        if self.interpolation not in get_args(Interpolation):
+            raise ValueError(
+                f'{self.name}: interpolation {self.interpolation!r} is none of '
+                f'{", ".join(get_args(Interpolation))}'
+            )
+        if self.walk is not None and not self.walk > 0.0:
+            raise ValueError(f'{self.name}: walk {self.walk} is not positive')
+        if self.walk is not None and self.scale == 'log':
+            raise ValueError(f'{self.name}: what walks, in {self.unit}, needs a linear scale')
+
+
+@dataclass(frozen=True)
+class Model:
+    """A plant x' = f(t, x, u, p), y = h(t, x, u, p).
+
+    `dynamics` and `output` take the time t in s and tuples x (states), u (inputs), p (parameters),
+    and return a tuple with one entry per state or output. They are written with NumPy functions and
+    without `if` on values, so that the same code runs on floats, on arrays with one entry per
+    candidate, and compiled. `max_step` (s) is the longest integration step: longer sample intervals
+    are split evenly.
+
+    Raises ValueError when names clash, a step is not positive, or a function fails, returns
+    something else than one number for each entry, or is finite nowhere; with the line at fault.
+    """
+
+    name: str
+    states: Sequence[Variable]
+    outputs: Sequence[Variable]
+    dynamics: PlantFunction
+    output: PlantFunction
+    inputs: Sequence[Variable] = ()
+    parameters: Sequence[Variable] = ()
+    max_step: float = math.inf
+    integrator: Integrator = 'rk4'
+    reference: str = ''
+
+    def __post_init__(self) -> None:
+        for field in ('states', 'inputs', 'outputs', 'parameters'):
+            object.__setattr__(self, field, tuple(getattr(self, field)))
+        if not self.states or not self.outputs:
+            raise ValueError(f'model {self.name!r} needs at least one state and one output')
+        for group in (self.unknowns, tuple(self.inputs), tuple(self.outputs)):
+            names = [variable.name for variable in group]
+            twice = sorted({name for name in names if names.count(name) > 1})
+            if twice:
+                raise ValueError(f'model {self.name!r} has more than one variable {twice[0]!r}')
+        max_step = _number(f'model {self.name!r}: max_step', self.max_step)
+        object.__setattr__(self, 'max_step', max_step)
+        if not self.max_step > 0:
+            raise ValueError(f'model {self.name!r}: max_step {self.max_step} s is not positive')
+        if self.integrator not in get_args(Integrator):
+            raise ValueError(
+                f'model {self.name!r}: integrator {self.integrator!r} is none of '
+                f'{", ".join(get_args(Integrator))}'
+            )
+        for variable in (*self.states, *self.inputs, *self.outputs):
+            if variable.scale != 'linear':
+                raise ValueError(
+                    f'model {self.name!r}: {variable.name} has scale {variable.scale!r}, '
+                    'which only parameters may have'
+                )
+        for function, entries in (('dynamics', self.states), ('output', self.outputs)):
+            # A function that its author compiled already is taken as written.
+            plain = getattr(getattr(self, function), 'py_func', getattr(self, function))
+            object.__setattr__(self, function, plain)
+            self._try(plain, function, entries)
+
+    def _try(self, function: PlantFunction, kind: str, entries: Sequence[Variable]) -> None:
+        """Call a function once with arrays over candidates, as searches do."""
+        if not isinstance(function, FunctionType):
+            raise ValueError(
+                f'model {self.name!r}: {kind} must be a plain function, not {function}'
+            )
+        rng = np.random.default_rng(0)
+        arguments = (
+            0.0,
+            *(
+                tuple(_around(variable, rng) for variable in group)
+                for group in (self.states, self.inputs, self.parameters)
+            ),
+        )
+        vectors = {'x': names(self.states), 'u': names(self.inputs), 'p': names(self.parameters)}
+        try:
+            returned = trial.called(function, arguments, vectors)
+            trial.check_returned(function, returned, names(entries), CANDIDATES)
+            trial.check_finite(function, arguments, returned, names(entries), vectors)
+        except ValueError as error:
+            raise ValueError(f'model {self.name!r}: {kind} {error}') from error
+
+    @property
+    def unknowns(self) -> tuple[Variable, ...]:
+        """States, then parameters: all that can be estimated, in the order of every vector."""
+        return (*self.states, *self.parameters)
+
+    def variable(self, name: str) -> Variable:
+        """Return the state or parameter called `name`; raises ValueError when there is none."""
+        for variable in self.unknowns:
+            if variable.name == name:
+                return variable
+        known = [variable.name for variable in self.unknowns]
+        raise ValueError(f'model {self.name!r} has no state or parameter {name!r}: '
+                         f'{suggest(name, known)}')  # fmt: skip
+
+
+def names(variables: Sequence[Variable]) -> tuple[str, ...]:
+    """Return the names of the variables, in their order."""
+    return tuple(variable.name for variable in variables)
+
+
+def check_bounds(name: str, lower: float, upper: float, scale: Scale = 'linear') -> None:
+    """Raise ValueError unless lower < upper, with logarithms where the scale needs them."""
+    if not lower < upper:
+        raise ValueError(f'{name}: lower bound {lower} is not below upper bound {upper}')
+    if scale == 'log' and not (lower > 0.0 and upper < math.inf):
+        raise ValueError(
+            f'{name}: bounds {lower} and {upper} must be positive and finite on a log scale'
+        )
+
+
+def inside(variable: Variable) -> float:
+    """Return the nominal value, or else a value well inside the bounds."""
+    if variable.nominal is not None:
+        return variable.nominal
+    lower, upper = variable.lower, variable.upper
+    if math.isinf(lower) and math.isinf(upper):
+        return 1.0
+    if math.isinf(upper):
+        return lower + 1.0
+    return upper - 1.0 if math.isinf(lower) else 0.5 * (lower + upper)
+
+
+def _number(what: str, value: object) -> float:
+    """Return the number as a float; raises ValueError for what is none."""
+    if isinstance(value, Real) and not isinstance(value, bool):
+        with contextlib.suppress(OverflowError):
+            return float(value)
+    raise ValueError(f'{what} must be a number, not {value!r}')
+
+
+def _around(variable: Variable, rng: np.random.Generator) -> Array:
+    """Return values (CANDIDATES,) to try: the nominal one, or else the middle and others inside."""
+    middle = inside(variable)
+    if variable.nominal is not None:
+        return np.full(CANDIDATES, middle)
+    width = variable.upper - variable.lower
+    share = rng.uniform(-0.5, 0.5, CANDIDATES)
+    share[0] = 0.0
+    return np.asarray(middle + share * (width if math.isfinite(width) else 1.0))
+
+
+def checked_noise(model: Model, noise: Mapping[str, float] | None) -> dict[str, float]:
+    """Return the standard deviations by output; raises ValueError for what cannot be one."""
+    if noise is not None and not isinstance(noise, Mapping):
+        raise ValueError(f'noise must give a standard deviation by output, not {noise!r}')
+    outputs = names(model.outputs)
+    for name, sd in (noise or {}).items():
+        if name not in outputs:
+            raise ValueError(f'noise of unknown output {name!r}: {suggest(name, outputs)}')
+        if not (math.isfinite(sd) and sd > 0.0):
+            raise ValueError(f'noise of {name}: standard deviation {sd} is not positive')
+    return dict(noise or {})

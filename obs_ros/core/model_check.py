@@ -1,0 +1,149 @@
+"""A plant's function, tried before it is used: what is wrong with it, and on which line."""
+
+import dis
+import linecache
+import re
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+from types import FunctionType, TracebackType
+from typing import Any
+
+import numpy as np
+
+from obs_ros.core.texts import LONGEST, one_line, quoted
+
+Vectors = Mapping[str, tuple[str, ...]]  # names of the entries of x, u and p, in this order
+
+_UNPACKING = re.compile(
+    r'(?:too many|not enough) values to unpack \(expected (?:at least )?(\d+)(?:, got (\d+))?\)'
+)
+_MATH = re.compile(
+    r'must be real number, not|only (?:length-1|0-dimensional|size-1) arrays? can be converted'
+)
+
+
+def called(function: FunctionType, arguments: Sequence[Any], vectors: Vectors) -> tuple[Any, ...]:
+    """Return what a function of (t, x, u, p) returns for `arguments`, arrays over candidates.
+
+    Raises ValueError that names the line, and what to write there instead, when it fails.
+    """
+    try:
+        with np.errstate(all='ignore'):
+            return function(*arguments)  # type: ignore[no-any-return]
+    except Exception as error:
+        raise ValueError(
+            f'fails on arrays over candidates: {quoted(error)}'
+            f'{_remedy(error, vectors)} ({_place(function, error.__traceback__)})'
+        ) from error
+
+
+def check_returned(
+    function: FunctionType, returned: Any, names: tuple[str, ...], lanes: int
+) -> None:
+    """Raise ValueError unless it is a tuple with a number, for each candidate, by each name."""
+    wanted = (
+        f'must return a tuple of {len(names)} entries, one number for each candidate and each of '
+        f'{", ".join(names)}'
+    )
+    where = f' ({_return_line(function)})'
+    if returned is None:
+        raise ValueError(f'{wanted}, not None: is the `return` missing?{where}')
+    if not isinstance(returned, tuple):
+        comma = ': write a comma, `return (value,)`' if len(names) == 1 else ''
+        raise ValueError(f'{wanted}, not {_kind(returned)}{comma}{where}')
+    if len(returned) != len(names):
+        raise ValueError(f'{wanted}, not {len(returned)}{where}')
+    for name, entry in zip(names, returned, strict=True):
+        try:
+            shape = np.asarray(entry, dtype=np.float64).shape
+        except (TypeError, ValueError):
+            raise ValueError(f'{wanted}; that of {name} is {_kind(entry)}{where}') from None
+        if shape not in ((), (lanes,)):
+            raise ValueError(
+                f'{wanted}; that of {name} is an array of shape {shape}: '
+                f'use entries, as in x[0], not whole vectors{where}'
+            )
+
+
+def check_finite(
+    function: FunctionType,
+    arguments: Sequence[Any],
+    returned: tuple[Any, ...],
+    names: tuple[str, ...],
+    vectors: Vectors,
+) -> None:
+    """Raise ValueError when an entry of `returned` is finite for none of the candidates.
+
+    For some it may be infinite: the middle of the bounds, say, is often a singular point.
+    """
+    for name, entry in zip(names, returned, strict=True):
+        if np.isfinite(np.asarray(entry, dtype=np.float64)).any():
+            continue
+        first = [
+            argument if np.ndim(argument) == 0 else tuple(value[:1] for value in argument)
+            for argument in arguments
+        ]
+        where, why = _return_line(function), ''
+        try:
+            with np.errstate(divide='raise', over='raise', invalid='raise', under='ignore'):
+                function(*first)
+        except Exception as error:
+            where, why = _place(function, error.__traceback__), f', {quoted(error)}'
+        at = ', '.join(
+            f'{label} = {value[0]:g}'
+            for labels, values in zip(vectors.values(), first[1:], strict=True)
+            for label, value in zip(labels, values, strict=True)
+        )
+        raise ValueError(
+            f'is not finite: {name} is {np.ravel(entry)[0]:g} at {at or "t = 0"}, '
+            f'nor is it anywhere else that was tried{why} ({where})'
+        )
+
+
+def _remedy(error: Exception, vectors: Vectors) -> str:
+    text = str(error)
+    if 'ambiguous' in text:
+        return ' (no `if` on values: use np.where)'
+    if isinstance(error, TypeError) and _MATH.search(text):
+        return " (use NumPy's functions, np.sin, in place of those of math)"
+    if _UNPACKING.search(text) or isinstance(error, IndexError):
+        sizes = '; '.join(
+            f'{vector} has {len(names)}: {", ".join(names)}' if names else f'{vector} has none'
+            for vector, names in vectors.items()
+        )
+        return f' ({sizes})'
+    if isinstance(error, TypeError) and 'positional argument' in text:
+        return ' (it is called with t, x, u, p)'
+    return ''
+
+
+def _place(function: FunctionType, traceback: TracebackType | None) -> str:
+    """Say where an error arose: the last line of the function's own file on the way there."""
+    found = function.__code__.co_firstlineno
+    while traceback is not None:
+        if traceback.tb_frame.f_code.co_filename == function.__code__.co_filename:
+            found = traceback.tb_lineno
+        traceback = traceback.tb_next
+    return _line(function, found)
+
+
+def _return_line(function: FunctionType) -> str:
+    """Say where a function returns, the last time."""
+    code = function.__code__
+    number = code.co_firstlineno
+    for instruction in dis.get_instructions(code):
+        if instruction.opname.startswith('RETURN') and instruction.positions is not None:
+            number = instruction.positions.lineno or number
+    return _line(function, number)
+
+
+def _line(function: FunctionType, number: int) -> str:
+    file = function.__code__.co_filename
+    text = one_line(linecache.getline(file, number), LONGEST)
+    return f'{Path(file).name}:{number}' + (f': `{text}`' if text else '')
+
+
+def _kind(value: Any) -> str:
+    if isinstance(value, np.ndarray):
+        return f'an array of shape {value.shape}'
+    return f'the {type(value).__name__} {quoted(value, 60)}'

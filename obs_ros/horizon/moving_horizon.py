@@ -1,0 +1,306 @@
+"""One window after the other: prior, search, race, gate, and what is learned from it.
+
+The prior is the information of windows that ended before this one began; the race looks for jumps
+inside the window; the gate holds what the window does not tell.
+"""
+
+import time
+from dataclasses import replace
+
+import numpy as np
+
+from obs_ros.core.deadline import Deadline
+from obs_ros.core.estimate import Estimate, Jump, Outcome
+from obs_ros.core.model import names
+from obs_ros.core.record import Record
+from obs_ros.core.residual_tests import independent_share, inflation
+from obs_ros.core.typing import Array, BoolArray
+from obs_ros.horizon.announcements import SAME_TIME, Announcements
+from obs_ros.horizon.arrival_cost import Entry, History, Known
+from obs_ros.horizon.probation import Doubt, without_stuck
+from obs_ros.horizon.solve import Solver, whitened
+from obs_ros.inference.assessment.assemble import Certainty, empty, report, states_at_bound
+from obs_ros.inference.assessment.identifiability import undetermined
+from obs_ros.inference.assessment.informed_subspace import Gate
+from obs_ros.inference.assessment.profile import widened_by_profile
+from obs_ros.inference.jumps.jump_search import Hypothesis, Race, inverse, may_jump, weigh
+from obs_ros.inference.jumps.piecewise import Layout, Regimes
+from obs_ros.inference.noise import Noise, variances_left
+from obs_ros.inference.objective import Objective
+from obs_ros.inference.prior import Posterior, Prior
+from obs_ros.optimization.levenberg_marquardt import levenberg_marquardt
+from obs_ros.optimization.memetic import FULL_ITERATIONS
+from obs_ros.optimization.result import Found
+from obs_ros.samples.range_check import without_absurd
+
+MOST_FOR_HOLDING = 20.0  # squares that a fit may lose for what its window does not tell
+NOTHING_NEW = 0.95  # of a variance before; a window that leaves more has told nothing
+POLISH = 40  # iterations from a start that is near
+EXCESS = 5.0  # standard deviations of the squares above which a warm start is not trusted
+
+
+class Windows:
+    """Solves windows in order of time, each with what the earlier ones have taught.
+
+    `learn_noise` takes the noise that is given only for where to begin.
+    """
+
+    def __init__(self, solver: Solver, *, learn_noise: bool = False) -> None:
+        self._solver = solver
+        self._history = History(solver.unknowns)
+        self._noise = Noise(solver.noise, names(solver.model.outputs), learn_noise)
+        self._previous: Estimate | None = None
+        self._announcements = Announcements()
+        # Parameters that some window has told by itself.
+        self._told = np.zeros(solver.unknowns.dimension - solver.unknowns.n_states, dtype=np.bool_)
+        self._explained: Hypothesis | None = None  # the previous window's
+        self._doubt = Doubt()
+        self.stuck = 0  # values that stuck sensors repeated
+        self.huge = 0  # values that no signal of their window can have
+
+    @np.errstate(all='ignore')  # data or model may overflow: what is not finite says so itself
+    def solve(self, record: Record, rng: np.random.Generator, deadline: Deadline) -> Estimate:
+        """Estimate the next window; see `solve_window`."""
+        model = self._solver.model
+        record, absurd = without_absurd(record)
+        self.huge += absurd
+        sound = without_stuck(model, record, self._solver.noise, self._noise.scale())
+        self.stuck += sound.repeated
+        if sound.record is None:
+            return empty(model, record, Outcome.STALE_OUTPUT, sound.said)
+        estimate = self._solve_measured(sound.record, rng, deadline)
+        if not sound.repeated:
+            return estimate
+        outcome = Outcome.STALE_OUTPUT if estimate.usable else estimate.outcome
+        return replace(estimate, outcome=outcome, message=f'{sound.said}; {estimate.message}')
+
+    def _solve_measured(
+        self, record: Record, rng: np.random.Generator, deadline: Deadline
+    ) -> Estimate:
+        if not self._solver.method.needs_squares:
+            estimate = self._solver.solve(record, rng, deadline, self._previous)
+        else:
+            estimate = self._solve(record, rng, deadline)
+        if estimate.usable:
+            self._previous = estimate
+        return estimate
+
+    def _solve(self, record: Record, rng: np.random.Generator, deadline: Deadline) -> Estimate:
+        begin = time.perf_counter()
+        solver, scale = self._solver, self._noise.scale()
+        known = scale is not None
+        correlation = self._noise.correlation
+        if scale is not None:  # of white noise that would disturb as much
+            scale = scale * np.sqrt(inflation(correlation))
+        objective = solver.pose(record, scale, noise_known=known)
+        if isinstance(objective, Estimate):
+            return objective
+        start, duration = float(record.t[0]), float(record.t[-1] - record.t[0])
+        earlier = self._history.prior(start, duration)
+        prior = Prior.box(solver.unknowns) if earlier is None else earlier
+        warm = solver.warm_start(record, self._previous)
+        continued = self._continued(objective, prior, warm, deadline)
+        found = None
+        if known and warm is not None:
+            posterior = Posterior(objective, prior)
+            found = _from_warm(posterior, warm, deadline, continued, correlation)
+        if found is None:
+            found = solver.search(objective, rng, deadline, warm, noise_known=known, prior=prior)
+        if not np.isfinite(found.cost):
+            return solver.diverged(record, objective)
+        if not known:
+            found = whitened(objective, found)
+            polished = levenberg_marquardt(
+                Posterior(objective, prior), found.z[None], objective.nodes, POLISH, deadline
+            )
+            found = replace(found, z=polished.z[0], cost=float(polished.squares[0]))
+        still = weigh(Regimes(objective, prior, Layout(objective.dimension)), found.z)
+        race = Race(still, deadline, known=continued, correlation=correlation)
+        best = race.run() if found.accepted else still
+        if best.jumps and not known:
+            best = _with_own_noise(best, deadline)
+        certainty = _gated(best, deadline)
+        if not best.jumps and tells_nothing(certainty):
+            surest = self._history.surest_prior(start, duration)
+            certainty = certainty if surest is None else _recalled(certainty, surest, deadline)
+        certainty = replace(certainty, finished=race.finished, correlation=correlation)
+        jumps = self._announcements.of(certainty, race.alternatives(), record)
+        if not best.layout.events:
+            self._told |= told_alone(certainty)
+        certainty = replace(certainty, jumps=jumps, told=self._told.copy())
+        estimate = report(
+            record,
+            objective,
+            found,
+            certainty,
+            noise_known=known,
+            in_time=not deadline.passed,
+            solve_time=time.perf_counter() - begin,
+        )
+        if found.accepted and race.finished:
+            fits = self._learn(certainty, jumps)
+            estimate = self._doubt.weigh(estimate, fits) if known else estimate
+        return estimate
+
+    def _continued(
+        self, objective: Objective, prior: Prior, warm: Array | None, deadline: Deadline
+    ) -> Hypothesis | None:
+        """Return the hypothesis that what jumped in the previous window jumped as it says there."""
+        if self._explained is None or warm is None:
+            return None
+        layout, point = _moved(self._explained, objective, warm)
+        if not layout.events:
+            return None
+        regimes = Regimes(objective, prior, layout)
+        start = np.clip(point, *regimes.walls)[None]
+        solved = levenberg_marquardt(regimes, start, objective.nodes, POLISH, deadline)
+        return weigh(regimes, solved.z[0]) if np.isfinite(solved.squares[0]) else None
+
+    def _learn(self, certainty: Certainty, jumps: tuple[Jump, ...]) -> bool:
+        """Remember what an accepted window says; one that nothing explains teaches nothing.
+
+        Returns whether it was explained.
+        """
+        best, history = certainty.hypothesis, self._history
+        objective, z = best.regimes.objective, best.point
+        grid, n = objective.grid, objective.unknowns.n_states
+        left = variances_left(best.trajectory[1], grid, z.size)
+        fit = certainty.fit
+        odd = fit.too_large or fit.too_small
+        # What a state at its bound leaves is no noise: there the model may not hold.
+        if not states_at_bound(objective.unknowns.model, best.trajectory[0]):
+            (self._noise.doubt if odd else self._noise.accept)(left, fit.colour)
+        self._explained = None
+        if fit.too_large:
+            return False
+        self._explained = best
+        places = {name: i for i, name in enumerate(objective.unknowns.names)}
+        start = float(grid.t[0])
+        duration = float(grid.t[-1]) - start
+        near = SAME_TIME * duration
+        earlier = history.jumps
+        history.jumps = [known for known in earlier if known.time < start]
+        for jump in jumps:
+            known = Known(jump.time, frozenset(places[name] for name in jump.sizes))
+            if not any(
+                other.parameters == known.parameters and abs(other.time - known.time) <= near
+                for other in earlier
+            ):
+                history.jumped(known)
+            history.jumps.append(known)
+        history.prune(start, duration)
+        if certainty.drifting or not np.isfinite(certainty.covariance).all():
+            return True
+        final = best.layout.final(z)[n:]
+        covariance = certainty.covariance[np.ix_(final, final)]
+        if certainty.bent:  # the valley is not where correlations say that it is
+            covariance = np.diag(np.diagonal(covariance))
+        history.add(Entry(float(grid.t[-1]), z[final], covariance))
+        return True
+
+
+def told_alone(certainty: Certainty) -> BoolArray:
+    """Return which parameters (q,) a window without a jump tells without any that came before."""
+    unknowns = certainty.hypothesis.regimes.objective.unknowns
+    n = unknowns.n_states
+    box = Prior.box(unknowns).precision[n:, n:]
+    variances = np.diagonal(inverse(certainty.information + box))
+    return np.asarray(np.sqrt(variances) < undetermined(unknowns)[n:])
+
+
+def tells_nothing(certainty: Certainty) -> bool:
+    """Whether a window without a jump has made no parameter much surer than it was before."""
+    best = certainty.hypothesis
+    steady = may_jump(best.regimes.objective.unknowns)
+    before = np.diagonal(inverse(best.regimes.prior.precision))[steady]
+    return bool((np.diagonal(certainty.covariance)[steady] > NOTHING_NEW * before).all())
+
+
+def _recalled(certainty: Certainty, prior: Prior, deadline: Deadline) -> Certainty:
+    """Return what a surer prior makes of a window that tells nothing, if that fits the window."""
+    best = certainty.hypothesis
+    regimes = Regimes(best.regimes.objective, prior, best.layout)
+    nodes = best.regimes.objective.nodes
+    solved = levenberg_marquardt(regimes, best.point[None], nodes, POLISH, deadline)
+    other = weigh(regimes, solved.z[0])
+    return _gated(other, deadline) if other.cost < best.cost + MOST_FOR_HOLDING else certainty
+
+
+def _from_warm(
+    posterior: Posterior,
+    warm: Array,
+    deadline: Deadline,
+    continued: Hypothesis | None,
+    correlation: float,
+) -> Found | None:
+    """Return the fit from a warm start alone, where it or the known jumps explain the window."""
+    nodes = posterior.nodes
+    solved = levenberg_marquardt(posterior, warm[None], nodes, FULL_ITERATIONS, deadline)
+    count = posterior.count(nodes)
+    spread = np.sqrt(2.0 * count / independent_share(correlation))
+    limit = (count + EXCESS * spread) / inflation(correlation)
+    rule = 'the residual is as small as the noise'
+    if not solved.squares[0] <= limit:
+        if continued is None or continued.squares > limit:
+            return None
+        rule = 'a known jump explains the window'
+    return Found(
+        z=solved.z[0],
+        cost=float(solved.squares[0]),
+        converged=bool(solved.converged[0]),
+        accepted=rule,
+        white=None,
+        effort='1 round',
+    )
+
+
+def _moved(explained: Hypothesis, objective: Objective, warm: Array) -> tuple[Layout, Array]:
+    """Return the layout and the point of an earlier window's jumps that lie in this one too.
+
+    `warm` (d,) is where this window is expected to begin, but for what has not jumped yet.
+    """
+    old, new = explained.regimes.objective.grid.t, objective.grid.t
+    z, events, tail = warm.copy(), [], []
+    layout, point = explained.layout, explained.point
+    n = objective.unknowns.n_states
+    z[n:] = point[n : layout.dimension]
+    jumped = layout.jumped(point)
+    for event in dict.fromkeys(event for event, *_ in jumped):
+        moment = old[0] + point[layout.times[event]] * (old[-1] - old[0])
+        values = [(i, point[after]) for e, i, _, after in jumped if e == event]
+        if moment <= new[0]:
+            for i, value in values:
+                z[i] = value
+        elif moment < new[-1]:
+            events.append(tuple(i for i, _ in values))
+            tail += [(moment - new[0]) / (new[-1] - new[0]), *(value for _, value in values)]
+    return Layout(layout.dimension, tuple(events)), np.concatenate([z, tail])
+
+
+def _with_own_noise(best: Hypothesis, deadline: Deadline) -> Hypothesis:
+    """Return a hypothesis in units of the noise that it leaves, of a window that had none given."""
+    regimes, objective = best.regimes, best.regimes.objective
+    left = variances_left(best.trajectory[1], objective.grid, best.point.size)
+    objective.grid = objective.grid.rescaled(np.sqrt(left) / objective.grid.scale)
+    regimes = Regimes(objective, regimes.prior, regimes.layout)
+    solved = levenberg_marquardt(regimes, best.point[None], objective.nodes, POLISH, deadline)
+    return weigh(regimes, solved.z[0], best.before)
+
+
+def _gated(best: Hypothesis, deadline: Deadline) -> Certainty:
+    """Hold what a window without a jump inside does not tell."""
+    objective, prior = best.regimes.objective, best.regimes.prior
+    n = objective.unknowns.n_states
+    if best.layout.events:
+        final = best.layout.final(best.point)[n:]
+        return Certainty(best, best.covariance, inverse(best.covariance[np.ix_(final, final)]))
+    gate = Gate.of(best)
+    if not len(gate.held):
+        covariance, bent = widened_by_profile(best)
+        return Certainty(best, covariance, gate.information, bent=bent)
+    holding = Posterior(objective, gate.holding(prior))
+    solved = levenberg_marquardt(holding, best.point[None], objective.nodes, POLISH, deadline)
+    held = weigh(best.regimes, solved.z[0], best.before)
+    if not held.squares < best.squares + MOST_FOR_HOLDING:
+        held = best  # far from linear: there is no such fit where the prior has it
+    return Certainty(held, gate.covariance(held), gate.information)

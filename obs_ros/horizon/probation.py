@@ -1,0 +1,82 @@
+"""What is trusted: the sensors of a window, and windows that follow one that nothing explains."""
+
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from obs_ros.core.estimate import Estimate, Outcome
+from obs_ros.core.model import Model, names
+from obs_ros.core.record import Record
+from obs_ros.core.typing import Array
+from obs_ros.inference.assessment.assemble import NEGLIGIBLE
+from obs_ros.samples.stuck_sensor import stuck, words
+
+EARNED = 20  # windows in a row
+
+
+@dataclass(frozen=True)
+class Sound:
+    """A window without what stuck sensors repeat: None if nothing else is left of it."""
+
+    record: Record | None
+    repeated: int  # values
+    said: str  # which sensors, in words
+
+
+def without_stuck(
+    model: Model, record: Record, given: Mapping[str, float], scale: Array | None
+) -> Sound:
+    """Take out what a stuck sensor repeats.
+
+    `scale` (r,) is the noise, given or learned; None while some of it is known only as `given`.
+    """
+    noisy = np.array([name in given for name in names(model.outputs)])
+    if scale is not None:
+        # Below that the noise is but rounding, as in a simulation.
+        noisy = scale > NEGLIGIBLE * np.nanmax(np.abs(record.y), axis=0, initial=0.0)
+    repeated = stuck(record.y, noisy)
+    if not repeated.any():
+        return Sound(record, 0, '')
+    said = words(model, np.flatnonzero(repeated.any(axis=0)))
+    left = np.where(repeated, np.nan, record.y)
+    sound = None if np.isnan(left).all() else record.with_outputs(left)
+    return Sound(sound, int(repeated.sum()), said)
+
+
+class Doubt:
+    """Where the very first windows contradict the model, later ones that fit prove little.
+
+    Near rest, parameters can imitate nearly anything: an input in other units, say. So trust has
+    to be earned then, by `EARNED` windows in a row. Once trusted, a window that does not fit is an
+    event of its own, and casts no doubt on others.
+    """
+
+    def __init__(self) -> None:
+        self._trusted = False
+        self._since: float | None = None  # the end (s) of the last window that did not fit
+        self._earned = 0
+
+    def weigh(self, estimate: Estimate, fits: bool) -> Estimate:
+        """Return the estimate as it is to be believed; `fits` within the noise that is known."""
+        if self._trusted:
+            return estimate
+        if not fits:
+            self._since, self._earned = estimate.t1, 0
+            return estimate
+        self._earned += 1
+        self._trusted = self._since is None or self._earned > EARNED
+        if self._trusted:
+            return estimate
+        return replace(
+            estimate,
+            outcome=Outcome.MODEL_MISMATCH,
+            message=(
+                'check units, model and fixed values, or reset if what disturbed it is over: the '
+                f'window that ended at {self._since:g} s contradicted the model; this one fits '
+                f'({estimate.message})'
+            ),
+            jumps=(),
+            stddev=dict.fromkeys(estimate.stddev, np.nan),
+            initial_stddev=dict.fromkeys(estimate.initial_stddev, np.nan),
+        )

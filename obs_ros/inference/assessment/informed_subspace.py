@@ -1,0 +1,116 @@
+"""The information gate: noise fitted into the initial state must not pass for information.
+
+At rest a parameter has no influence. But the initial state is fitted to noise, and around a state
+that is off by its standard deviation the parameter does have some. What is not far more informative
+than that is held where the prior has it.
+"""
+
+from collections.abc import Callable
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from obs_ros.core.linear_algebra import cholesky, eigen, inverted
+from obs_ros.core.typing import Array
+from obs_ros.inference.jumps.jump_search import PROBE, Hypothesis, inverse
+from obs_ros.inference.prior import STATE_SD, Prior
+
+KAPPA = 10.0  # times as informative as noise in the initial state would make it
+SMALLEST = 1e-10  # eigenvalue, of what is large beside it
+HOLD = 1e10  # precision in boxes; holds a direction
+
+
+@dataclass(frozen=True)
+class Gate:
+    """Directions of the parameters (q, q): `informed` maps onto those that the window tells.
+
+    `information` (q, q) is that about the parameters, in boxes, with the initial state unknown and
+    the uninformed directions left out; `held` (h, q) are forms that vanish on the informed ones.
+    """
+
+    information: Array
+    informed: Array
+    held: Array
+
+    @classmethod
+    def of(cls, hypothesis: Hypothesis) -> 'Gate':
+        """Judge the window of a hypothesis without a jump in it."""
+        regimes, z = hypothesis.regimes, hypothesis.point
+        n = regimes.objective.unknowns.n_states
+        q = z.size - n
+        jp = hypothesis.local.jacobian[:, n:]
+        spread, free = _states_apart(hypothesis.local.jacobian[:, :n])
+        information = jp.T @ free(jp)
+        everything = cls(information, np.eye(q), np.zeros((0, q)))
+        if not n or not q:
+            return everything
+        noise = np.zeros((q, q))
+        for change in _changes(hypothesis, jp, cholesky(spread)):
+            noise += change.T @ free(change)
+        if not np.isfinite(noise).all():
+            return everything
+        values, vectors = eigen(noise)
+        # Rounding leaves values that are too small, or negative.
+        least = SMALLEST * (values[-1] + np.trace(information) + 1.0)
+        roots = vectors / np.sqrt(np.maximum(values, least))
+        ratios, rotation = eigen(roots.T @ information @ roots)
+        directions = roots @ rotation
+        told = ratios >= KAPPA
+        if told.all():
+            return everything
+        forms = inverted(directions)
+        informed = (directions[:, told]) @ forms[told]
+        return cls(informed.T @ information @ informed, informed, np.asarray(forms[~told]))
+
+    def holding(self, prior: Prior) -> Prior:
+        """Return the prior that holds what the window does not tell."""
+        n = prior.mean.size - self.informed.shape[0]
+        forms = self.held / np.linalg.norm(self.held, axis=1, keepdims=True)
+        precision = prior.precision.copy()
+        precision[n:, n:] += HOLD * forms.T @ forms
+        return replace(prior, precision=precision)
+
+    def covariance(self, hypothesis: Hypothesis) -> Array:
+        """Return the joint covariance (d, d), of the held directions the prior's alone."""
+        jacobian = hypothesis.local.jacobian.copy()
+        n = jacobian.shape[1] - self.informed.shape[0]
+        jacobian[:, n:] = jacobian[:, n:] @ self.informed
+        return inverse(jacobian.T @ jacobian + hypothesis.regimes.prior.precision)
+
+
+def marginal_information(hypothesis: Hypothesis, states: int) -> Array:
+    """Return the information (q, q) about the parameters with the initial state unknown."""
+    jacobian = hypothesis.local.jacobian[:, : hypothesis.layout.dimension]
+    jp = jacobian[:, states:]
+    return np.asarray(jp.T @ _states_apart(jacobian[:, :states])[1](jp))
+
+
+def _states_apart(jx: Array) -> tuple[Array, Callable[[Array], Array]]:
+    """Return the covariance (n, n) of initial states, and what no such state could explain.
+
+    That is a function of columns (M, any), whose part along the Jacobian jx (M, n) it takes off.
+    """
+    n = jx.shape[1]
+    spread = inverse(jx.T @ jx + np.eye(n) / STATE_SD**2) if n else np.zeros((0, 0))
+    return spread, lambda columns: columns - jx @ (spread @ (jx.T @ columns))
+
+
+def _changes(hypothesis: Hypothesis, jp: Array, roots: Array) -> list[Array]:
+    """Return changes (M, q) of the Jacobian jp for each standard deviation of the initial state."""
+    z, regimes = hypothesis.point, hypothesis.regimes
+    n, q = len(roots), jp.shape[1]
+    walls = regimes.walls[:, :n]
+    moved = []
+    for root in roots.T:
+        # Towards the side with more room: beyond its bounds a state may mean nothing.
+        ahead, behind = (np.clip(z[:n] + s * root, *walls) - z[:n] for s in (1.0, -1.0))
+        moved.append(z[:n] + max(ahead, behind, key=lambda step: float(step @ step)))
+    points = np.repeat(z[None], n * (1 + q), axis=0).reshape(n, 1 + q, z.size)
+    points[:, :, :n] = np.array(moved)[:, None]
+    columns = np.arange(q)
+    step = np.where(z[n:] > 0.5, -PROBE, PROBE)
+    points[:, 1 + columns, n + columns] += step
+    rows = regimes.rows(points.reshape(-1, z.size)).reshape(len(jp), n, 1 + q)
+    with np.errstate(invalid='ignore'):  # the model may diverge
+        slopes = (rows[:, :, 1:] - rows[:, :, :1]) / step
+    return [slopes[:, k] - jp for k in range(n)]

@@ -1,0 +1,245 @@
+"""Windows in which parameters jump: piecewise constant, from one regime to the next."""
+
+from dataclasses import dataclass
+from functools import cached_property
+from itertools import accumulate
+
+import numpy as np
+
+from obs_ros.core.typing import Array, IntArray
+from obs_ros.inference.objective import Objective
+from obs_ros.inference.prior import Prior, box_variances
+
+TIME_PRECISION = 12.0  # of a time that may lie anywhere in the window, in windows
+
+
+@dataclass(frozen=True)
+class Layout:
+    """Where everything lies in a point of a window with jumps.
+
+    A point is z (d,), the window's unknowns as if nothing jumped; then for each event its time, as
+    a share of the window, and the values of its parameters from then on, in boxes. `events` holds
+    for each event the places of its parameters in z.
+    """
+
+    dimension: int
+    events: tuple[tuple[int, ...], ...] = ()
+
+    @property
+    def size(self) -> int:
+        """Number of values, D."""
+        return self.dimension + sum(1 + len(event) for event in self.events)
+
+    @cached_property
+    def times(self) -> IntArray:
+        """Places (E,) of the events' times."""
+        places = accumulate((1 + len(event) for event in self.events), initial=self.dimension)
+        return np.array(list(places)[:-1], dtype=np.int64)
+
+    def jumped(self, points: Array) -> list[tuple[int, int, int, int]]:
+        """Return event, parameter, place before and place after of each jump, in order of time."""
+        latest: dict[int, int] = {}
+        found = []
+        times = self.times
+        for event in np.argsort(points[times], kind='stable'):
+            for i, parameter in enumerate(self.events[event]):
+                after = int(times[event]) + 1 + i
+                found.append((int(event), parameter, latest.get(parameter, parameter), after))
+                latest[parameter] = after
+        return found
+
+    def final(self, point: Array) -> IntArray:
+        """Return the places (d,) of the values that hold at the end of the window."""
+        places = np.arange(self.dimension)
+        for _, parameter, _, after in self.jumped(point):
+            places[parameter] = after
+        return places
+
+
+class Regimes:
+    """The least squares of one window in which the parameters of a layout's events jump.
+
+    Points (B, D) are those of the layout. Their squares include those of the prior of z, and of
+    each jump's size, which is as likely large as the box is wide.
+    """
+
+    def __init__(self, objective: Objective, prior: Prior, layout: Layout) -> None:
+        self.objective = objective
+        self.layout = layout
+        self.prior = prior
+        self._mask = objective.grid.weight > 0.0
+        grid = objective.grid
+        self._target = (grid.weight * grid.y)[self._mask]
+        # From the window's start: seconds since 1970 would round away small steps of a time.
+        self._t = grid.t - grid.t[0]
+        self._last = int(np.flatnonzero(grid.measured)[-1])
+
+    @property
+    def walls(self) -> Array:
+        """Least and largest values (2, D)."""
+        z = self.objective.walls
+        columns = [z]
+        for event in self.layout.events:
+            columns += [np.array([[0.0], [1.0]]), z[:, list(event)]]
+        return np.hstack(columns)
+
+    def count(self, nodes: int) -> int:
+        """See `Objective.count`."""
+        return self.objective.count(nodes)
+
+    def floor(self, nodes: int) -> float:
+        """See `Objective.floor`."""
+        return self.objective.floor(nodes)
+
+    def linearise(self, z: Array, h: Array, nodes: int) -> tuple[Array, Array, Array]:
+        """Return squares (P,), half gradients (P, D) and Gauss-Newton Hessians (P, D, D)."""
+        assert nodes == self.objective.nodes, 'a jump is sought in whole windows'
+        parts = []
+        with np.errstate(all='ignore'):  # the model may diverge
+            for point, steps in zip(z, h, strict=True):
+                local = self.local(point, steps)
+                precision = self.precision(point)
+                off = point - self.mean(point)
+                r, jacobian = local.residual, local.jacobian
+                parts.append((
+                    r @ r + off @ precision @ off,
+                    jacobian.T @ r + precision @ off,
+                    jacobian.T @ jacobian + precision,
+                ))  # fmt: skip
+        squares, gradients, hessians = zip(*parts, strict=True)
+        return np.array(squares), np.array(gradients), np.array(hessians)
+
+    def mean(self, point: Array) -> Array:
+        """Return the prior's mean (D,); a time or a value after a jump has none of its own."""
+        mean = np.zeros(self.layout.size)
+        mean[: self.layout.dimension] = self.prior.mean
+        times = self.layout.times
+        mean[times] = point[times]
+        # The size of a jump is what its prior is about, whatever the value before it.
+        for _, _, before, after in self.layout.jumped(point):
+            mean[after] = mean[before]
+        return mean
+
+    def precision(self, point: Array) -> Array:
+        """Return the prior's precision (D, D)."""
+        d = self.layout.dimension
+        precision = np.zeros((self.layout.size, self.layout.size))
+        precision[:d, :d] = self.prior.precision
+        n = self.objective.unknowns.n_states
+        weight = 1.0 / box_variances(self.objective.unknowns)
+        for _, parameter, before, after in self.layout.jumped(point):
+            for i, j, sign in (
+                (before, before, 1.0), (after, after, 1.0), (before, after, -1.0),
+                (after, before, -1.0),
+            ):  # fmt: skip
+                precision[i, j] += sign * weight[parameter - n]
+        return precision
+
+    def local(self, point: Array, steps: Array) -> 'Local':
+        """Return residual and Jacobian at a point (D,), by forward differences of `steps` (D,)."""
+        points = np.repeat(point[None], point.size + 1, axis=0)
+        steps = self._inward(point, steps)
+        columns = np.arange(point.size)
+        points[1 + columns, columns] += steps
+        taken = points[1 + columns, columns] - point
+        states, outputs = self.roll(points)
+        rows = self._rows(outputs)
+        base = rows[:, :1]
+        end = states[self._last]
+        return Local(
+            residual=rows[:, 0] - self._target,
+            jacobian=(rows[:, 1:] - base) / taken,
+            state=end[:, 0],
+            state_jacobian=(end[:, 1:] - end[:, :1]) / taken,
+        )
+
+    def trajectory(self, point: Array) -> tuple[Array, Array]:
+        """Return states (K, n) and scaled residuals (K, r) of one point; NaN = not measured."""
+        states, outputs = self.roll(point[None])
+        grid = self.objective.grid
+        weight = np.where(grid.weight > 0, grid.weight, np.nan)
+        return states[:, :, 0], weight * (outputs[:, :, 0] - grid.y)
+
+    def rows(self, points: Array) -> Array:
+        """Return the scaled outputs (M, B) of points (B, D) wherever one was measured."""
+        return self._rows(self.roll(points)[1])
+
+    def roll(self, points: Array) -> tuple[Array, Array]:
+        """Return states (K, n, B) and outputs (K, r, B) of points (B, D).
+
+        All points must jump in the intervals of the first. In the interval of its jump a parameter
+        has its mean over that interval, so that outputs depend smoothly on the time.
+        """
+        objective, layout = self.objective, self.layout
+        grid, kernels, unknowns = objective.grid, objective.kernels, objective.unknowns
+        objective.evaluations += len(points)
+        x, p = unknowns.values(points[:, : layout.dimension])
+        if not layout.events:
+            return kernels.trajectories(grid, x, p)
+        states = np.empty((grid.t.size, *x.shape))
+        outputs = np.empty((grid.t.size, grid.y.shape[1], x.shape[1]))
+        first, times, intervals = 0, *self._times(points)
+        rows = unknowns.index - len(unknowns.model.states)
+        order = np.argsort(times[:, 0], kind='stable')
+        for k in sorted(set(intervals.tolist())):
+            mixed, after, early = p.copy(), p.copy(), 0.0
+            for event in order[intervals[order] == k]:
+                share = (self._t[k + 1] - times[event]) / (self._t[k + 1] - self._t[k])
+                early = max(early, float(share.max()))
+                for i, parameter in enumerate(layout.events[event]):
+                    place, row = layout.times[event] + 1 + i, rows[parameter]
+                    value = unknowns.unscaled(points[:, place], parameter)
+                    mixed[row] += share * (value - after[row])
+                    after[row] = value
+            # A jump at a node leaves the whole interval before it to the value before.
+            last = k if early > 0.0 else k + 1
+            part = slice(first, last + 1)
+            states[part], outputs[part] = kernels.trajectories(grid.stretch(first, last), x, p)
+            x = np.ascontiguousarray(states[last])
+            if early > 0.0:
+                x = kernels.trajectories(grid.stretch(k, k + 1), x, mixed)[0][1]
+            first, p = k + 1, after
+        states[first:], outputs[first:] = kernels.trajectories(
+            grid.stretch(first, grid.t.size - 1), x, p
+        )
+        return states, outputs
+
+    def _rows(self, outputs: Array) -> Array:
+        weight = self.objective.grid.weight[self._mask]
+        return np.asarray(weight[:, None] * outputs[self._mask])
+
+    def _times(self, points: Array) -> tuple[Array, IntArray]:
+        """Return the events' times (E, B), in s from the window's start, and their intervals (E,).
+
+        Those are the intervals in which the first point's lie.
+        """
+        t = self._t
+        times = points[:, self.layout.times].T * t[-1]
+        # What rounding took off a node is given back.
+        for node in (np.searchsorted(t, times), np.searchsorted(t, times) - 1):
+            nearest = t[np.clip(node, 0, t.size - 1)]
+            times = np.where(np.abs(times - nearest) <= 4.0 * np.spacing(t[-1]), nearest, times)
+        return times, interval_of(t, times[:, 0])
+
+    def _inward(self, point: Array, steps: Array) -> Array:
+        """Return steps (D,) towards the middle of box and, for a time, of its interval."""
+        z, t = point.copy(), self._t
+        times, intervals = self._times(point[None])
+        # As if the interval were the box.
+        z[self.layout.times] = (times[:, 0] - t[intervals]) / (t[intervals + 1] - t[intervals])
+        return np.where(z > 0.5, -steps, steps)
+
+
+@dataclass(frozen=True)
+class Local:
+    """A window near one point: scaled residual (M,) and end state (n,), and their Jacobians."""
+
+    residual: Array
+    jacobian: Array  # (M, D)
+    state: Array
+    state_jacobian: Array  # (n, D)
+
+
+def interval_of(t: Array, times: Array) -> IntArray:
+    """Return for each time the interval k with t[k] < time <= t[k + 1]; the nearest if none."""
+    return np.clip(np.searchsorted(t, times, side='left') - 1, 0, t.size - 2)

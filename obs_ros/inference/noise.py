@@ -1,0 +1,75 @@
+"""How noisy the outputs are: given, or what the windows so far have left unexplained.
+
+Noise that is correlated from sample to sample passes for a jump, and for more information than
+there is: its correlation is learned too.
+"""
+
+from collections import deque
+from collections.abc import Mapping
+
+import numpy as np
+
+from obs_ros.core.residual_tests import WHITE_LIMIT, Whiteness
+from obs_ros.core.typing import Array
+from obs_ros.inference.objective import ROUNDING
+from obs_ros.integration.grid import Grid
+
+REMEMBERED = 20  # accepted windows
+PATIENCE = 3  # windows in a row that none else is like
+
+
+class Noise:
+    """Standard deviations of the outputs, learned from accepted windows where they are not given.
+
+    With `learned` even those that are given are only where it begins.
+    """
+
+    def __init__(self, given: Mapping[str, float], outputs: tuple[str, ...], learned: bool) -> None:
+        fixed = [np.nan if learned else given.get(name, np.nan) for name in outputs]
+        self._given = np.array(fixed)
+        self._recent: deque[tuple[Array, Whiteness]] = deque(maxlen=REMEMBERED)
+        self._odd: list[tuple[Array, Whiteness]] = []
+
+    def scale(self) -> Array | None:
+        """Return standard deviations (r,); None as long as one is neither given nor learned."""
+        if self._recent:
+            learned = np.sqrt(np.median([left for left, _ in self._recent], axis=0))
+            return np.where(np.isfinite(self._given), self._given, learned)
+        return self._given if np.isfinite(self._given).all() else None
+
+    @property
+    def correlation(self) -> float:
+        """Lag-1 correlation of the noise; 0 unless the windows so far are not white by far."""
+        if not self._recent:
+            return 0.0
+        colours = [colour for _, colour in self._recent]
+        if np.median([colour.deviations for colour in colours]) < WHITE_LIMIT:
+            return 0.0
+        return float(np.median([colour.correlation for colour in colours]))
+
+    def accept(self, variances: Array, colour: Whiteness) -> None:
+        """Learn from a window that its hypothesis explains."""
+        self._recent.append((variances, colour))
+        self._odd.clear()
+
+    def doubt(self, variances: Array, colour: Whiteness) -> None:
+        """Note a window unlike the others; when several in a row are, begin anew with them."""
+        self._odd.append((variances, colour))
+        if len(self._odd) >= PATIENCE:
+            self._recent.clear()
+            self._recent.extend(self._odd)
+            self._odd.clear()
+
+
+def variances_left(residuals: Array, grid: Grid, unknowns: int) -> Array:
+    """Return noise variances (r,) in the outputs' units from scaled residuals (K, r) of a fit.
+
+    NaN = not measured. The unknowns' share of the freedom is spread over the outputs.
+    """
+    known = np.isfinite(residuals)
+    counts = known.sum(axis=0)
+    left = np.maximum(counts * (1.0 - unknowns / max(counts.sum(), 1)), 1.0)
+    least = (ROUNDING * np.abs(grid.y).max(axis=0, initial=0.0)) ** 2 + np.finfo(float).tiny
+    found = np.nansum(residuals**2, axis=0) / left * grid.scale**2
+    # An output that was not measured in this window keeps its scale.
+    return np.where(counts > 0, np.maximum(found, least), grid.scale**2)

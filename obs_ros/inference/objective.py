@@ -1,0 +1,151 @@
+"""How far a candidate's outputs are from the measured ones: what a search minimises."""
+
+from typing import Literal, get_args
+
+import numpy as np
+
+from obs_ros.core.typing import Array, IntArray
+from obs_ros.inference.parameterisation import Unknowns
+from obs_ros.integration.backends import Kernels
+from obs_ros.integration.grid import Grid
+
+Fitness = Literal['least_squares', 'euclidean', 'correlation']
+FITNESSES: tuple[str, ...] = get_args(Fitness)
+
+ROUNDING = 1e-9  # relative residual that counts as none
+
+
+class Objective:
+    """Costs of points z (B, d) of the unit box, on one window.
+
+    `least_squares`: sum of squared residuals in units of the outputs' scales; `euclidean` (Yang
+    2020, f_t1): sum over the outputs of the norm of their residuals; `correlation` (f_t2, eq. 14):
+    number of outputs less the sum of their Pearson correlations with the measured ones, where those
+    vary. A candidate
+    that diverges costs +inf. `evaluations` counts the candidates rolled out so far, over whatever
+    part of the window.
+    """
+
+    def __init__(
+        self,
+        kernels: Kernels,
+        grid: Grid,
+        unknowns: Unknowns,
+        fitness: Fitness = 'least_squares',
+    ) -> None:
+        if fitness not in FITNESSES:
+            raise ValueError(f'fitness {fitness!r} is none of {", ".join(FITNESSES)}')
+        self.kernels = kernels
+        self.grid = grid
+        self.unknowns = unknowns
+        self.fitness = fitness
+        self.evaluations = 0
+
+    @property
+    def dimension(self) -> int:
+        """Number of unknowns, d."""
+        return self.unknowns.dimension
+
+    @property
+    def is_least_squares(self) -> bool:
+        """Whether the costs are sums of squared residuals."""
+        return self.fitness == 'least_squares'
+
+    @property
+    def walls(self) -> Array:
+        """Least and largest values of z (2, d): 0 and 1, or infinite where there is no bound."""
+        return self.unknowns.walls
+
+    @property
+    def nodes(self) -> int:
+        """Number of nodes of the window, K."""
+        return self.grid.t.size
+
+    def count(self, nodes: int) -> int:
+        """Number of measured values at the first `nodes` nodes."""
+        return self.grid.measured_values(nodes)
+
+    @property
+    def signal(self) -> float:
+        """Mean square of the measured outputs about their means, in units of their scales."""
+        total = 0.0
+        for weight, y in zip(self.grid.weight.T, self.grid.y.T, strict=True):
+            known = weight > 0.0
+            if known.any():
+                total += float(np.sum((weight[known] * _centred(y[known])) ** 2))
+        return total / max(1, self.count(self.nodes))
+
+    def floor(self, nodes: int) -> float:
+        """Return the sum of squares that rounding leaves at a perfect fit."""
+        scaled = self.grid.weight[:nodes] * self.grid.y[:nodes]
+        return ROUNDING**2 * float(np.sum(scaled**2))
+
+    def costs(self, z: Array, nodes: int | None = None) -> Array:
+        """Return the cost (B,) of every point over the first `nodes` nodes (default: all)."""
+        if self.fitness == 'correlation':
+            return self._correlation_costs(z, nodes or self.nodes)
+        squares = self._squares(z, np.array([nodes or self.nodes]))[0]
+        if self.fitness == 'euclidean':
+            squares = np.sqrt(squares)
+        return _finite(squares.sum(axis=0))
+
+    def block_squares(self, z: Array, gates: IntArray) -> Array:
+        """Return squared residuals (G, B), summed between rising numbers of nodes (G,)."""
+        return _finite(self._squares(z, gates).sum(axis=1))
+
+    def linearise(self, z: Array, h: Array, nodes: int) -> tuple[Array, Array, Array]:
+        """Return squares (P,), gradients J'r (P, d) and J'J (P, d, d) at points z (P, d).
+
+        The Jacobians J of the residuals r are forward differences with steps h (P, d), taken
+        towards the middle of the box.
+        """
+        starts, d = z.shape
+        self.evaluations += starts * (d + 1)
+        x0, p, steps = self.unknowns.perturbed(z, np.where(z > 0.5, -h, h))
+        gram = self.kernels.grams(self.grid, nodes, x0, p, d + 1)
+        gradient = gram[:, 0, 1:] / steps
+        hessian = gram[:, 1:, 1:] / (steps[:, :, None] * steps[:, None, :])
+        return gram[:, 0, 0], gradient, hessian
+
+    def residuals(self, z: Array) -> Array:
+        """Return scaled residuals (K, r) of one point (d,); NaN where nothing was measured."""
+        return self.trajectory(z)[1]
+
+    def trajectory(self, z: Array) -> tuple[Array, Array]:
+        """Return states (K, n) and scaled residuals (K, r) of one point (d,); see `residuals`."""
+        states, outputs = self._trajectories(z[None])
+        weight = np.where(self.grid.weight > 0, self.grid.weight, np.nan)
+        return states[:, :, 0], weight * (outputs[:, :, 0] - self.grid.y)
+
+    def _squares(self, z: Array, gates: IntArray) -> Array:
+        self.evaluations += len(z)
+        return self.kernels.squares(self.grid, gates, *self.unknowns.values(z))
+
+    def _trajectories(self, z: Array) -> tuple[Array, Array]:
+        self.evaluations += len(z)
+        return self.kernels.trajectories(self.grid, *self.unknowns.values(z))
+
+    def _correlation_costs(self, z: Array, nodes: int) -> Array:
+        outputs = self._trajectories(z)[1][:nodes]
+        cost = np.zeros(len(z))
+        compared = 0
+        with np.errstate(all='ignore'):
+            for i in range(self.grid.y.shape[1]):
+                known = self.grid.weight[:nodes, i] > 0
+                measured = self.grid.y[:nodes][known, i]
+                if measured.size < 2 or np.ptp(measured) == 0.0:
+                    continue  # correlates with nothing
+                measured = _centred(measured)
+                candidate = _centred(outputs[known, i])
+                norm = np.sqrt((candidate**2).sum(axis=0) * (measured**2).sum())
+                cost += 1.0 - measured @ candidate / norm
+                compared += 1
+        return _finite(cost) if compared else np.full(len(z), np.inf)
+
+
+def _centred(values: Array) -> Array:
+    return np.asarray(values - values.mean(axis=0))
+
+
+def _finite(cost: Array) -> Array:
+    return np.where(np.isfinite(cost), cost, np.inf)

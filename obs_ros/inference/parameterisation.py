@@ -1,0 +1,245 @@
+"""What is estimated: some states and parameters of a model, each in its box; the rest is given."""
+
+import math
+from collections.abc import Iterable, Mapping
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+
+from obs_ros.core.jit import accelerated
+from obs_ros.core.model import Model, Variable, check_bounds, names
+from obs_ros.core.registry import suggest
+from obs_ros.core.texts import quoted
+from obs_ros.core.typing import Array, IntArray
+
+REACH = 10.0  # of the nominal value, or units, where there is no bound
+SMALLEST_STEP = 16  # units in the last place
+EVERY = slice(None)
+EPSILON = float(np.finfo(np.float64).eps)
+TINY = float(np.finfo(np.float64).tiny)
+
+
+@dataclass(frozen=True)
+class Unknowns:
+    """The estimated ones among a model's n initial states and q parameters.
+
+    index (d,) says which of the n + q values they are, lower and upper (d,) are the box in which
+    searches begin, in the unknowns' units; given (n + q,) holds the values of the others. Searches
+    see the box as [0, 1]^d, and may leave it where walls (2, d) are infinite. On a log scale equal
+    steps there are equal ratios: growth (d,) is ln(upper / lower), 0 on a linear scale.
+    """
+
+    model: Model
+    index: IntArray
+    lower: Array
+    upper: Array
+    given: Array
+    walls: Array
+    growth: Array
+
+    @classmethod
+    def of(
+        cls,
+        model: Model,
+        parameters: Iterable[str] | None = None,
+        states: Iterable[str] | None = None,
+        fixed: Mapping[str, float] | None = None,
+        bounds: Mapping[str, tuple[float, float]] | None = None,
+    ) -> 'Unknowns':
+        """Estimate the named parameters and initial states; None means all that are not `fixed`.
+
+        `fixed` gives values to others, whose default is their nominal value; `bounds` replaces the
+        model's. Where a bound is infinite the search begins within ten times the nominal value, or
+        ten units, of the nominal value or the other bound, and goes where the data lead.
+
+        Raises ValueError for an unknown name, crossed bounds, a name both estimated and fixed,
+        nothing to estimate, and a value that nobody gives.
+        """
+        fixed, bounds = dict(fixed or {}), dict(bounds or {})
+        for name, level in fixed.items():
+            model.variable(name)
+            if not np.isfinite(level):  # a measured one may well lie outside the bounds
+                raise ValueError(f'{name} is fixed at {level}, which is not a finite number')
+        for name, pair in bounds.items():
+            model.variable(name)
+            if np.shape(pair) != (2,):
+                raise ValueError(f'bounds of {name} must be (lower, upper), not {quoted(pair)}')
+        chosen = (
+            *_chosen('state', names(model.states), states, fixed),
+            *_chosen('parameter', names(model.parameters), parameters, fixed),
+        )
+        if not chosen:
+            raise ValueError(f'nothing to estimate: every unknown of {quoted(model.name)} is fixed')
+        given = np.full(len(model.unknowns), np.nan)
+        boxes, walls, growth = [], [], []
+        for i, variable in enumerate(model.unknowns):
+            if variable.name in chosen:
+                low, high = bounds.get(variable.name, (variable.lower, variable.upper))
+                check_bounds(variable.name, low, high, variable.scale)
+                boxes.append(_beginning(variable, low, high))
+                walls.append((0.0 if np.isfinite(low) else low, 1.0 if np.isfinite(high) else high))
+                growth.append(math.log(high / low) if variable.scale == 'log' else 0.0)
+                continue
+            value = fixed.get(variable.name, variable.nominal)
+            if value is None or not np.isfinite(value):
+                raise ValueError(
+                    f'{variable.name} is not estimated and has no nominal value: '
+                    f'give it a fixed value, in {variable.unit}'
+                )
+            given[i] = value
+        index = [i for i, v in enumerate(model.unknowns) if v.name in chosen]
+        lower, upper = np.array(boxes).T.copy()  # one layout, so that nothing compiles twice
+        return cls(
+            model=model,
+            index=np.array(index),
+            lower=lower,
+            upper=upper,
+            given=given,
+            walls=np.array(walls).T.copy(),
+            growth=np.array(growth),
+        )
+
+    @property
+    def dimension(self) -> int:
+        """Number of unknowns, d."""
+        return self.index.size
+
+    @cached_property
+    def n_states(self) -> int:
+        """Number of estimated initial states; they come first."""
+        return int(np.count_nonzero(self.index < len(self.model.states)))
+
+    @cached_property
+    def walks(self) -> Array:
+        """How far the estimated parameters (q,) wander, in boxes per root of a second.
+
+        NaN for those that do not, but jump.
+        """
+        variables = [self.model.unknowns[i] for i in self.index[self.n_states :]]
+        walks = [np.nan if v.walk is None else v.walk for v in variables]
+        return np.array(walks) / (self.upper - self.lower)[self.n_states :]
+
+    @property
+    def names(self) -> tuple[str, ...]:
+        """Names of the unknowns, states first."""
+        return tuple(self.model.unknowns[i].name for i in self.index)
+
+    def values(self, z: Array) -> tuple[Array, Array]:
+        """Return initial states (n, B) and parameters (q, B) of points z (B, d) of the unit box."""
+        everything = np.repeat(self.given[:, None], len(z), axis=1)
+        everything[self.index] = self.unscaled(z).T
+        n = len(self.model.states)
+        return everything[:n], everything[n:]
+
+    def unscaled(self, z: Array, i: int | slice = EVERY) -> Array:
+        """Return the values of unknown i at places z of its box, or of all at points z (..., d)."""
+        lower, growth = self.lower[i], self.growth[i]
+        linear = lower + z * (self.upper[i] - lower)
+        # Rounding must not leave the upper bound behind.
+        powers = np.minimum(lower * np.exp(z * growth), self.upper[i])
+        return np.where(growth > 0.0, powers, linear)
+
+    def slopes(self, z: Array, i: int | slice = EVERY) -> Array:
+        """Return how fast those values grow there, in the unknowns' units per box."""
+        growth = self.growth[i]
+        width = self.upper[i] - self.lower[i]
+        return np.where(growth > 0.0, growth * self.unscaled(z, i), width)
+
+    def scaled(self, values: Array) -> Array:
+        """Return the points (d,) of the unit box at which the unknowns have these values (d,)."""
+        linear = (values - self.lower) / (self.upper - self.lower)
+        log = self.growth > 0.0
+        ratio = np.where(log, np.maximum(values, TINY) / np.where(log, self.lower, 1.0), 1.0)
+        return np.where(log, np.log(ratio) / np.where(log, self.growth, 1.0), linear)
+
+    def check_initial(self, values: Mapping[str, float]) -> None:
+        """Raise ValueError unless the values to start from are finite and of what is estimated."""
+        for name, value in values.items():
+            self.model.variable(name)
+            if name not in self.names:
+                raise ValueError(f'{name} cannot have an initial value: it is not estimated')
+            if not np.isfinite(value):
+                raise ValueError(f'{name} starts from {value}, which is not a finite number')
+
+    def prepare(self) -> None:
+        """Compile what `perturbed` needs, or load it compiled."""
+        middle = np.full((1, self.dimension), 0.5)
+        self.perturbed(middle, np.full_like(middle, 1e-8))
+
+    def perturbed(self, z: Array, h: Array) -> tuple[Array, Array, Array]:
+        """Return x0 (n, P (1 + d)), p (q, P (1 + d)) and the steps (P, d) really taken.
+
+        One start after the other: its point, of z (P, d), then that with its h_i added to each
+        z_i, of h (P, d). Rounding changes the steps.
+        """
+        n = len(self.model.states)
+        box = self.lower, self.upper, self.growth
+        lanes, steps = _perturbed(z, h, *box, self.index, self.given)
+        return lanes[:n], lanes[n:], steps
+
+    def point(self, values: Mapping[str, float]) -> Array:
+        """Return the point z (d,) nearest to named values; NaN becomes the middle of the box."""
+        z = self.scaled(np.array([values[name] for name in self.names]))
+        return np.clip(np.where(np.isfinite(z), z, 0.5), *self.walls)
+
+
+@accelerated
+def _perturbed(
+    z: Array,
+    h: Array,
+    lower: Array,
+    upper: Array,
+    growth: Array,
+    index: IntArray,
+    given: Array,
+) -> tuple[Array, Array]:
+    starts, d = z.shape
+    lanes = np.empty((given.size, starts * (d + 1)))
+    steps = np.empty((starts, d))
+    for row in range(given.size):
+        lanes[row] = given[row]
+    for s in range(starts):
+        first = s * (d + 1)
+        for i in range(d):
+            width = upper[i] - lower[i]
+            point = lower[i] + z[s, i] * width
+            if growth[i] > 0.0:
+                point = min(lower[i] * math.exp(z[s, i] * growth[i]), upper[i])
+                width = growth[i] * point
+            for lane in range(first, first + d + 1):
+                lanes[index[i], lane] = point
+            # In a very narrow box a step must still change the value.
+            step = max(abs(h[s, i]) * width, SMALLEST_STEP * EPSILON * abs(point))
+            lanes[index[i], first + 1 + i] = point + (step if h[s, i] > 0.0 else -step)
+            steps[s, i] = (lanes[index[i], first + 1 + i] - point) / width
+            if growth[i] > 0.0:
+                steps[s, i] = math.log1p(growth[i] * steps[s, i]) / growth[i]
+    return lanes, steps
+
+
+def _beginning(variable: Variable, low: float, high: float) -> tuple[float, float]:
+    """Return finite bounds to begin a search in."""
+    nominal = variable.nominal
+    origin = nominal if nominal is not None else next((b for b in (low, high) if np.isfinite(b)), 0)
+    reach = REACH * max(abs(nominal or 0.0), 1.0)
+    return (
+        low if np.isfinite(low) else min(origin, high) - reach,
+        high if np.isfinite(high) else max(origin, low) + reach,
+    )
+
+
+def _chosen(
+    kind: str, known: tuple[str, ...], wanted: Iterable[str] | None, fixed: Mapping[str, float]
+) -> tuple[str, ...]:
+    if wanted is None:
+        return tuple(name for name in known if name not in fixed)
+    if isinstance(wanted, str):
+        wanted = (wanted,)
+    wanted = tuple(wanted)
+    for name in wanted:
+        if name not in known:
+            raise ValueError(f'no {kind} {quoted(name)} to estimate: {suggest(name, known)}')
+        if name in fixed:
+            raise ValueError(f'{kind} {quoted(name)} cannot be both estimated and fixed')
+    return wanted

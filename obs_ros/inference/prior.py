@@ -1,0 +1,124 @@
+"""What is known before a window is looked at, as squares beside those of its residuals."""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from obs_ros.core.linear_algebra import eigen
+from obs_ros.core.typing import Array, IntArray
+from obs_ros.inference.objective import Objective
+from obs_ros.inference.parameterisation import Unknowns
+
+BOX_VARIANCE = 1.0 / 12.0  # of what may lie anywhere in its box
+STATE_SD = 10.0  # boxes; nothing is known of an initial state
+LEAST_VARIANCE = 1e-12  # against that of the box
+
+
+@dataclass(frozen=True)
+class Prior:
+    """A normal distribution of the unknowns: mean (d,) and precision (d, d), in boxes.
+
+    `gap` is how long ago, in windows, that was known; 0: no jump before the window is considered.
+    """
+
+    mean: Array
+    precision: Array
+    gap: float = 0.0
+
+    @classmethod
+    def of(cls, unknowns: Unknowns, mean: Array, covariance: Array, gap: float = 0.0) -> 'Prior':
+        """Return the prior for parameters of this mean (q,) and covariance (q, q), in boxes.
+
+        No direction is known less than that it lies in its box.
+        """
+        n = unknowns.n_states
+        width = np.sqrt(box_variances(unknowns))
+        values, vectors = eigen(covariance / np.outer(width, width))
+        vectors /= width[:, None]
+        precision = np.zeros((unknowns.dimension, unknowns.dimension))
+        precision[:n, :n] = np.eye(n) / STATE_SD**2
+        precision[n:, n:] = (vectors / np.clip(values, LEAST_VARIANCE, 1.0)) @ vectors.T
+        return cls(np.concatenate([np.full(n, 0.5), mean]), precision, gap)
+
+    @classmethod
+    def box(cls, unknowns: Unknowns) -> 'Prior':
+        """Return the prior of parameters that may lie anywhere in their boxes."""
+        variances = box_variances(unknowns)
+        return cls.of(unknowns, np.full(variances.size, 0.5), np.diag(variances))
+
+    def squares(self, z: Array) -> Array:
+        """Return (z - mean)' precision (z - mean) of points z (B, d)."""
+        off = z - self.mean
+        return np.asarray(((off @ self.precision) * off).sum(axis=1))
+
+    def gradient(self, z: Array) -> Array:
+        """Return half the gradient (B, d) of the squares at points z (B, d)."""
+        return np.asarray((z - self.mean) @ self.precision)
+
+
+def box_variances(unknowns: Unknowns) -> Array:
+    """Return the variances (q,) of estimated parameters of which only the bounds are known."""
+    bounded = np.isfinite(unknowns.walls[:, unknowns.n_states :]).all(axis=0)
+    return np.where(bounded, BOX_VARIANCE, STATE_SD**2)
+
+
+class Posterior:
+    """The least squares of a window with those of a prior added to its last node.
+
+    A `LeastSquares` problem like the `Objective` that it stands for.
+    """
+
+    def __init__(self, objective: Objective, prior: Prior) -> None:
+        self.objective = objective
+        self.prior = prior
+
+    @property
+    def dimension(self) -> int:
+        """Number of unknowns, d."""
+        return self.objective.dimension
+
+    @property
+    def walls(self) -> Array:
+        """See `Objective.walls`."""
+        return self.objective.walls
+
+    @property
+    def nodes(self) -> int:
+        """Number of nodes of the window, K."""
+        return self.objective.nodes
+
+    @property
+    def signal(self) -> float:
+        """See `Objective.signal`."""
+        return self.objective.signal
+
+    def count(self, nodes: int) -> int:
+        """See `Objective.count`."""
+        return self.objective.count(nodes)
+
+    def floor(self, nodes: int) -> float:
+        """See `Objective.floor`."""
+        return self.objective.floor(nodes)
+
+    def costs(self, z: Array, nodes: int | None = None) -> Array:
+        """Return the cost (B,) of every point over the first `nodes` nodes (default: all)."""
+        return self.objective.costs(z, nodes) + self.prior.squares(z)
+
+    def block_squares(self, z: Array, gates: IntArray) -> Array:
+        """Return squares (G, B) summed between rising numbers of nodes (G,)."""
+        squares = self.objective.block_squares(z, gates)
+        squares[-1] += self.prior.squares(z)
+        return squares
+
+    def linearise(self, z: Array, h: Array, nodes: int) -> tuple[Array, Array, Array]:
+        """See `Objective.linearise`."""
+        squares, gradient, hessian = self.objective.linearise(z, h, nodes)
+        return (
+            squares + self.prior.squares(z),
+            gradient + self.prior.gradient(z),
+            hessian + self.prior.precision,
+        )
+
+    def residuals(self, z: Array) -> Array:
+        """See `Objective.residuals`."""
+        return self.objective.residuals(z)

@@ -1,0 +1,137 @@
+"""A whole population of candidates through a window: compiled where Numba is, else on NumPy."""
+
+import functools
+import importlib.util
+import logging
+import os
+import re
+import time
+from collections.abc import Callable
+from typing import Literal, Protocol, TypeVar
+
+import numpy as np
+
+from obs_ros.core.model import Model, inside
+from obs_ros.core.record import Record
+from obs_ros.core.typing import Array, IntArray
+from obs_ros.integration.grid import Grid
+from obs_ros.integration.vectorised import NumpyKernels
+
+LONGEST_REASON = 400  # characters of a compiler's message
+
+Backend = Literal['numba', 'numpy']
+Made = TypeVar('Made')
+
+log = logging.getLogger(__name__)
+
+
+class Kernels(Protocol):
+    """Rollouts of candidates with initial states x0 (n, B) and parameters p (q, B) over a grid.
+
+    A candidate that diverges yields NaN or infinity and leaves the others alone.
+    """
+
+    name: str
+    model: Model
+    compile_time: float  # s
+
+    def squares(self, grid: Grid, gates: IntArray, x0: Array, p: Array) -> Array:
+        """Sum the squared residuals in units of the outputs' scales between gates.
+
+        gates (G,) are rising numbers of nodes; entry g of the result (G, r, B) sums over the nodes
+        from gates[g - 1] (0 at first) to gates[g] - 1.
+        """
+
+    def grams(self, grid: Grid, nodes: int, x0: Array, p: Array, width: int) -> Array:
+        """Sum products of residuals and output differences over the first `nodes` nodes.
+
+        Every start owns `width` neighbouring candidates: its base point, then perturbed ones.
+        In the result (starts, width, width), row and column 0 stand for the base point's residuals,
+        row and column j for the outputs of candidate j less the base's.
+        """
+
+    def trajectories(self, grid: Grid, x0: Array, p: Array) -> tuple[Array, Array]:
+        """Return states (K, n, B) and outputs (K, r, B) at every node."""
+
+
+def kernels_for(model: Model, backend: Backend | None = None) -> Kernels:
+    """Return the model's rollouts, compiled and ready.
+
+    `backend` None means $OBS_ROS_BACKEND if set, else Numba if it is there, else NumPy. Where Numba
+    does not work or cannot compile the model, NumPy is used with a warning that says why.
+
+    Raises ValueError for another backend; with backend `numba`, ImportError where Numba does not
+    work and ValueError where it cannot compile the model.
+    """
+    return _kernels(model, check_backend(backend))
+
+
+@functools.lru_cache(maxsize=64)
+def _kernels(model: Model, backend: str | None) -> Kernels:
+    def compiled() -> Kernels:
+        from obs_ros.integration.compiled import CompiledKernels
+
+        kernels = CompiledKernels(model)
+        kernels.compile_time = run_once(kernels)
+        return kernels
+
+    return compiled_or_numpy(model, backend, compiled, lambda: NumpyKernels(model))
+
+
+def compiled_or_numpy(
+    model: Model, backend: str | None, compiled: Callable[[], Made], plain: Callable[[], Made]
+) -> Made:
+    """Return what `compiled` makes, or else, with a warning that says why, what `plain` makes.
+
+    Backend and errors are as in `kernels_for`.
+    """
+    if backend == 'numpy' or (backend is None and importlib.util.find_spec('numba') is None):
+        return plain()
+    try:
+        from obs_ros.integration.compiled import CompileError
+    except ImportError as error:
+        reason = f'Numba does not work here: {error}'
+        if backend == 'numba':
+            raise ImportError(f'{reason}; pip install numba') from error
+        log.warning('%s; NumPy is used, which is slower', reason)
+        return plain()
+    try:
+        return compiled()
+    except (CompileError, ValueError) as error:
+        reason = f'model {model.name!r} cannot be compiled: {gist(str(error))}'
+        if backend == 'numba':
+            raise ValueError(reason) from error
+        log.warning('%s; NumPy is used, which is slower', reason)
+        return plain()
+
+
+def gist(message: str) -> str:
+    """Return what a compiler's message says of the user's code, without the way there."""
+    words = re.sub(r'Failed in nopython mode pipeline \(step: [\w ]*\)', '', message)
+    return ' '.join(words.partition('During: ')[0].split())[:LONGEST_REASON]
+
+
+def check_backend(backend: str | None) -> str | None:
+    """Return the backend asked for here or in $OBS_ROS_BACKEND; ValueError if there is no such."""
+    chosen = backend or os.environ.get('OBS_ROS_BACKEND') or None
+    if chosen not in (None, 'numba', 'numpy'):
+        raise ValueError(f"backend {chosen!r} is neither 'numba' nor 'numpy'")
+    return chosen
+
+
+def run_once(kernels: Kernels) -> float:
+    """Run every kernel once on a tiny window, which compiles it; return the seconds."""
+    model = kernels.model
+    begin = time.perf_counter()
+    record = Record(
+        t=np.array([0.0, min(model.max_step, 1.0)]),
+        u=np.full((2, len(model.inputs)), [inside(v) for v in model.inputs]),
+        y=np.zeros((2, len(model.outputs))),
+    )
+    grid = Grid.of(model, record, np.ones(len(model.outputs)))
+    x0 = np.array([[inside(v)] for v in model.states])
+    p = np.array([inside(v) for v in model.parameters]).reshape(-1, 1)
+    kernels.squares(grid, np.array([2]), x0, p)
+    kernels.grams(grid, 2, x0, p, 1)
+    kernels.trajectories(grid, x0, p)
+    return time.perf_counter() - begin

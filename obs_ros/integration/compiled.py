@@ -1,0 +1,223 @@
+"""Rollouts compiled by Numba: one generated module per model, its kernels in the cache folder."""
+
+import functools
+import logging
+import sys
+import threading
+from collections.abc import Callable
+from importlib.resources import files
+from types import ModuleType
+from typing import Any
+
+import numba
+import numpy as np
+
+from obs_ros.core.fingerprint import fingerprint
+from obs_ros.core.jit import OPTIONS
+from obs_ros.core.kernel_cache import stored
+from obs_ros.core.model import Model
+from obs_ros.core.typing import AnyArray, Array, IntArray
+from obs_ros.integration.functions import Rebuilder
+from obs_ros.integration.grid import Grid
+from obs_ros.integration.path import Path, Stretch
+from obs_ros.integration.selects import SELECTS
+
+LANES = 16  # candidates per chunk; below that LLVM unrolls the lane loop instead of vectorising it
+BLOCK_VALUES = 4096  # 32 kB: the outputs of one time block stay in the first-level cache
+
+# Products may be fused, reciprocals taken and the sign of zero lost; NaN and infinity must survive,
+# since a diverged candidate is known by them.
+FASTMATH = {'contract', 'arcp', 'nsz'}
+
+CompileError = numba.core.errors.NumbaError
+
+log = logging.getLogger(__name__)
+_lock = threading.Lock()
+
+
+class CompiledKernels:
+    """Rolls candidates out at the speed of vectorised C; see `Kernels` for the methods."""
+
+    name = 'numba'
+    compile_time = 0.0
+
+    def __init__(self, model: Model) -> None:
+        self.model = model
+        self.module = load_module(model)
+
+    def squares(self, grid: Grid, gates: IntArray, x0: Array, p: Array) -> Array:
+        """See `Kernels.squares`."""
+        x, q, count = *padded(x0, p), x0.shape[1]
+        out = np.empty((gates.size, len(self.model.outputs), x.shape[1]))
+        self.module.squares(*axis(grid), *measurements(grid), gates, x, q, out)
+        return out[:, :, :count]
+
+    def grams(self, grid: Grid, nodes: int, x0: Array, p: Array, width: int) -> Array:
+        """See `Kernels.grams`."""
+        x, q = padded(x0, p)
+        out = np.empty((x0.shape[1] // width, width, width))
+        self.module.grams(*axis(grid), *measurements(grid), nodes, x, q, out)
+        return out
+
+    def trajectories(self, grid: Grid, x0: Array, p: Array) -> tuple[Array, Array]:
+        """See `Kernels.trajectories`."""
+        x, q, count = *padded(x0, p), x0.shape[1]
+        states = np.empty((grid.t.size, *x.shape))
+        outputs = np.empty((grid.t.size, len(self.model.outputs), x.shape[1]))
+        self.module.trajectories(*axis(grid), x, q, states, outputs)
+        return states[..., :count], outputs[..., :count]
+
+
+class CompiledStepper:
+    """Steps candidates on from output to output; see `Stepper` for the methods."""
+
+    name = 'numba'
+    compile_time = 0.0
+
+    def __init__(self, model: Model) -> None:
+        self.model = model
+        self.module = load_module(model)
+        self.measure = self.module.measure
+        self._carry = self.module.carry
+
+    def carry(self, path: Path, x: Array, p: Array) -> None:
+        """See `Stepper.carry`."""
+        self._carry(path.t, path.dt, path.steps, path.u, path.slope, path.pieces, x, p)
+
+
+class CompiledSeriesParallel:
+    """Steps candidates on from measurement to measurement; see `SeriesParallel` for the methods."""
+
+    name = 'numba'
+
+    def __init__(self, model: Model, measured: IntArray) -> None:
+        self.model = model
+        self.measured = measured
+        self._pursue = load_module(model).pursue
+
+    def pursue(
+        self, window: Stretch, lower: Array, upper: Array, x0: Array, p: Array
+    ) -> tuple[Array, Array]:
+        """See `SeriesParallel.pursue`."""
+        squares, ends = np.empty(p.shape[1]), np.empty((x0.size, p.shape[1]))
+        self._pursue(*window, self.measured, lower, upper, x0, p, squares, ends)
+        return squares, ends
+
+
+def axis(grid: Grid) -> tuple[AnyArray, ...]:
+    """Return the arrays that say when, and with which inputs."""
+    return grid.t, grid.steps, grid.u, grid.slope
+
+
+def measurements(grid: Grid) -> tuple[AnyArray, ...]:
+    """Return the arrays that say what was measured."""
+    return grid.y, grid.weight, grid.measured
+
+
+def padded(x0: Array, p: Array) -> tuple[Array, Array]:
+    """Repeat the last candidate until the lanes are full."""
+    count = x0.shape[1]
+    if count % LANES == 0:
+        return np.ascontiguousarray(x0), np.ascontiguousarray(p)
+    full = []
+    for values in (x0, p):
+        lanes = np.empty((len(values), count + -count % LANES))
+        lanes[:, :count] = values
+        lanes[:, count:] = values[:, -1:]
+        full.append(lanes)
+    return full[0], full[1]
+
+
+def load_module(model: Model) -> ModuleType:
+    """Return the model's generated module, whose functions compile when they are first called.
+
+    Its name tells the model's code and constants, so another model or an edited one never meets a
+    stale kernel. Without a writable cache folder everything works, but compiles in every process.
+    """
+    text = source(model)
+    name = f'obs_ros_kernels_{fingerprint(text, model.dynamics, model.output, *SELECTS.values())}'
+    with _lock:
+        if name not in sys.modules:
+            module = ModuleType(name, f'Kernels of model {model.name!r}.')
+            bind(module, model)
+            exec(compile(text, f'<{name}>', 'exec'), module.__dict__)
+            sys.modules[name] = module
+        return sys.modules[name]
+
+
+def bind(module: ModuleType, model: Model) -> None:
+    """Give the generated module its decorators and the model's two functions."""
+    # Inlining has to happen before the loop vectoriser runs, or lanes are computed one by one.
+    inline = numba.njit(forceinline=True, fastmath=FASTMATH, **OPTIONS)
+
+    @functools.cache  # once for all kernels
+    def announce() -> None:
+        log.info('compiling the kernels of model %r: several seconds, once', model.name)
+
+    def entry(kernel: Callable[..., None]) -> Any:
+        compiled = numba.njit(fastmath=FASTMATH, **OPTIONS)(kernel)
+        return stored(compiled, lambda: module.__name__, announce)
+
+    rebuilder = Rebuilder(inline, module.__name__)
+    module.__dict__.update(
+        jit=inline,
+        jit_sum=numba.njit(forceinline=True, fastmath=FASTMATH | {'reassoc'}, **OPTIONS),
+        entry=entry,
+        dynamics=inline(rebuilder.copy(model.dynamics)),
+        output=inline(rebuilder.copy(model.output)),
+    )
+    if rebuilder.slow:
+        names = ', '.join(f'np.{name}' for name in sorted(rebuilder.slow))
+        log.warning(
+            'model %r: use np.where, np.clip and arithmetic in place of %s, which takes memory at '
+            'each call and may make it a hundred times slower', model.name, names,
+        )  # fmt: skip
+
+
+def source(model: Model) -> str:
+    """Text of the generated module: sizes and tuple functions of the model, then the kernels."""
+    kernels = files('obs_ros.integration').joinpath('kernels.py').read_text(encoding='utf-8')
+    return f'{header(model)}\n\n{kernels}\n\nstep = step_{model.integrator}\n'
+
+
+def header(model: Model) -> str:
+    """Sizes, and the tuple functions unrolled for them: loops over tuples would not compile."""
+    n, m = len(model.states), len(model.inputs)
+    r, q = len(model.outputs), len(model.parameters)
+
+    def returning(signature: str, entry: str, count: int) -> str:
+        entries = ''.join(entry.replace('#', str(i)) + ', ' for i in range(count))
+        return f'@jit\ndef {signature}:\n    return ({entries})\n'
+
+    def doing(signature: str, line: str, count: int) -> str:
+        lines = ''.join(f'    {line.replace("#", str(i))}\n' for i in range(count))
+        return f'@jit\ndef {signature}:\n{lines or "    pass"}'
+
+    at = f'a[np.uint64(# * {LANES}) + lane]'
+    clip = 'max(min(x[#], high[#]), low[#])'  # in this order NaN stays NaN
+    residual = '(weight[k, #] * (yhat[#] - y[k, #]))'
+    return '\n'.join(
+        [
+            f'# Numba {numba.__version__}, {sorted(FASTMATH)}',
+            'import numpy as np\n',
+            f'N_STATES, N_OUTPUTS, N_PARAMETERS, N_LANES = {n}, {r}, {q}, {LANES}',
+            f'LANES, BLOCK_VALUES = np.uint64({LANES}), {BLOCK_VALUES}\n',
+            returning('gather_x(a, lane)', at, n),
+            returning('gather_p(a, lane)', at, q),
+            doing('scatter_x(a, lane, x)', f'{at} = x[#]', n),
+            doing('put_x(a, k, lane, x)', 'a[k, #, lane] = x[#]', n),
+            doing('put_y(a, k, lane, y)', 'a[k, #, lane] = y[#]', r),
+            doing('put_lane(a, lane, x)', 'a[#, lane] = x[#]', n),
+            doing('put_outputs(a, lane, y)', 'a[#, lane] = y[#]', r),
+            doing('put_rows(a, row, lane, y, w, k)', 'a[row + #, lane] = y[#] * w[k, #]', r),
+            doing('add_squares(a, lane, yhat, y, weight, k)', f'{at} += {residual} ** 2', r),
+            returning('input_at(u, slope, k, s)', 'u[k, #] + s * slope[k, #]', m),
+            returning('inputs(u)', 'u[#]', m),
+            returning('inputs_at(u, k)', 'u[k, #]', m),
+            returning('clipped(x, low, high)', clip, n),
+            returning('axpy(x, a, k)', 'x[#] + a * k[#]', n),
+            returning(
+                'rk4_sum(x, h, a, b, c, d)', 'x[#] + h * (a[#] + 2.0 * (b[#] + c[#]) + d[#])', n
+            ),
+        ]
+    )

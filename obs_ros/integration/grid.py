@@ -1,0 +1,108 @@
+"""A record laid out for integration: when, with which inputs, against which measurements."""
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from obs_ros.core.model import Model, Variable
+from obs_ros.core.record import Record
+from obs_ros.core.typing import Array, BoolArray, IntArray
+
+# Real stamps jitter: an interval this much longer than max_step is still one step.
+STEP_TOLERANCE = 0.01
+
+
+@dataclass(frozen=True)
+class Grid:
+    """The nodes of a window.
+
+    t (K,) in s; steps (K-1,) integration steps from each node to the next; the input at node k plus
+    s seconds is u[k] + s * slope[k], with u and slope (K, m); y (K, r) measured outputs with 0
+    where nothing was measured; weight (K, r) one over the output's scale, 0 where not measured;
+    scale (r,) those scales; measured (K,) whether a node has any measured output.
+    """
+
+    t: Array
+    steps: IntArray
+    u: Array
+    slope: Array
+    y: Array
+    weight: Array
+    measured: BoolArray
+    scale: Array
+
+    @classmethod
+    def of(cls, model: Model, record: Record, scale: Array) -> 'Grid':
+        """Lay out a record for a model, outputs in units of `scale` (r,).
+
+        Raises ValueError when the record has other numbers of inputs or outputs than the model.
+        """
+        for what, columns, variables in (
+            ('u', record.u.shape[1], model.inputs),
+            ('y', record.y.shape[1], model.outputs),
+        ):
+            if columns != len(variables):
+                raise ValueError(
+                    f'the record has {columns} columns in {what}, '
+                    f'but model {model.name!r} has {len(variables)}: '
+                    f'{[variable.name for variable in variables]}'
+                )
+        u, slope = interpolate(record.t, record.u, tuple(model.inputs))
+        mask = np.isfinite(record.y)
+        interval = np.diff(record.t) / (model.max_step * (1.0 + STEP_TOLERANCE))
+        return cls(
+            t=record.t.copy(),
+            steps=np.maximum(1, np.ceil(interval)).astype(np.int64),
+            u=u,
+            slope=slope,
+            y=np.where(mask, record.y, 0.0),
+            weight=mask / scale,
+            measured=np.asarray(mask.any(axis=1)),
+            scale=scale,
+        )
+
+    def rescaled(self, factor: Array) -> 'Grid':
+        """Return the same grid with the outputs' scales (r,) multiplied by `factor` (r,)."""
+        return replace(self, weight=self.weight / factor, scale=self.scale * factor)
+
+    def stretch(self, first: int, last: int) -> 'Grid':
+        """Return the nodes from `first` to `last`, both included."""
+        nodes, intervals = slice(first, last + 1), slice(first, last)
+        return replace(
+            self,
+            t=self.t[nodes],
+            steps=self.steps[intervals],
+            u=self.u[nodes],
+            slope=self.slope[nodes],
+            y=self.y[nodes],
+            weight=self.weight[nodes],
+            measured=self.measured[nodes],
+        )
+
+    def measured_values(self, nodes: int) -> int:
+        """Count the measured output values at the first `nodes` nodes."""
+        return int(np.count_nonzero(self.weight[:nodes]))
+
+
+def interpolate(t: Array, u: Array, inputs: tuple[Variable, ...]) -> tuple[Array, Array]:
+    """Return value and slope (K, m) of every input from every node on, across nodes without one.
+
+    After its last sample an input holds it.
+    """
+    values, slopes = np.zeros((t.size, len(inputs))), np.zeros((t.size, len(inputs)))
+    for i, variable in enumerate(inputs):
+        known = np.flatnonzero(np.isfinite(u[:, i]))
+        held = known[np.searchsorted(known, np.arange(t.size), side='right') - 1]
+        values[:, i] = u[held, i]
+        if variable.interpolation == 'hold' or known.size < 2:
+            continue
+        first, last = known[:-1], known[1:]
+        owner = np.minimum(np.searchsorted(known, held), known.size - 1)
+        inner = owner < known.size - 1
+        if variable.interpolation == 'linear':
+            slope = (u[last, i] - u[first, i]) / (t[last] - t[first])
+            slopes[inner, i] = slope[owner[inner]]
+            values[inner, i] += slopes[inner, i] * (t[inner] - t[held[inner]])
+        else:
+            values[inner, i] = (0.5 * (u[last, i] + u[first, i]))[owner[inner]]
+    return values, slopes

@@ -1,0 +1,1 @@
+"""What the node and the replay share: bindings, readers, settings, health. Knows no ROS."""

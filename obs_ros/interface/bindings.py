@@ -1,0 +1,104 @@
+"""Parameters `signals.<name>`: in which field of which topic an output or input is found."""
+
+import math
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+from obs_ros.core.model import Model, names
+from obs_ros.core.parameter_spec import Knob
+from obs_ros.core.registry import suggest
+from obs_ros.core.texts import LONGEST, one_line, quoted
+from obs_ros.interface.field_path import FieldPath
+from obs_ros.samples.range_check import LARGEST
+
+HEADER, ARRIVAL = 'header', 'arrival'
+
+
+@dataclass(frozen=True)
+class Binding:
+    """One output or input: `scale` times the number at `path`, plus `offset`.
+
+    `type` names the messages on `topic`; their `stamp` is that of their header, or their arrival.
+    """
+
+    name: str
+    topic: str
+    type: str
+    path: FieldPath
+    scale: float
+    offset: float
+    stamp: str
+
+
+def signal_knobs(model: Model) -> tuple[Knob, ...]:
+    """Return the parameters that bind each output and input of the model."""
+    units = {v.name: v.unit for v in (*model.inputs, *model.outputs)}
+    return tuple(knob for name in sorted(units) for knob in _knobs(name, units[name]))
+
+
+def bindings(
+    model: Model, values: Mapping[str, Any], unknown: Sequence[str] = ()
+) -> dict[str, Binding]:
+    """Return the bindings by the name of the output or input; those with no topic have none.
+
+    `unknown` are names of parameters given that no knob has. Raises ValueError for these, and for
+    what is missing or wrong.
+    """
+    signals = sorted({*names(model.inputs), *names(model.outputs)})
+    for given in unknown:
+        name, _, rest = given.removeprefix('signals.').rpartition('.')
+        if name in signals:
+            known = [knob.name.rpartition('.')[2] for knob in _knobs(name, '')]
+            raise ValueError(f'there is no parameter {quoted(given)}: {suggest(rest, known)}')
+        raise ValueError(
+            f'{one_line(given, LONGEST)}: model {quoted(model.name)} has no output or input '
+            f'{quoted(name or rest)}: {suggest(name or rest, signals)}'
+        )
+    found = {name: _binding(name, values) for name in signals}
+    return {name: binding for name, binding in found.items() if binding is not None}
+
+
+def _knobs(name: str, unit: str) -> tuple[Knob, ...]:
+    def knob(part: str, default: str | float, description: str, **more: Any) -> Knob:
+        return Knob(f'signals.{name}.{part}', default, description, read_only=True, **more)
+
+    return (
+        knob('topic', '', f'where {name} is published; empty: on plant/output or plant/input'),
+        knob('type', '', 'type of its messages, package/msg/Type'),
+        knob('field', '', 'path to the number, as in position[joint] or pose.position.x'),
+        knob('scale', 1.0, f'{name} is this times the number, plus the offset',
+             lower=-LARGEST, upper=LARGEST),
+        knob('offset', 0.0, f'added to {name} after scaling', unit=unit, lower=-LARGEST,
+             upper=LARGEST),
+        knob(
+            'stamp', HEADER, "the sample's time: header.stamp, or when the message arrives",
+            choices=(HEADER, ARRIVAL),
+        ),
+    )  # fmt: skip
+
+
+def _binding(name: str, values: Mapping[str, Any]) -> Binding | None:
+    prefix = f'signals.{name}.'
+    given = {knob.name.removeprefix(prefix): values[knob.name] for knob in _knobs(name, '')}
+    if not given['topic']:
+        for knob in _knobs(name, ''):
+            if values[knob.name] != knob.default:
+                raise ValueError(f'{knob.name} is given, but {prefix}topic is not')
+        return None
+    for part, example in (('type', 'std_msgs/msg/Float64'), ('field', 'data')):
+        if not given[part]:
+            raise ValueError(
+                f'{prefix}topic is given, but {prefix}{part} is not; it may be {quoted(example)}'
+            )
+    try:
+        path = FieldPath.parse(given['field'])
+    except ValueError as error:
+        raise ValueError(f'{prefix}field: {error}') from None
+    if not math.isfinite(given['scale']) or not given['scale']:
+        raise ValueError(f'{prefix}scale must be a finite number other than 0')
+    if not math.isfinite(given['offset']):
+        raise ValueError(f'{prefix}offset must be a finite number, not {given["offset"]}')
+    return Binding(
+        name, given['topic'], given['type'], path, given['scale'], given['offset'], given['stamp']
+    )

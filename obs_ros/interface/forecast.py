@@ -1,0 +1,66 @@
+"""~/prediction: the state carried on from the last estimate, sample by sample."""
+
+import time
+from collections.abc import Callable, Mapping
+
+from obs_ros.core.estimate import Estimate
+from obs_ros.core.model import Model
+from obs_ros.core.record import Sample
+from obs_ros.horizon.prediction import Prediction
+
+
+class Forecast:
+    """Hands predictions to `publish(stamp in ns, state)`, `rate` per s of sample time at most.
+
+    A rate of 0 means one for every output. `latency` (s) is from the arrival of the newest output
+    to its prediction.
+    """
+
+    def __init__(self, model: Model, publish: Callable[[int, Mapping[str, float]], None]) -> None:
+        self.rate = 0.0
+        self.published = 0
+        self.latency = 0.0
+        self._prediction = Prediction(model)
+        self._publish = publish
+        self._last: int | None = None
+
+    @property
+    def diverged(self) -> int:
+        """How many predictions were not finite, and withheld."""
+        return self._prediction.diverged
+
+    @property
+    def horizon(self) -> float | None:
+        """Sample time (s) from the estimate to the last prediction; None without any."""
+        since = self._prediction.since
+        return None if since is None or self._last is None else (self._last - since) / 1e9
+
+    def prepare(self) -> float:
+        """Compile what is not compiled yet; return the seconds that it took."""
+        begin = time.perf_counter()
+        self._prediction.prepare()
+        return time.perf_counter() - begin
+
+    def start(self, estimate: Estimate) -> None:
+        """Go on from an estimate."""
+        self._prediction.start(estimate)
+
+    def forget(self) -> None:
+        """Forget samples and estimate."""
+        self._prediction.forget()
+        self._last = None
+
+    def absorb(self, sample: Sample, arrival: float, *, silent: bool) -> None:
+        """Take a sample that came at `arrival` (steady clock, s); predict unless to be `silent`."""
+        stamp = self._prediction.absorb(sample)
+        if stamp is None or silent or not self._is_time(stamp):
+            return
+        state = self._prediction.state()
+        if state is not None:
+            self._last = stamp
+            self._publish(stamp, state)
+            self.published += 1
+            self.latency = time.monotonic() - arrival
+
+    def _is_time(self, stamp: int) -> bool:
+        return not self.rate or self._last is None or (stamp - self._last) * self.rate >= 1e9

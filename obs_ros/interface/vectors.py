@@ -1,0 +1,54 @@
+"""An estimate as named vectors: what the node publishes, and what a replay writes."""
+
+import math
+from collections.abc import Iterator, Mapping
+from typing import NamedTuple
+
+from obs_ros.core.estimate import Estimate
+from obs_ros.core.model import Model, names
+
+TOPICS = ('state', 'parameters', 'state_stddev', 'parameters_stddev', 'jump', 'solver')
+
+
+class Vector(NamedTuple):
+    """Values by name at a stamp (ns), for the topic ~/`topic`."""
+
+    topic: str
+    stamp: int
+    values: Mapping[str, float]
+
+
+def publishable(estimate: Estimate) -> bool:
+    """Return whether state and parameters are all finite: others are withheld."""
+    values = (*estimate.state.values(), *estimate.parameters.values())
+    return all(math.isfinite(value) for value in values)
+
+
+def vectors(estimate: Estimate, model: Model, solver: Mapping[str, float]) -> Iterator[Vector]:
+    """Return the vectors of an estimate, stamped like its newest output, jumps at their own time.
+
+    `solver` are figures that the caller adds to those on ~/solver, which alone comes of an estimate
+    that is not `publishable`.
+    """
+    stamp = estimate.stamp or 0
+    figures = {
+        'cost': estimate.cost,
+        'residual_rms': estimate.residual_rms,
+        'evaluations': float(estimate.evaluations),
+        **solver,
+        **estimate.figures,
+    }
+    yield Vector('solver', stamp, figures)
+    if not publishable(estimate):
+        return
+    for topic, variables, values in (
+        ('state', model.states, estimate.state),
+        ('parameters', model.parameters, estimate.parameters),
+    ):
+        order = names(variables)
+        deviations = {name: estimate.stddev.get(name, math.nan) for name in order}
+        yield Vector(topic, stamp, {name: values[name] for name in order})
+        yield Vector(f'{topic}_stddev', stamp, deviations)
+    for jump in estimate.jumps:
+        if jump.new:
+            yield Vector('jump', jump.stamp or 0, jump.sizes)

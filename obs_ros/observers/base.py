@@ -1,0 +1,81 @@
+"""The observers, by name, and what they have in common."""
+
+from collections.abc import Mapping
+from typing import Any, ClassVar, Protocol
+
+from obs_ros.core.estimate import Estimate
+from obs_ros.core.model import Model
+from obs_ros.core.record import Sample
+from obs_ros.core.registry import lookup
+from obs_ros.core.texts import quoted
+
+PAPERS = 'obs_ros.observers.papers'
+OBSERVERS = {
+    'sliding_window': 'obs_ros.observers.sliding_window:SlidingWindowObserver',
+    'gao': f'{PAPERS}.gao:GeneticAdaptiveObserver',
+    'gase': f'{PAPERS}.gase:GeneticAdaptiveStateEstimator',
+    'ekf': 'obs_ros.observers.kalman_filters.ekf:ExtendedKalmanObserver',
+    'ukf': 'obs_ros.observers.kalman_filters.ukf:UnscentedKalmanObserver',
+    'high_gain': f'{PAPERS}.high_gain:HighGainObserver',
+    'h_infinity': f'{PAPERS}.h_infinity:HInfinityObserver',
+    'interconnected': f'{PAPERS}.interconnected:InterconnectedObserver',
+    'unknown_input': f'{PAPERS}.unknown_input:UnknownInputObserver',
+    'adaptive_luenberger': f'{PAPERS}.adaptive_luenberger:AdaptiveLuenbergerObserver',
+    'rls_luenberger': f'{PAPERS}.rls_luenberger:RecursiveLeastSquaresObserver',
+}
+
+
+class Observer(Protocol):
+    """Turns samples into estimates.
+
+    One thread calls `absorb` and `reset`; another may call `estimate` meanwhile. An `immediate`
+    one has its estimate ready when `absorb` returns True: then `estimate` is cheap, and is for the
+    same thread, after each such sample.
+    """
+
+    immediate: ClassVar[bool]
+    model: Model
+
+    def prepare(self) -> float:
+        """Do what takes long but once, such as compiling; return the seconds that it took."""
+
+    def absorb(self, sample: Sample) -> bool:
+        """Take a sample, without blocking; return whether an estimate is due."""
+
+    def estimate(self, deadline: float | None = None) -> Estimate | None:
+        """Return the newest estimate, at most `deadline` s from now; None when nothing is due."""
+
+    def inherit(self, other: Any) -> bool:
+        """Take over what is of use from one of its class that it replaces, such as samples.
+
+        Returns whether an estimate is due.
+        """
+
+    def reset(self) -> None:
+        """Forget all samples and estimates."""
+
+    @property
+    def counts(self) -> Mapping[str, int]:
+        """What was dropped, mended or skipped so far, by reason."""
+
+    @property
+    def collected(self) -> float | None:
+        """Sample time (s) that the window that is open holds; None before its first output.
+
+        None as well where there are no windows.
+        """
+
+    @property
+    def last_break(self) -> str | None:
+        """The last break of the samples' timeline, in words; None if there was none."""
+
+
+def load_observer(name: str) -> type[Observer]:
+    """Return the observer class of that name, or at that `module:ATTRIBUTE`.
+
+    Raises ValueError when there is none, or what stands there cannot observe.
+    """
+    found = lookup('observer', name, OBSERVERS)
+    if not isinstance(found, type) or not hasattr(found, 'absorb'):
+        raise ValueError(f'observer {quoted(name)} is {quoted(found)}, not an observer class')
+    return found

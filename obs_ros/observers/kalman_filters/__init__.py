@@ -1,0 +1,1 @@
+"""Kalman filters on states and parameters together."""

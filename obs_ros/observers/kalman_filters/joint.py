@@ -1,0 +1,250 @@
+"""What the Kalman filters on the joint state (x, theta) share: noises, bounds, covariance, lanes.
+
+z (D,) holds the n states, then the estimated parameters, which walk at random; C (D, D) is its
+covariance. The candidates that a filter carries, perturbed means or sigma points, lie in lanes.
+"""
+
+import math
+from dataclasses import dataclass
+from typing import Any, ClassVar
+
+import numpy as np
+
+from obs_ros.core.jit import accelerated
+from obs_ros.core.model import Model, inside
+from obs_ros.core.typing import Array, IntArray
+from obs_ros.inference.parameterisation import Unknowns
+from obs_ros.integration.path import Path, lanes
+from obs_ros.observers import settings as table
+from obs_ros.observers.recursive import Instant, RecursiveObserver
+from obs_ros.observers.settings import setting
+
+SLACK = 1e-9  # of a correlation: less is rounding
+CORNERS = 64  # points of the box that outputs are compared over
+
+
+@dataclass(frozen=True)
+class KalmanSettings(table.Settings):
+    """Standard deviations, as shares of the box that a state or parameter lies in."""
+
+    initial_state: float = setting(
+        0.3,
+        "sd of the states at the start, as a share of their bounds' distance",
+        lower=0.0,
+        upper=1e3,
+    )
+    initial_parameter: float = setting(
+        0.3,
+        "sd of the parameters at the start, as a share of their bounds' distance",
+        lower=0.0,
+        upper=1e3,
+    )
+    state_walk: float = setting(
+        1e-4,
+        "sd that the model may err by within 1 s, as a share of the states' bounds' distance",
+        '1/sqrt(s)',
+        lower=0.0,
+        upper=1e3,
+    )
+    parameter_walk: float = setting(
+        1e-3,
+        "sd that the parameters drift by within 1 s, as a share of their bounds' distance",
+        '1/sqrt(s)',
+        lower=0.0,
+        upper=1e3,
+    )
+    output_noise: float = setting(
+        1e-3,
+        'sd of outputs whose noise is not given, as a share of the range that they have',
+        positive=True,
+        upper=1e3,
+    )
+
+
+class KalmanObserver(RecursiveObserver):
+    """A Kalman filter on (x, theta), nonlinear by way of the candidates in its lanes.
+
+    The mean is clipped to the bounds, with the covariance left as it is: clipping tells nothing
+    about the others. No variance exceeds that of the box. Where the covariance ceases to be one,
+    for rounding or overflow, it is that of the start again, counted as `reset_covariance`.
+
+    The figure `normalised_innovation` is the mean over the measured outputs of their squared
+    innovations in units of what C and R let expect: 1 on average where these are right.
+    """
+
+    Settings: ClassVar[type[table.Settings]] = KalmanSettings
+    reasons: ClassVar[tuple[str, ...]] = ('reset_covariance',)
+
+    @np.errstate(over='ignore')  # of a box too wide to be squared nothing is known at first
+    def __init__(self, model: Model | str, **arguments: Any) -> None:
+        super().__init__(model, **arguments)
+        unknowns, n, q = self.unknowns, self.x.size, self.p.size
+        free = [i - n for i in unknowns.index if i >= n]
+        joint = np.array([*range(n), *(n + row for row in free)])
+        self._rows = np.array(free, dtype=np.int64)  # of the estimated parameters
+        self._low, self._high = self.lower[joint], self.upper[joint]
+        width = np.array([_width(unknowns, i) for i in joint])
+        estimated = np.isin(joint, unknowns.index)
+        states = joint < n
+        s = self.settings
+        start = np.where(states, s.initial_state, s.initial_parameter) * width * estimated
+        walk = np.where(states, s.state_walk, s.parameter_walk) * width
+        self._start_variance, self._walk = start**2, walk**2  # (D,) and per s
+        bounded = np.isfinite(self._low) & np.isfinite(self._high)
+        self._most = np.where(bounded, np.maximum(width, start) ** 2, np.inf)
+        self._noise = output_noise(unknowns, self.noise, s.output_noise) ** 2
+        self._width = width
+        d = joint.size
+        count = lanes(1 + 2 * d)  # the mean, and two for each joint state
+        self.z, self.covariance = np.empty(d), np.empty((d, d))
+        self._x, self._p = np.empty((n, count)), np.empty((q, count))
+        self._y = np.empty((self.innovation.size, count))
+        self._surprise = np.zeros(1)
+
+    def _start(self, now: Instant) -> None:
+        n = self.x.size
+        self._stepper = self.stepper
+        self._p[:] = self.p[:, None]
+        self.z[:n], self.z[n:] = self.x, self.p[self._rows]
+        self.covariance[:] = np.diag(self._start_variance)
+        self._spread()
+        self._correct(now)
+
+    def _step(self, before: Instant, now: Instant, path: Path) -> None:
+        self._stepper.carry(path, self._x, self._p)
+        if not self._predict((now.stamp - before.stamp) / 1e9):
+            self._restart_covariance(now)
+        self._correct(now)
+
+    def _correct(self, now: Instant) -> None:
+        self._stepper.measure(now.t, now.u, self._x, self._p, self._y)
+        if not self._update(now.y):
+            self._restart_covariance(now)
+        self.figures['normalised_innovation'] = float(self._surprise[0])
+
+    def _restart_covariance(self, now: Instant) -> None:
+        self._remark_on(
+            'reset_covariance',
+            f'covariance started again at {now.t:g} s, because it was not positive any more',
+        )
+        self.covariance[:] = np.diag(self._start_variance)
+        self._spread()
+
+    def _spread(self) -> None:
+        """Lay out the candidates about mean and covariance."""
+        raise NotImplementedError
+
+    def _predict(self, interval: float) -> bool:
+        """Take mean and covariance after `interval` s from the candidates; lay them out anew.
+
+        False where no covariance is left.
+        """
+        raise NotImplementedError
+
+    def _update(self, y: Array) -> bool:
+        """Correct by the outputs y (r,), write the estimate, and lay the candidates out anew.
+
+        False where no covariance is left.
+        """
+        raise NotImplementedError
+
+
+def output_noise(unknowns: Unknowns, noise: dict[str, float], share: float) -> Array:
+    """Return standard deviations (r,): those given, else a share of each output's range.
+
+    That is the distance of its bounds where they are finite, else what the box makes of it.
+    """
+    model = unknowns.model
+    points = np.random.default_rng(0).random((CORNERS, unknowns.dimension))
+    x, p = unknowns.values(points)
+    u = tuple(inside(variable) for variable in model.inputs)
+    with np.errstate(all='ignore'):
+        outputs = model.output(0.0, tuple(x), u, tuple(p))
+    deviations = []
+    for variable, y in zip(model.outputs, outputs, strict=True):
+        span = variable.upper - variable.lower
+        if not math.isfinite(span):
+            with np.errstate(all='ignore'):
+                span = float(np.ptp(y))
+        known = math.isfinite(span) and span > 0.0
+        deviations.append(noise.get(variable.name, share * span if known else share))
+    return np.array(deviations)
+
+
+def _width(unknowns: Unknowns, i: int) -> float:
+    """Return the width of the box of the model's unknown i, for one not estimated its bounds'."""
+    at = np.flatnonzero(unknowns.index == i)
+    if at.size:
+        return float(unknowns.upper[at[0]] - unknowns.lower[at[0]])
+    variable = unknowns.model.unknowns[i]
+    width = variable.upper - variable.lower
+    return width if math.isfinite(width) else max(1.0, abs(variable.nominal or 0.0))
+
+
+@accelerated
+def place(z: Array, lane: int, rows: IntArray, x: Array, p: Array) -> None:
+    """Write a joint state into one lane."""
+    n = x.shape[0]
+    for i in range(n):
+        x[i, lane] = z[i]
+    for j in range(rows.size):
+        p[rows[j], lane] = z[n + j]
+
+
+@accelerated
+def clip(z: Array, low: Array, high: Array) -> None:
+    """Put z (D,) within its bounds."""
+    for i in range(z.size):
+        z[i] = min(max(z[i], low[i]), high[i])
+
+
+@accelerated
+def limit(c: Array, most: Array) -> None:
+    """Scale rows and columns of the covariance so that no variance exceeds `most` (D,)."""
+    for i in range(most.size):
+        if c[i, i] > most[i]:
+            factor = math.sqrt(most[i] / c[i, i])
+            for j in range(most.size):
+                c[i, j] *= factor
+                c[j, i] *= factor
+
+
+@accelerated
+def root(c: Array, lower: Array) -> bool:
+    """Write into lower (D, D) the Cholesky factor of a covariance that may be singular.
+
+    False if c is no covariance: not finite, or indefinite by more than rounding.
+    """
+    d = c.shape[0]
+    for j in range(d):
+        for i in range(j):
+            lower[i, j] = 0.0
+        pivot = c[j, j]
+        for k in range(j):
+            pivot -= lower[j, k] * lower[j, k]
+        if not (pivot >= -SLACK * c[j, j] and c[j, j] < math.inf):
+            return False
+        lower[j, j] = math.sqrt(pivot) if pivot > 0.0 else 0.0
+        for i in range(j + 1, d):
+            rest = c[i, j]
+            for k in range(j):
+                rest -= lower[i, k] * lower[j, k]
+            if lower[j, j] > 1e-8 * math.sqrt(c[j, j]):
+                lower[i, j] = rest / lower[j, j]
+            elif abs(rest) <= 1e-6 * math.sqrt(abs(c[i, i] * c[j, j])):
+                lower[i, j] = 0.0
+            else:
+                return False
+    return True
+
+
+@accelerated
+def report(z: Array, c: Array, rows: IntArray, x: Array, p: Array, stddev: Array) -> None:
+    """Write states, estimated parameters and standard deviations (n + q,) where all read them."""
+    n = x.size
+    for i in range(n):
+        x[i] = z[i]
+        stddev[i] = math.sqrt(max(c[i, i], 0.0))
+    for j in range(rows.size):
+        p[rows[j]] = z[n + j]
+        stddev[n + rows[j]] = math.sqrt(max(c[n + j, n + j], 0.0))

@@ -1,0 +1,1 @@
+"""The observers of the source papers, and their rivals there."""

@@ -1,0 +1,239 @@
+"""Gains of the H-infinity adaptive observer, Alvarado-Méndez et al. 2024, Theorem 1.
+
+`python -m obs_ros.observers.papers.design.h_infinity` solves the matrix inequality for the
+suspension and prints L, H, beta and the peak gain that L really has; `--keep` stores them where the
+observer takes them from. It needs cvxpy with Clarabel: `pip install cvxpy clarabel`.
+"""
+
+import argparse
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from scipy.optimize import minimize_scalar
+
+from obs_ros.core.typing import AnyArray, Array
+from obs_ros.observers.papers.design.plants import LipschitzPlant, suspension
+
+STORED = Path(__file__).with_name('suspension_gains.py')
+
+# What counts as zero, in the plant's own units, where everything is of the order of one.
+_TOLERANCE = 1e-7
+_LEAST_P = 1e-6
+
+
+@dataclass(frozen=True, eq=False)
+class Gains:
+    """L (n, r), H (1, r), the certificate P (n, n) and the bound: |C e| <= beta |eta| in L2.
+
+    `mismatch` is the size of B'P - HC beside that of B'P: 0 where the theorem's equality holds.
+    `peak` is the largest gain from eta to C e over all frequencies, with phi at its steepest.
+    """
+
+    L: Array
+    H: Array
+    P: Array
+    beta: float
+    peak: float
+    mismatch: float
+    poles: AnyArray
+
+
+def design(
+    plant: LipschitzPlant,
+    *,
+    noise: float = 0.0,
+    fastest: float | None = None,
+    equality: bool = False,
+) -> Gains:
+    """Return the gains with the least beta that satisfy the theorem, checked after the solve.
+
+        [P A - S C + (..)' + C'C + R   P N   P B]
+        [             *               -b I   0  ] <= 0,   R = q gamma^2 E'E,  Q = q,  b = beta^2
+        [             *                 *    -Q ]
+
+    and L = P^-1 S. The last block has P B in place of the paper's P, for e_Phi = B e_phi. `noise`
+    (output per unit of eta) adds a disturbance of the outputs: y = C x + noise nu, with the bound
+    on (eta, nu). Without, the least beta wants infinite gains. `fastest` (1/s) keeps the poles of
+    A - L C to the right of minus that. `equality` asks for the theorem's B'P = HC; else H is what
+    comes closest.
+
+    Raises ValueError with the reason when there is no solution or it does not stand the check, and
+    ImportError without cvxpy.
+    """
+    cp = import_cvxpy()
+    a, b, c, n, e = _scaled(plant)
+    # A weight on (eta, nu): the bound is then per unit of each.
+    weight = noise * plant.disturbance
+    order, outputs = a.shape[0], c.shape[0]
+    P = cp.Variable((order, order), symmetric=True)
+    S = cp.Variable((order, outputs))
+    H = cp.Variable((1, outputs))
+    squared, q = cp.Variable(nonneg=True), cp.Variable(nonneg=True)
+    drift = P @ a - S @ c
+    drift = drift + drift.T
+    disturbed = cp.hstack([P @ n, -weight * S]) if weight else P @ n
+    count = disturbed.shape[1]
+    inequality = cp.bmat(
+        [
+            [drift + c.T @ c + q * e.T @ e, disturbed, P @ b],
+            [disturbed.T, -squared * np.eye(count), np.zeros((count, 1))],
+            [b.T @ P, np.zeros((1, count)), -q * np.eye(1)],
+        ]
+    )
+    constraints = [P >> _LEAST_P * np.eye(order), 0.5 * (inequality + inequality.T) << 0]
+    if fastest is not None:
+        constraints.append(drift + 2.0 * fastest * P >> 0)
+    if equality:
+        constraints.append(H @ c == b.T @ P)
+    problem = cp.Problem(cp.Minimize(squared), constraints)
+    status = _solve(cp, problem)
+    if status != cp.OPTIMAL:
+        raise ValueError(f'the matrix inequality has no solution: Clarabel says {status!r}')
+    return checked(
+        plant, P.value, S.value, float(np.sqrt(squared.value)), inequality.value, equality
+    )
+
+
+def checked(
+    plant: LipschitzPlant, P: Array, S: Array, bound: float, inequality: Array, equality: bool
+) -> Gains:
+    """Return what a solver found, in the plant's units again, if it is what was asked for.
+
+    Raises ValueError when P is not positive definite, the inequality does not hold, A - L C is not
+    stable, the equality fails or the measured gain is above the bound.
+    """
+    least = float(np.linalg.eigvalsh(P).min())
+    if not least > 0.5 * _LEAST_P:
+        raise ValueError(
+            f'the solver returned an indefinite P: its least eigenvalue is {least:.2g}'
+        )
+    worst = float(np.linalg.eigvalsh(0.5 * (inequality + inequality.T)).max())
+    if worst > _TOLERANCE * np.abs(inequality).max():
+        raise ValueError(f'the matrix inequality does not hold: largest eigenvalue {worst:.2g}')
+    to_plant = np.diag(plant.scale)
+    L = to_plant @ np.linalg.solve(P, S)
+    poles = np.linalg.eigvals(plant.A - L @ plant.C)
+    if not poles.real.max() < 0.0:
+        raise ValueError(f'A - L C is not stable: a pole lies at {poles.real.max():.3g} 1/s')
+    certificate = np.linalg.inv(to_plant) @ P @ np.linalg.inv(to_plant)
+    H, mismatch = nearest_h(certificate, plant.B, plant.C)
+    if equality and mismatch > 1e-4:
+        raise ValueError(f"B'P = HC does not hold: it is off by {100 * mismatch:.2g} %")
+    beta, peak = bound / plant.disturbance, peak_gain(plant, L)
+    if peak > beta * (1.0 + 1e-6):
+        raise ValueError(f'the gain reaches {peak:.4g}, above the bound beta = {beta:.4g}')
+    return Gains(L, H, certificate, beta, peak, mismatch, poles)
+
+
+def nearest_h(P: Array, b: Array, c: Array) -> tuple[Array, float]:
+    """Return H (1, r) with HC nearest to B'P, and how far off that is, relative to B'P."""
+    wanted = b.T @ P
+    H = wanted @ np.linalg.pinv(c)
+    return H, float(np.linalg.norm(wanted - H @ c) / np.linalg.norm(wanted))
+
+
+def peak_gain(plant: LipschitzPlant, L: Array) -> float:
+    """Return the largest singular value from eta to C e, over frequency and the slopes of phi."""
+
+    def gain(log_frequency: float, f: Array) -> float:
+        shifted = 1j * 10.0**log_frequency * np.eye(len(f)) - f
+        return float(np.linalg.norm(plant.C @ np.linalg.solve(shifted, plant.N), 2))
+
+    peaks = []
+    for slope in (-plant.gamma, 0.0, plant.gamma):
+        f = plant.A - L @ plant.C + slope * plant.B @ plant.E
+        grid = np.linspace(-3.0, 6.0, 1801)
+        gains = [gain(w, f) for w in grid]
+        best = grid[int(np.argmax(gains))]
+        finer = minimize_scalar(lambda w, f=f: -gain(w, f), bounds=(best - 0.01, best + 0.01),
+                                method='bounded')  # fmt: skip
+        peaks.append(max(max(gains), -float(finer.fun)))
+    return max(peaks)
+
+
+def import_cvxpy() -> Any:
+    """Return cvxpy; raises ImportError with what to do when it is missing."""
+    try:
+        import cvxpy
+    except ImportError as error:
+        raise ImportError(
+            'the design of H-infinity gains needs cvxpy: pip install cvxpy clarabel, or '
+            '`make design`; the observer itself runs without, on the gains stored'
+        ) from error
+    return cvxpy
+
+
+def _solve(cp: Any, problem: Any) -> str:
+    try:
+        problem.solve(solver=cp.CLARABEL)
+    except cp.SolverError as error:
+        return f'failed: {error}'
+    return str(problem.status)
+
+
+def _scaled(plant: LipschitzPlant) -> tuple[Array, Array, Array, Array, Array]:
+    """Return A, B gamma, C, N, E in units of `scale` and `disturbance`."""
+    to_plant, from_plant = np.diag(plant.scale), np.diag(1.0 / plant.scale)
+    return (
+        from_plant @ plant.A @ to_plant,
+        from_plant @ plant.B * plant.gamma,
+        plant.C @ to_plant,
+        from_plant @ plant.N * plant.disturbance,
+        plant.E @ to_plant,
+    )
+
+
+def as_source(gains: Gains, command: str) -> str:
+    """Return a Python module with the gains in it."""
+
+    def rows(matrix: Array) -> str:
+        return '\n'.join(f'    ({", ".join(f"{v:.8g}" for v in row)}),' for row in matrix)
+
+    return (
+        f'"""Gains of the suspension, as `{command}` found them."""\n\n'
+        f'L = (\n{rows(gains.L)}\n)\n'
+        f'H = ({", ".join(f"{v:.8g}" for v in gains.H[0])})\n'
+        f'BETA = {gains.beta:.6g}  # m/N\n'
+        f'PEAK = {gains.peak:.6g}  # m/N\n'
+    )
+
+
+def main(arguments: list[str] | None = None) -> int:
+    """Solve for the suspension, print, and keep if asked."""
+    parser = argparse.ArgumentParser(
+        description=__doc__, formatter_class=argparse.ArgumentDefaultsHelpFormatter
+    )
+    parser.add_argument('--share', type=float, default=0.2, help='share of kt that is uncertain')
+    parser.add_argument('--fastest', type=float, default=200.0, help='bound of the poles, 1/s')
+    parser.add_argument('--noise', type=float, default=0.01 / 300.0, help='output noise, m per N')
+    parser.add_argument('--printed', action='store_true', help="the paper's own, with B'P = HC")
+    parser.add_argument('--wheel-speed', action='store_true', help='measure vus as well')
+    parser.add_argument('--keep', action='store_true', help=f'store the gains in {STORED.name}')
+    given = parser.parse_args(arguments)
+    share = None if given.printed else given.share
+    plant = suspension(share=share, wheel_speed=given.wheel_speed)
+    try:
+        gains = design(
+            plant,
+            noise=0.0 if given.printed else given.noise,
+            fastest=None if given.printed else given.fastest,
+            equality=given.printed,
+        )
+    except (ImportError, ValueError) as error:
+        print(f'refused: {error}')
+        return 1
+    with np.printoptions(precision=5):
+        print(f'L =\n{gains.L}\nH = {gains.H}\npoles of A - L C (1/s): {gains.poles}')
+    print(f'beta = {gains.beta:.4g} m/N, measured peak gain {gains.peak:.4g} m/N')
+    print(f"B'P and HC differ by {100.0 * gains.mismatch:.3g} %")
+    if given.keep:
+        STORED.write_text(
+            as_source(gains, 'python -m obs_ros.observers.papers.design.h_infinity --keep')
+        )
+    return 0
+
+
+if __name__ == '__main__':
+    raise SystemExit(main())

@@ -1,0 +1,47 @@
+"""Interconnected observer of a process and its actuators: Zhang et al. 2020, eq. 11, 23 and 26."""
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+
+from obs_ros.observers.papers.high_gain import HighGainObserver, HighGainSettings
+from obs_ros.observers.settings import setting
+
+
+@dataclass(frozen=True)
+class InterconnectedSettings(HighGainSettings):
+    """Settings of the interconnected observer."""
+
+    l1: float = setting(
+        0.0, 'pulls openings to what the flows tell; hides faults', '1/s', lower=0.0, upper=1e6
+    )
+    l2: float = setting(
+        0.0, "the same for the openings' rates; hides faults", '1/s2', lower=0.0, upper=1e6
+    )
+
+
+class InterconnectedObserver(HighGainObserver):
+    """The high-gain observer, told by the actuators' model how fast the flows change.
+
+        Fhat' = c Xhat' - theta^2 e / g(That)
+        Xhat' = the actuators' model - l1 (Xhat - Fhat/c),   Xhat'' likewise with l2
+
+    The print adds Aa/m c u to Fhat', which is not in the derivative of c X. Its gains l1 and l2
+    are so small that nothing changes; larger ones pull a faulty actuator's model to the flow, and
+    the residual with it. So both are 0 unless set.
+    """
+
+    Settings = InterconnectedSettings
+    fed = 1.0
+
+    def _correct(self, dt: float) -> None:
+        l1, l2 = self.settings.l1, self.settings.l2
+        if not (l1 or l2):
+            return
+        told = self.flows / np.array(self.model.flow_gain(self.p))
+        difference = self.x[self._opening] - told
+        # The first as a lag that is exact for any dt: it can overshoot with none.
+        self.x[self._opening] -= -math.expm1(-l1 * dt) * difference
+        if rates := self.model.rate_index:
+            self.x[list(rates)] -= dt * l2 * difference

@@ -1,0 +1,1 @@
+"""Minimise over a box. Nothing here knows plants or ROS."""

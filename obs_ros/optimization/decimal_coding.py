@@ -1,0 +1,137 @@
+"""Numbers as strings of decimal digits, on which genetic operators work.
+
+Porter & Passino 1995 (section 2) and Gremling & Passino 2000 (section 2). A chromosome has one
+trait for each number; a trait is a sign gene and `digits` genes of 0 to 9, with the decimal point
+at a place of its own. Genes are arrays (N, T, 1 + digits) of int8, gene 0 of a trait is its sign
+(1 = minus); where a trait cannot be negative the sign stays 0 and takes no part in anything.
+"""
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from obs_ros.core.typing import Array, BoolArray, IntArray
+
+Genes = NDArray[np.int8]
+
+FEWEST_VALUES = 1000  # that the digits of a trait can tell apart in its range
+MOST_DIGITS = 15  # that a float64 holds
+ROUNDING = 4.0 * float(np.finfo(np.float64).eps)
+
+
+@dataclass(frozen=True, eq=False)
+class Base10:
+    """How T traits are written, each in its range.
+
+    lower, upper (T,) in the traits' units; lowest, highest (T,) are the same ends as whole numbers
+    of the last digit, of which `scale` (T,) make one unit; signed (T,) says who has a sign gene.
+    """
+
+    lower: Array
+    upper: Array
+    digits: int
+    scale: Array
+    lowest: IntArray
+    highest: IntArray
+    signed: BoolArray
+
+    @classmethod
+    def of(
+        cls, lower: ArrayLike, upper: ArrayLike, digits: int, signed: bool | None = None
+    ) -> 'Base10':
+        """Write numbers between lower and upper (T,) with at least `digits` digits.
+
+        There is one digit or more before the point where a range reaches 0.1, and as many as the
+        largest number in it needs; below 0.1 the first digit is the largest number's. All traits
+        get more digits where a range is narrow against its numbers. `signed` None gives a sign
+        gene to the ranges with negative numbers.
+
+        Raises ValueError for ranges that are not finite, crossed, or too narrow for 15 digits, and
+        for fewer than one digit.
+        """
+        low, high = np.atleast_1d(np.asarray(lower, float)), np.atleast_1d(np.asarray(upper, float))
+        if low.shape != high.shape or low.ndim != 1 or not low.size:
+            raise ValueError(f'lower {low} and upper {high} must be of one length')
+        if not (np.isfinite(low).all() and np.isfinite(high).all() and (low < high).all()):
+            raise ValueError(f'ranges must be finite and rising, not from {low} to {high}')
+        if isinstance(digits, bool) or not isinstance(digits, int) or digits < 1:
+            raise ValueError(f'digits must be an integer >= 1, not {digits!r}')
+        largest = np.maximum(np.abs(low), np.abs(high))
+        before = np.floor(np.log10(largest)).astype(np.int64) + 1
+        before = np.where(largest >= 0.1, np.maximum(before, 1), before)
+        after = np.ceil(np.log10(FEWEST_VALUES / (high - low))).astype(np.int64)
+        needed = max(digits, int((before + after).max()))
+        if needed > MOST_DIGITS:
+            i = int((before + after).argmax())
+            raise ValueError(
+                f'the range from {low[i]} to {high[i]} is too narrow for {MOST_DIGITS} digits'
+            )
+        scale = 10.0 ** (needed - before)
+        most = 10**needed - 1  # a bound just below a power of ten is rounded to one digit more
+        return cls(
+            lower=low,
+            upper=high,
+            digits=needed,
+            scale=scale,
+            lowest=np.maximum(-_floor(-low * scale), -most),
+            highest=np.minimum(_floor(high * scale), most),
+            signed=low < 0.0 if signed is None else np.full(low.size, signed or (low < 0.0)),
+        )
+
+    @property
+    def first_gene(self) -> IntArray:
+        """First gene (T,) of each trait that takes part: 0 where it has a sign, else 1."""
+        return np.where(self.signed, 0, 1)
+
+    def encode(self, values: Array) -> Genes:
+        """Write values (N, T), rounded to the last digit and moved into their ranges."""
+        if np.isnan(values).any():
+            raise ValueError(f'NaN cannot be written in digits: {values}')
+        whole = np.clip(np.rint(values * self.scale), self.lowest, self.highest)
+        return digits_of(whole.astype(np.int64), self.digits)
+
+    def decode(self, genes: Genes) -> Array:
+        """Read values (N, T) of chromosomes that are inside."""
+        return self.values(whole_numbers(genes))
+
+    def values(self, whole: IntArray) -> Array:
+        """Return the values (N, T) of whole numbers of the last digit that are inside."""
+        return np.minimum(np.maximum(whole / self.scale, self.lower), self.upper)
+
+    def inside(self, whole: IntArray) -> BoolArray:
+        """Return which whole numbers (N, T) of the last digit are in their trait's range."""
+        return (whole >= self.lowest) & (whole <= self.highest)
+
+    def uniform(self, draws: Array) -> IntArray:
+        """Return whole numbers (N, T) in range from draws (N, T) uniform on [0, 1)."""
+        return self.lowest + (draws * (self.highest - self.lowest + 1)).astype(np.int64)
+
+    def first_population(self, draws: Array) -> Genes:
+        """Return chromosomes uniform in their ranges from draws (N, T) uniform on [0, 1)."""
+        return digits_of(self.uniform(draws), self.digits)
+
+
+def whole_numbers(genes: Genes) -> IntArray:
+    """Read traits (N, T) as whole numbers of their last digit."""
+    whole = genes[:, :, 1].astype(np.int64)
+    for digit in range(2, genes.shape[2]):
+        whole = 10 * whole + genes[:, :, digit]
+    return np.where(genes[:, :, 0] == 1, -whole, whole)
+
+
+def digits_of(whole: IntArray, digits: int) -> Genes:
+    """Write whole numbers (N, T) of the last digit as genes (N, T, 1 + digits)."""
+    genes = np.empty((*whole.shape, 1 + digits), dtype=np.int8)
+    genes[:, :, 0] = whole < 0
+    rest = np.abs(whole)
+    for digit in range(digits, 0, -1):
+        rest, genes[:, :, digit] = np.divmod(rest, 10)
+    return genes
+
+
+def _floor(exact: Array) -> IntArray:
+    """Round down, but not past a whole number that only rounding has missed."""
+    nearest = np.rint(exact)
+    missed = np.abs(nearest - exact) <= ROUNDING * np.maximum(np.abs(exact), 1.0)
+    return np.asarray(np.where(missed, nearest, np.floor(exact)), dtype=np.int64)

@@ -1,0 +1,295 @@
+"""The estimator node: samples in, estimates out, and word of how it goes."""
+
+import sys
+import time
+from collections.abc import Mapping
+from functools import partial
+from typing import Any
+
+import rclpy
+from rclpy.clock import JumpThreshold
+from rclpy.duration import Duration
+from std_srvs.srv import SetBool, Trigger
+
+from obs_ros.core.estimate import Estimate
+from obs_ros.core.record import Sample
+from obs_ros.core.texts import one_line, quoted
+from obs_ros.interface.bindings import bindings, signal_knobs
+from obs_ros.interface.forecast import Forecast
+from obs_ros.interface.health import Progress, examine
+from obs_ros.interface.settings import CHOICE, RENAMED, build_observer, differs, observer_knobs
+from obs_ros.interface.status import Health, Level
+from obs_ros.interface.waiting import Waiting
+from obs_ros.interface.worker import Finished, Worker
+from obs_ros.models import load_model
+from obs_ros.observers.base import Observer
+from obs_ros.ros.diagnostics import publish_health
+from obs_ros.ros.guarded import GuardedNode
+from obs_ros.ros.info import model_info, publish_info, settings_info
+from obs_ros.ros.parameters import Parameters
+from obs_ros.ros.publication import EstimatePublisher
+from obs_ros.ros.run import run
+from obs_ros.ros.streams import Streams, check_bindings
+
+_PATIENCE = 0.3  # s that the end of the node waits for a solve
+
+
+class Estimator(GuardedNode):
+    """Feeds an observer from plant/output and plant/input and publishes what it estimates.
+
+    Parameters `signals.<name>` bind outputs and inputs to fields of other topics.
+
+    Callbacks only append samples. A worker thread compiles the model once and then solves; of the
+    windows that close meanwhile it takes the newest, the others are counted as skipped. Immediate
+    observers take their step in the callback instead, and samples are counted until they can.
+    Between windows the state is predicted from sample to sample, in the callback as well.
+
+    Raises ValueError when parameters given at start are wrong.
+    """
+
+    def __init__(self, **options: Any) -> None:
+        super().__init__(
+            'estimator', automatically_declare_parameters_from_overrides=True, **options
+        )
+        self.progress = Progress()
+        self._settings: Mapping[str, Any] = {}
+        self._observer: Observer
+        self._break: str | None = None
+        self._prepared = False
+        # Arrival (steady clock, s) of the sample that closed the newest window, until it is solved.
+        self._due: float | None = None
+        self._solving = 0.0  # the same of the window that is being solved
+        self._forecast: Forecast | None = None
+        self._waiting = Waiting()
+        self._guard = self.create_guard_condition(self._collect)
+        self._worker = Worker(notify=self._guard.trigger)
+        try:
+            self._start()
+        except BaseException:
+            self.close()
+            raise
+
+    def _start(self) -> None:
+        parameters = Parameters(self, RENAMED)
+        parameters.declare(CHOICE)
+        self.model = load_model(parameters.values['model'])
+        parameters.declare(observer_knobs(self.model, parameters.values['observer']))
+        parameters.declare(signal_knobs(self.model))
+        bound = bindings(self.model, parameters.values, parameters.unknown('signals.'))
+        check_bindings(self, self.model, bound)
+        self._publish_info = publish_info(self)
+        self._publisher = EstimatePublisher(
+            self, self.model, predicting='prediction.enabled' in parameters.values
+        )
+        parameters.watch(self._propose, self._adopt)
+        self._streams = Streams(
+            self, self.model, bound, parameters.values['merge_wait'], self._absorb
+        )
+        self._feeds = self._streams.feeds
+        self.create_service(Trigger, '~/reset', self._on_reset)
+        self.create_service(SetBool, '~/enable', self._on_enable)
+        # The handle must be kept: dropping it ends the callback.
+        self._jump_handle = self.get_clock().create_jump_callback(
+            JumpThreshold(
+                min_forward=None, min_backward=Duration(nanoseconds=-1), on_clock_change=False
+            ),
+            post_callback=lambda _: self._reset('ROS time jumped back'),
+        )
+        publish_health(self, self.model.name, self._examine)
+
+    def close(self) -> bool:
+        """End the worker; False when its solve has not ended in time."""
+        if handle := getattr(self, '_jump_handle', None):
+            handle.unregister()
+        return self._worker.close(_PATIENCE)
+
+    def _propose(self, values: Mapping[str, Any]) -> tuple[Mapping[str, Any], Observer | None]:
+        new = differs(values, self._settings)
+        return values, build_observer(self.model, values) if new else None
+
+    def _adopt(self, proposal: tuple[Mapping[str, Any], Observer | None]) -> None:
+        self._settings, observer = proposal
+        self._predict()
+        if observer is None:
+            if not self._prepared:
+                self._proceed()
+            return
+        if self._prepared:
+            self.get_logger().info('parameters changed: the next window is for a new observer')
+            if not observer.inherit(self._observer):
+                self._due = None
+        self._worker.discard()
+        self._observer, self._break = observer, observer.last_break
+        self._prepared = False
+        self.progress.restart()
+        self._publish_info({**model_info(self.model), **settings_info(self._settings)})
+        self._proceed()
+
+    def _predict(self) -> None:
+        """Begin to predict, or cease, as the settings say."""
+        if self._settings.get('prediction.enabled') and self._forecast is None:
+            self._forecast = Forecast(self.model, self._publisher.publish_prediction)
+            self._prepared = False
+        elif not self._settings.get('prediction.enabled'):
+            self._forecast = None
+        if self._forecast is not None:
+            self._forecast.rate = self._settings['prediction.rate']
+
+    def _prepare(self) -> float:
+        """Compile what is not compiled yet, in the worker; return the seconds that it took."""
+        seconds = self._observer.prepare()
+        return seconds if self._forecast is None else seconds + self._forecast.prepare()
+
+    def _absorb(self, sample: Sample, arrival: float) -> None:
+        """Let the observer take a sample that arrived at `arrival` (steady clock, s)."""
+        if not self.progress.enabled:
+            return
+        self.progress.behind = time.monotonic() - arrival
+        if self._observer.immediate:
+            self._step(sample, arrival)
+            return
+        if self._observer.absorb(sample):
+            self._due = arrival
+        self._watch_timeline()
+        if self._forecast is not None:
+            self._forecast.absorb(sample, arrival, silent=bool(self._mixed) or self._stale)
+        if self._due is not None:
+            self._proceed()
+
+    def _step(self, sample: Sample, arrival: float) -> None:
+        """Let an immediate observer take the sample, and publish its estimate."""
+        if not self._prepared:
+            self.progress.too_early += 1
+            return
+        begin = time.monotonic()
+        try:
+            due = self._observer.absorb(sample)
+            self._watch_timeline()
+            estimate = self._observer.estimate() if due else None
+        except Exception as error:
+            self._observer.reset()
+            self._fail(Finished('estimate', None, error, begin, time.monotonic()))
+            return
+        if estimate is not None:
+            self._publish(estimate, arrival)
+
+    def _watch_timeline(self) -> None:
+        if self._observer.last_break is not self._break:
+            self._break = self._observer.last_break
+            self._forget_solve()
+            self.get_logger().warning(f'start anew: {one_line(self._break)}')
+
+    def _proceed(self) -> None:
+        """Give the worker what is next, unless it is busy."""
+        if self._worker.running is not None:
+            return
+        if not self._prepared:
+            if not self.progress.compile_time:
+                self.get_logger().info(
+                    f'compiling model {quoted(self.model.name)}; '
+                    'the first time it takes several seconds'
+                )
+            self._worker.start('prepare', self._prepare)
+        elif self._due is not None:
+            deadline = self._settings['deadline']
+            self._worker.start('estimate', partial(self._observer.estimate, deadline))
+            self._solving, self._due = self._due, None
+
+    def _collect(self) -> None:
+        finished = self._worker.collect()
+        if finished is not None:
+            self._conclude(finished)
+        if rclpy.ok(context=self.context):
+            self._proceed()
+
+    def _conclude(self, finished: Finished) -> None:
+        if finished.error is not None:
+            self._fail(finished)
+        elif finished.kind == 'estimate' and finished.result is not None:
+            self._publish(finished.result, self._solving)
+        if finished.kind == 'prepare':
+            self._prepared = self.progress.ready = True
+            if finished.error is None and not self.progress.compile_time:
+                self.progress.compile_time = float(finished.result)
+                self.get_logger().info(f'ready after {finished.result:.1f} s of compilation')
+
+    def _fail(self, finished: Finished) -> None:
+        self.progress.fail(finished)
+        self.get_logger().error(
+            f'cannot {finished.kind}: {self.progress.error}', throttle_duration_sec=5.0
+        )
+
+    @property
+    def _mixed(self) -> str:
+        """The topics on which several publishers take turns: nothing can be told from those."""
+        return ' and '.join(feed.topic for feed in self._feeds.values() if feed.mixed)
+
+    @property
+    def _stale(self) -> bool:
+        """Whether a stream has stopped, so that what the plant is fed is not known."""
+        after = self._settings['stale_after']
+        return any((feed.silence or 0.0) > after for feed in self._feeds.values())
+
+    def _publish(self, estimate: Estimate, arrival: float) -> None:
+        latency = time.monotonic() - arrival
+        published = not self._mixed and self._publisher.publish(
+            estimate, latency, self._observer.counts['skipped']
+        )
+        self.progress.conclude(estimate, latency, published)
+        if self._forecast is not None:
+            self._forecast.start(estimate)
+
+    def _on_reset(self, _: Trigger.Request, response: Trigger.Response) -> Trigger.Response:
+        self._reset('asked to')
+        response.success, response.message = True, 'all samples and estimates forgotten'
+        return response
+
+    def _on_enable(self, request: SetBool.Request, response: SetBool.Response) -> SetBool.Response:
+        if request.data and not self.progress.enabled:
+            # What happened meanwhile is not known, so no window may span it.
+            self._reset('enabled')
+            for feed in self._feeds.values():
+                feed.rest()
+        self.progress.enabled = request.data
+        response.success = True
+        response.message = 'estimating' if request.data else 'paused: samples are ignored'
+        return response
+
+    def _reset(self, why: str) -> None:
+        self.get_logger().info(f'reset: {why}')
+        self._streams.clear()
+        self._observer.reset()
+        self._forget_solve()
+
+    def _forget_solve(self) -> None:
+        self._due = None
+        self.progress.estimate, self.progress.behind = None, 0.0
+        if self._forecast is not None:
+            self._forecast.forget()
+        if self._worker.running == 'estimate':
+            self._worker.discard()
+
+    def _examine(self) -> Health:
+        self.progress.note_late(self._observer.counts.get('late', 0))
+        self.progress.collected = self._observer.collected
+        self.progress.solving = self._due is not None or self._worker.running == 'estimate'
+        health = examine(
+            self.progress, self._feeds, self._settings, self._observer.counts, self._break,
+            self._forecast,
+        )  # fmt: skip
+        if line := self._waiting.line(health):
+            # rclpy holds every line of code to one severity.
+            if health.level is Level.OK:
+                self.get_logger().info(one_line(line))
+            else:
+                self.get_logger().warning(one_line(line))
+        return health
+
+
+def main() -> int:
+    """Run the estimator as a process."""
+    return run('estimator', Estimator)
+
+
+if __name__ == '__main__':
+    sys.exit(main())

@@ -1,0 +1,47 @@
+"""~/info: what a node works on, as YAML, for people and tools that come late too."""
+
+from collections.abc import Callable, Mapping, Sequence
+from typing import Any
+
+import yaml
+from rclpy.node import Node
+from std_msgs.msg import String
+
+from obs_ros.core.model import Model, Variable
+from obs_ros.ros.messages import LATCHED
+
+
+def publish_info(node: Node) -> Callable[[Mapping[str, Any]], None]:
+    """Return a function that publishes a mapping on the latched topic ~/info."""
+    publisher = node.create_publisher(String, '~/info', LATCHED)
+    return lambda info: publisher.publish(
+        String(data=yaml.safe_dump(dict(info), sort_keys=False, default_flow_style=None))
+    )
+
+
+def model_info(model: Model) -> dict[str, Any]:
+    """Return name and variables of a model, in the order of its vectors."""
+    return {
+        'model': model.name,
+        'reference': model.reference,
+        'states': _variables(model.states),
+        'inputs': _variables(model.inputs),
+        'outputs': _variables(model.outputs),
+        'parameters': _variables(model.parameters),
+    }
+
+
+def settings_info(settings: Mapping[str, Any]) -> dict[str, Any]:
+    """Return the node's parameters, all in one place: some are named as parts of a model are."""
+    plain = {k: list(v) if isinstance(v, tuple) else v for k, v in settings.items()}
+    return {'settings': plain}
+
+
+def _variables(variables: Sequence[Variable]) -> list[dict[str, Any]]:
+    return [_variable(variable) for variable in variables]
+
+
+def _variable(variable: Variable) -> dict[str, Any]:
+    bounds = [variable.lower, variable.upper]
+    found: dict[str, Any] = {'name': variable.name, 'unit': variable.unit, 'bounds': bounds}
+    return found if variable.scale == 'linear' else {**found, 'scale': variable.scale}

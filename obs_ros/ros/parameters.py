@@ -1,0 +1,112 @@
+"""Node parameters from one table: declared, checked and documented by the same rows."""
+
+import contextlib
+import re
+from collections.abc import Callable, Iterable, Mapping
+from typing import Any
+
+from rcl_interfaces.msg import ParameterDescriptor, SetParametersResult
+from rclpy.node import Node
+from rclpy.parameter import Parameter
+
+from obs_ros.core.parameter_spec import Knob, Value, check_names, ignored, plain
+from obs_ros.core.texts import one_line
+
+# What rclpy and rcl declare on their own, wherever the user says so.
+_FOREIGN = re.compile(r'use_sim_time|start_type_description_service|qos_overrides\..*')
+
+
+class Parameters:
+    """The parameters of one node, which must declare automatically what the user gives.
+
+    Raises ValueError where the user gives one of those that are `renamed` by its old name.
+    """
+
+    def __init__(self, node: Node, renamed: Mapping[str, str] | None = None) -> None:
+        self._node = node
+        self._knobs: dict[str, Knob] = {}
+        self._values: dict[str, Value] = {}
+        self._proposed: Any = None
+        # What the user gave at start, undeclared again so that each knob declares its own type.
+        self._given = {
+            name: parameter.value  # type: ignore[union-attr]  # annotated as its value
+            for name, parameter in node.get_parameters_by_prefix('').items()
+            if not _FOREIGN.fullmatch(name)
+        }
+        check_names(self._given, renamed or {})
+        for name in self._given:
+            node.undeclare_parameter(name)
+
+    @property
+    def values(self) -> Mapping[str, Any]:
+        """All values by name, each of its knob's type."""
+        return self._values
+
+    def declare(self, knobs: Iterable[Knob]) -> None:
+        """Declare the knobs with what the user gave at start, or else their defaults.
+
+        Raises ValueError for a given value that is wrong.
+        """
+        for knob in knobs:
+            value = knob.coerce(self._given.pop(knob.name, knob.default))
+            self._knobs[knob.name] = knob
+            self._values[knob.name] = value
+            self._node.declare_parameter(
+                knob.name,
+                plain(value),
+                ParameterDescriptor(
+                    description=knob.describe(),
+                    additional_constraints=knob.range,
+                    read_only=knob.read_only,
+                ),
+                ignore_override=True,
+            )
+
+    def unknown(self, prefix: str) -> list[str]:
+        """Return the names with that prefix that the user gave, but no knob has."""
+        return sorted(name for name in self._given if name.startswith(prefix))
+
+    def watch(
+        self, propose: Callable[[Mapping[str, Value]], Any], adopt: Callable[[Any], None]
+    ) -> None:
+        """Check all values now, and from now on let them change while running.
+
+        `propose(values)` gets all values, by name, before a change takes effect; the ValueError it
+        raises refuses the change with its text. `adopt(proposal)` gets what it returned once the
+        change stands. Raises ValueError when the values given at start do not go together.
+        """
+        adopt(propose(dict(self._values)))
+        if self._given:
+            self._node.get_logger().warning(ignored(self._given, self._knobs))
+
+        def check(changes: list[Parameter]) -> SetParametersResult:
+            try:
+                values = dict(self._values)
+                for change in changes:
+                    if change.name in self._knobs:
+                        values[change.name] = self._knobs[change.name].coerce(change.value)
+                self._proposed = values, propose(values) if values != self._values else None
+            except ValueError as error:
+                return SetParametersResult(successful=False, reason=one_line(error))
+            return SetParametersResult(successful=True)
+
+        def apply(_: list[Parameter]) -> None:
+            values, proposal = self._proposed
+            if values != self._values:
+                self._values = values
+                adopt(proposal)
+
+        self._node.add_pre_set_parameters_callback(self._widen)
+        self._node.add_on_set_parameters_callback(check)
+        self._node.add_post_set_parameters_callback(apply)
+
+    def _widen(self, changes: list[Parameter]) -> list[Parameter]:
+        """Turn integers into floats where the knob is one; other wrong types are refused later."""
+        widened = []
+        for change in changes:
+            knob = self._knobs.get(change.name)
+            with contextlib.suppress(ValueError):
+                if knob is not None:
+                    change = Parameter(change.name, value=plain(knob.typed(change.value)))
+            widened.append(change)
+        return widened

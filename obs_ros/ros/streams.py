@@ -1,0 +1,121 @@
+"""The two streams of an estimator, outputs and inputs, from whatever topics they come."""
+
+import time
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from contextlib import contextmanager
+
+from rclpy.clock import Clock, ClockType
+from rclpy.exceptions import InvalidTopicNameException
+from rclpy.node import Node
+from rclpy.validate_topic_name import validate_topic_name
+
+from obs_ros.core.model import Model, names
+from obs_ros.core.record import Sample
+from obs_ros.interface.bindings import HEADER, Binding
+from obs_ros.interface.readers import NAMED_VECTOR, topic_readers
+from obs_ros.ros.guarded import GuardedNode
+from obs_ros.ros.message_types import fields_of, message_type
+from obs_ros.ros.subscription import Feed
+from obs_ros.samples.merge import Merge, Role
+
+BUDGET = 0.05  # s of wall time that samples take before other callbacks get their turn
+TICK, LEAST_TICK = 0.25, 0.001  # share of the wait, and s, after which samples that wait are tried
+
+
+class Streams:
+    """Subscribes to what the model needs, and hands out samples in order of stamp, with arrivals.
+
+    Outputs and inputs with a binding come from there, all others by name from plant/output and
+    plant/input. Whatever waits on any topic is read before the oldest of it is handed out, so no
+    backlog puts one topic before another; on messages that are still under way samples wait up to
+    `wait` s, see `Merge`. What is `bound` is expected to pass `check_bindings`.
+    """
+
+    def __init__(
+        self,
+        node: GuardedNode,
+        model: Model,
+        bound: Mapping[str, Binding],
+        wait: float,
+        absorb: Callable[[Sample, float], None],
+    ) -> None:
+        self._node = node
+        self._merge = Merge(wait, absorb)
+        self._guard = node.create_guard_condition(self._serve)
+        self._timer = node.create_timer(
+            max(wait * TICK, LEAST_TICK), self._serve, clock=Clock(clock_type=ClockType.STEADY_TIME)
+        )
+        self._timer.cancel()
+        self.feeds = {
+            **self._subscribe('output', names(model.outputs), bound),
+            **self._subscribe('input', names(model.inputs), bound),
+        }
+
+    def clear(self) -> None:
+        """Forget the samples that wait."""
+        self._merge.clear()
+
+    def _subscribe(
+        self, role: Role, entries: Sequence[str], bound: Mapping[str, Binding]
+    ) -> dict[str, Feed]:
+        """Return the feeds of one role, by their names in the diagnostics."""
+        default = f'plant/{role}'
+        return {
+            role if topic == default else f'{role}.{topic}': Feed(
+                self._node, topic, role, reader, self._merge, self._serve
+            )
+            for topic, reader in topic_readers(
+                entries, bound, default, self._node.resolve_topic_name
+            )
+        }
+
+    def _serve(self) -> None:
+        """Hand out what is complete; after some time, let other callbacks have their turn."""
+        for feed in self.feeds.values():
+            feed.read_waiting()
+        end = time.monotonic() + BUDGET
+        if not self._merge.release(time.monotonic(), lambda: time.monotonic() > end):
+            self._guard.trigger()
+        if not len(self._merge):
+            self._timer.cancel()
+        elif self._timer.is_canceled():
+            self._timer.reset()
+
+
+def check_bindings(node: Node, model: Model, bound: Mapping[str, Binding]) -> None:
+    """Raise ValueError unless every binding has a topic, a type and a field that can be."""
+    # By topic: who named it first, with which type and stamp.
+    seen = {
+        node.resolve_topic_name(f'plant/{stream}'): (f'plant/{stream}', NAMED_VECTOR, HEADER)
+        for stream, group in (('input', model.inputs), ('output', model.outputs))
+        if any(name not in bound for name in names(group))
+    }
+    for binding in bound.values():
+        name = f'signals.{binding.name}'
+        with _blaming(f'{name}.topic'):
+            validate_topic_name(binding.topic)
+        with _blaming(f'{name}.type'):
+            message_type(binding.type)
+        with _blaming(f'{name}.field'):
+            binding.path.check(binding.type, fields_of)
+        fields = fields_of(binding.type)
+        if binding.stamp == HEADER and fields.get('header') != 'std_msgs/Header':
+            raise ValueError(
+                f"{name}.stamp: {binding.type} has no header with a stamp; set it to 'arrival' to "
+                'take the time at which messages arrive'
+            )
+        topic = node.resolve_topic_name(binding.topic)
+        other, *those = seen.setdefault(topic, (name, binding.type, binding.stamp))
+        if those != [binding.type, binding.stamp]:
+            raise ValueError(
+                f'{name} and {other} are one topic, {topic}, with different types or stamps: '
+                f'{binding.type} by {binding.stamp}, {those[0]} by {those[1]}'
+            )
+
+
+@contextmanager
+def _blaming(parameter: str) -> Iterator[None]:
+    try:
+        yield
+    except (ValueError, InvalidTopicNameException) as error:
+        raise ValueError(f'{parameter}: {error}') from None

@@ -1,0 +1,1 @@
+"""A stream of samples becomes windows: merged, ordered, checked, aligned."""

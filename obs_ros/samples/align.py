@@ -1,0 +1,76 @@
+"""One grid for two streams: the outputs and inputs of a window as a Record."""
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from obs_ros.core.model import Interpolation
+from obs_ros.core.record import Record
+from obs_ros.core.typing import Array, IntArray
+from obs_ros.samples.stream import InputStream, Stream
+
+
+def align(
+    outputs: Stream, inputs: InputStream, end: int, interpolation: Sequence[Interpolation]
+) -> Record | None:
+    """Return the stored samples up to `end` (ns), from the first output to the last.
+
+    None with fewer than two outputs. Nodes before the first and after the last output are left
+    out, since nothing was measured there that an estimate could be compared with.
+    """
+    count = outputs.count_until(end)
+    if count < 2:
+        return None
+    first, last = int(outputs.stamps[0]), int(outputs.stamps[count - 1])
+    rows = slice(inputs.count_until(first - 1), inputs.count_until(last))
+    output_times, input_times = seconds(outputs.stamps[:count]), seconds(inputs.stamps[rows])
+    t = np.union1d(output_times, input_times)
+    if t.size < 2:
+        return None
+    y = on_grid(t, output_times, outputs.values[:count])
+    u = on_grid(t, input_times, inputs.values[rows])
+    for column, kind in enumerate(interpolation):
+        if np.isnan(u[0, column]):
+            u[0, column] = value_at_start(inputs, first, column, kind)
+        if np.isnan(u[-1, column]):
+            u[-1, column] = value_at_end(inputs, last, column, kind)
+    return Record(t, u, y, stamp=last)
+
+
+def seconds(stamps: IntArray) -> Array:
+    """Return stamps (K,) in ns as the nearest times in s."""
+    # The division rounds once where * 1e-9 rounds twice: 0.3 s is 0.3, not 0.30000000000000004.
+    return stamps.astype(np.float64) / 1e9
+
+
+def on_grid(t: Array, times: Array, values: Array) -> Array:
+    """Return values (n, width) at their times (n,) on the grid t (K,), NaN elsewhere."""
+    grid = np.full((t.size, values.shape[1]), np.nan)
+    grid[np.searchsorted(t, times)] = values
+    return grid
+
+
+def value_at_start(inputs: InputStream, stamp: int, column: int, kind: Interpolation) -> float:
+    """Return the input at the first node: from there on, each kind of interpolation is right.
+
+    `mean` needs the sample before, not what the input is at the node: the mean of the samples
+    before and after the node is the input on both sides of it.
+    """
+    return between(inputs, stamp, column) if kind == 'linear' else inputs.before(stamp, column)[1]
+
+
+def value_at_end(inputs: InputStream, stamp: int, column: int, kind: Interpolation) -> float:
+    """Return the input at the last node, NaN if the last sample holds until there."""
+    if kind == 'hold':
+        return float('nan')
+    after = inputs.after(stamp, column)[1]
+    return between(inputs, stamp, column) if kind == 'linear' else after
+
+
+def between(inputs: InputStream, stamp: int, column: int) -> float:
+    """Return the input interpolated at `stamp`, or its last value if no later one is known."""
+    earlier, value = inputs.before(stamp, column)
+    later, next_value = inputs.after(stamp, column)
+    if np.isnan(next_value):
+        return value
+    return value + (next_value - value) * (stamp - earlier) / (later - earlier)

@@ -1,0 +1,52 @@
+"""Telling a stray stamp from a new timeline: a simulator restart, a looping bag, a long gap."""
+
+from obs_ros.core.typing import Array
+
+# This many samples in a row that fit each other, but not what came before, are believed.
+BELIEVED = 5
+
+
+class Suspects:
+    """Samples of one stream that came one after the other, off the timeline, with rising stamps.
+
+    Off the timeline means not newer than the newest sample of their stream, or far ahead of it.
+    Stamps that do not rise among themselves (a publisher that always stamps zero) are strays.
+    """
+
+    def __init__(self) -> None:
+        self._samples: list[tuple[int, Array]] = []
+        self._ahead = 0
+
+    def __len__(self) -> int:
+        return len(self._samples)
+
+    @property
+    def believed(self) -> bool:
+        """Whether these are samples of a new timeline."""
+        return len(self._samples) >= BELIEVED
+
+    def add(self, stamp: int, values: Array, *, ahead: bool) -> int:
+        """Hold a sample; return how many held ones, far ahead of all, thereby prove strays."""
+        strays = self.clear() if self._samples and stamp <= self._samples[-1][0] else 0
+        self._samples.append((stamp, values.copy()))
+        self._ahead += ahead
+        return strays
+
+    def clear(self) -> int:
+        """Forget the samples; return how many of them were far ahead."""
+        strays, self._ahead = self._ahead, 0
+        self._samples.clear()
+        return strays
+
+    def release(self) -> list[tuple[int, Array]]:
+        """Return stamps and values of all held samples, and hold none."""
+        samples, self._samples = self._samples, []
+        self._ahead = 0
+        return samples
+
+
+def describe_break(stream: str, newest: int, stamp: int) -> str:
+    """Say that the stamps of `stream` went from `newest` to `stamp` (ns)."""
+    way = 'back' if stamp <= newest else 'ahead'
+    before, now = (round(ns * 1e-9, 3) for ns in (newest, stamp))
+    return f'{stream} stamps jumped {way} from {before} s to {now} s: all samples forgotten'

@@ -1,1 +1,0 @@
-"""Windows one after the other: what was learned is carried on, and what jumped is found."""

@@ -1,0 +1,179 @@
+"""What the benchmarks of the observers measure, on made-up runs, and that they fail what fails."""
+
+import numpy as np
+import pytest
+
+from benchmarks import flow_runs, h_infinity, interconnected, tyre_runs, valve_tables
+from benchmarks.flow_runs import CONTESTANTS, Found, Measured, named_valves, settling
+from benchmarks.observer_costs import FORM, SCENARIOS, WINDOW, played
+from benchmarks.valve_windows import Followed, Isolated, Watched
+from obs_ros import Outcome, load_model, load_observer
+from obs_ros.models.suspension import KT
+from obs_ros.observers.base import OBSERVERS
+from plant_sim.scenarios import load_scenario
+
+
+def test_settling_is_the_last_time_out_of_the_band() -> None:
+    t = np.arange(0.0, 10.0, 0.5)
+    error = np.where(t < 3.0, 0.1, 0.0)
+    error[t == 6.0] = -0.021
+    assert settling(t, error, 1.0, 10.0) == 5.0
+    assert settling(t, error, 1.0, 6.0) == 1.5
+    assert settling(t, error, 7.0, 10.0) == 0.0
+
+
+def test_the_valve_is_named_whose_residual_changed_most() -> None:
+    t = np.arange(70.0, 180.0, 0.1)
+    residuals = np.zeros((t.size, 2))
+    residuals[t >= 80.5, 1] = 0.22
+    residuals[t >= 150.5, 0] = 0.16  # less than the other one has been since 80 s
+    run = Found(t, np.ones_like(residuals), np.ones_like(residuals), residuals)
+    assert named_valves(run) == (True, True)
+    assert named_valves(run._replace(residuals=residuals[:, ::-1])) == (False, False)
+
+
+def runs_of(rms: float, settled: float) -> tuple[interconnected.Runs, interconnected.Runs]:
+    """Runs that are all alike, but for case 3, where feeding the model divides the error by 10."""
+    good = Measured(np.full(2, settled), np.full(2, rms), (True, True), 5.0, True)
+    quiet = {(one.label, case): [good] for one in CONTESTANTS for case in (1, 2)}
+    noisy = {(one.label, 2): [good, good] for one in CONTESTANTS}
+    for one in CONTESTANTS:
+        share = 0.1 if one.observer == 'interconnected' else 1.0
+        noisy[one.label, 3] = [good._replace(rms=share * good.rms)]
+    return quiet, noisy
+
+
+@pytest.mark.parametrize(
+    ('rms', 'settled', 'missed'), [(0.7, 0.5, 0), (0.9, 0.5, 1), (0.7, 0.6, 1), (3.0, 1.0, 2)]
+)
+def test_acceptance_of_the_flows_fails_what_is_missed(
+    rms: float, settled: float, missed: int
+) -> None:
+    text = interconnected.acceptance(*runs_of(rms, settled))
+    assert text.count('**no**') == missed
+    assert text.count('| yes |') == 5 - missed
+
+
+def test_a_wrong_name_or_a_nan_fails_its_acceptance() -> None:
+    quiet, noisy = runs_of(0.7, 0.5)
+    bad = noisy['interconnected, theta 2', 2][0]._replace(named=(False, True), finite=False)
+    noisy['interconnected, theta 2', 2][0] = bad
+    assert interconnected.acceptance(quiet, noisy).count('**no**') == 2
+
+
+SURE = tyre_runs.Window(30.0, 0.01, 0.01 * KT, Outcome.CONVERGED)
+SILENT = tyre_runs.Window(30.0, 0.5, np.nan, Outcome.NOT_IDENTIFIABLE)
+WRONG = tyre_runs.Window(30.0, 0.5, 0.01 * KT, Outcome.CONVERGED)
+
+
+def tyre_acceptance(rms: float, near: float, *windows: tyre_runs.Window) -> str:
+    """Of runs that are all alike, but for one that is better."""
+    found = tyre_runs.Measured(rms, near, True, windows)
+    runs = {
+        (one.label, case.label): [found, found._replace(rms=0.1)]
+        for one in tyre_runs.CONTESTANTS
+        for case in tyre_runs.CASES
+    }
+    return h_infinity.acceptance(runs, runs)
+
+
+@pytest.mark.parametrize(('rms', 'near', 'missed'), [(2.0, 0.3, 0), (3.0, 0.3, 2), (5.0, 1.2, 6)])
+def test_acceptance_of_the_tyre_fails_what_is_missed(rms: float, near: float, missed: int) -> None:
+    text = tyre_acceptance(rms, near, SURE)
+    assert text.count('**no**') == missed
+    assert text.count('| yes |') == 19 - missed
+
+
+def test_windows_on_the_cosine_may_be_off_if_they_withhold() -> None:
+    """The others, and both kinds of windows on the trapezoid, may not: 3 and 4 of 19."""
+    assert tyre_acceptance(9.0, 0.3, SILENT).count('**no**') == 7
+    # Off and confident: all four rows of the cosine, and all four about that.
+    assert tyre_acceptance(9.0, 0.3, WRONG).count('**no**') == 15
+    assert WRONG.confidently_wrong
+    assert not SURE.confidently_wrong and not SILENT.confidently_wrong
+
+
+def test_windows_blind_to_eta_run_where_the_specification_has_them() -> None:
+    found = tyre_runs.tasks(tyre_runs.CASES, [1, 2])
+    blind = [task for task in found if task.contestant.label == tyre_runs.BLIND]
+    assert len(blind) == 2 * 4
+    assert len(found) == 2 * (6 * 7 + 4)
+
+
+GOOD = Isolated(True, True, True, 0.1, 0.5, 0)
+CLEAN = Watched(
+    p_error=np.full((100, 4), 0.01),
+    p_sd=np.full((100, 4), 0.01),
+    x_error=np.full((100, 4), 0.01),
+    x_sd=np.full((100, 4), 0.01),
+    weak=(('only dP1/k1^2 is determined (known from earlier windows)',),) * 100,
+    outcomes=(Outcome.CONVERGED,) * 100,
+    alarms=0,
+)
+
+
+def windows_of(
+    error: float = 0.004, fault: Isolated = GOOD, clean: Watched = CLEAN
+) -> valve_tables.Windows:
+    """Windows that are all alike, but for the one fault and clean run given."""
+    t = np.arange(74.0, 180.0, 0.5)
+    run = Followed(t, np.full((t.size, 2), error), np.tile([5e3, 25.0], (t.size, 1)))
+    quiet = run._replace(error=0.0 * run.error)
+    faults = {noise: {name: [GOOD] * 5 for name in ('dP1', 'k1')} for noise in valve_tables.NOISES}
+    faults['0.1 K, white']['k1'] = [fault] + [GOOD] * 4
+    watches = {label: [CLEAN] for label in valve_tables.WATCHES}
+    watches['pressures move, all four unknown'] = [clean]
+    return valve_tables.Windows(quiet, [run], faults, watches)
+
+
+@pytest.mark.parametrize(
+    ('windows', 'missed'),
+    [
+        (windows_of(), 0),
+        (windows_of(error=0.007), 1),
+        (windows_of(fault=GOOD._replace(named=False)), 1),
+        (windows_of(fault=GOOD._replace(partner=False)), 1),
+        (windows_of(clean=CLEAN._replace(p_error=np.full((100, 4), 0.021))), 1),
+        (windows_of(clean=CLEAN._replace(x_error=np.full((100, 4), 0.04))), 1),
+    ],
+)
+def test_acceptance_of_windows_fails_what_is_missed(
+    windows: valve_tables.Windows, missed: int
+) -> None:
+    marks = [row[2] for row in valve_tables.window_acceptance(windows)]
+    assert marks.count('**no**') == missed
+    assert len(valve_tables.window_tables(windows)) == 3
+
+
+def test_words_that_are_missing_or_wrong_are_counted() -> None:
+    half = CLEAN._replace(weak=CLEAN.weak[:50] + (('only dP1/k1 is determined',),) * 50)
+    assert valve_tables.named([half]) == 0.5
+    silent = CLEAN._replace(p_sd=np.full((100, 4), np.nan), p_error=np.full((100, 4), 0.5))
+    assert valve_tables.wrong([silent]) == 0.0
+    assert valve_tables.withheld([silent]) == 1.0
+
+
+def test_medians_and_extremes_are_told_apart() -> None:
+    assert h_infinity.spread([1.0, 2.0, 9.0]) == '2.00 (9.00)'
+    assert h_infinity.spread([1.0, np.inf, np.inf]) == 'never (never)'
+    assert interconnected.beside('0.1 / 0.2', '') == '0.1 / 0.2'
+
+
+def test_every_contestant_is_an_observer_with_settings_that_it_takes() -> None:
+    from obs_ros import load_observer
+
+    for one in flow_runs.CONTESTANTS:
+        load_observer(one.observer)('heat_exchanger', **one.settings)
+    for one in tyre_runs.CONTESTANTS:
+        load_observer(one.observer)('suspension', **one.settings)
+
+
+@pytest.mark.parametrize('name', OBSERVERS)
+def test_every_observer_is_measured_on_a_scenario_that_suits_it(name: str) -> None:
+    scenario = SCENARIOS.get(name, FORM)
+    model = load_model(load_scenario(scenario).model)
+    settings = WINDOW if name == 'sliding_window' else {}
+    observer = load_observer(name)(model, **settings)
+    samples, parameters = played(scenario, 3, seed=0)
+    assert parameters.shape == (3, len(model.parameters))
+    assert observer.absorb(samples[0]) == observer.immediate

@@ -1,0 +1,197 @@
+"""Tests of obs_ros.core.model."""
+
+import functools
+import math
+import re
+from dataclasses import FrozenInstanceError, replace
+from typing import Any
+
+import numpy as np
+import pytest
+
+from obs_ros import Model, Variable
+from obs_ros.core.model import inside, names
+from obs_ros.models.three_tank import THREE_TANK
+
+INF = math.inf
+
+
+def plant(**changes: Any) -> Model:
+    settings: dict[str, Any] = {
+        'name': 'plant',
+        'states': [Variable('x', lower=0.0, upper=4.0)],
+        'outputs': [Variable('y')],
+        'inputs': [Variable('u')],
+        'parameters': [Variable('a'), Variable('b')],
+        'dynamics': lambda t, x, u, p: (-p[0] * x[0] + u[0],),
+        'output': lambda t, x, u, p: (p[1] * x[0],),
+    }
+    return Model(**(settings | changes))
+
+
+def test_a_model_is_immutable_hashable_and_keeps_order() -> None:
+    model = plant()
+    assert model.states == (Variable('x', lower=0.0, upper=4.0),)
+    assert names(model.unknowns) == ('x', 'a', 'b')
+    assert hash(model) == hash(replace(model))
+    assert model == replace(model)
+    assert model != replace(model, max_step=2.0)
+    with pytest.raises(FrozenInstanceError):
+        model.max_step = 1.0  # type: ignore[misc]
+
+
+def test_variables_are_found_by_name_with_a_hint() -> None:
+    assert plant().variable('b').name == 'b'
+    with pytest.raises(
+        ValueError, match=r"'plant' has no state or parameter 'u': known are a, b, x"
+    ):
+        plant().variable('u')
+
+
+@pytest.mark.parametrize(
+    ('changes', 'message'),
+    [
+        ({'name': 'h 1'}, "'h 1' is not an identifier"),
+        ({'lower': 2.0, 'upper': 1.0}, 'v: lower bound 2.0 is not below upper bound 1.0'),
+        ({'lower': 1.0, 'upper': 1.0}, 'v: lower bound 1.0 is not below upper bound 1.0'),
+        ({'lower': math.nan}, 'v: lower bound nan is not below'),
+        ({'upper': math.nan}, 'is not below upper bound nan'),
+        ({'lower': 0.0, 'upper': 1.0, 'nominal': 1.5}, 'v: nominal 1.5 is outside [0.0, 1.0]'),
+        ({'nominal': math.nan}, 'v: nominal nan is outside [-inf, inf]'),
+        ({'interpolation': 'spline'}, "v: interpolation 'spline' is none of hold, linear, mean"),
+    ],
+)
+def test_a_wrong_variable_is_refused_by_name(changes: dict[str, Any], message: str) -> None:
+    with pytest.raises(ValueError, match=re.escape(message)):
+        Variable(**({'name': 'v'} | changes))
+
+
+@pytest.mark.parametrize(
+    ('changes', 'message'),
+    [
+        ({'states': []}, "'plant' needs at least one state and one output"),
+        ({'outputs': []}, "'plant' needs at least one state and one output"),
+        ({'parameters': [Variable('x'), Variable('b')]}, "more than one variable 'x'"),
+        ({'outputs': [Variable('y'), Variable('y')]}, "more than one variable 'y'"),
+        ({'inputs': [Variable('u'), Variable('u')]}, "more than one variable 'u'"),
+        ({'max_step': 0.0}, 'max_step 0.0 s is not positive'),
+        ({'max_step': math.nan}, 'max_step nan s is not positive'),
+        ({'integrator': 'heun'}, "integrator 'heun' is none of rk4, euler"),
+        ({'dynamics': lambda t, x, u, p: (1.0, 2.0)}, 'must return a tuple of 1 entries'),
+        (
+            {'output': lambda t, x, u, p: x[0]},
+            'must return a tuple of 1 entries, one number',
+        ),
+        (
+            {'dynamics': lambda t, x, u, p: (x[0] if x[0] > 0.0 else u[0],)},
+            "dynamics fails on arrays over candidates: ValueError('The truth value",
+        ),
+        (
+            {'dynamics': lambda t, x, u, p: (x[0] if x[0] > 0.0 else u[0],)},
+            ' (no `if` on values: use np.where)',
+        ),
+    ],
+)
+def test_a_wrong_model_is_refused_with_the_reason(changes: dict[str, Any], message: str) -> None:
+    with pytest.raises(ValueError, match=re.escape(message)):
+        plant(**changes)
+
+
+def decay(t: Any, x: Any, u: Any, p: Any, k: float = 1.0) -> Any:
+    return (-k * p[0] * x[0],)
+
+
+class Decay:
+    def __call__(self, t: Any, x: Any, u: Any, p: Any) -> Any:
+        return decay(t, x, u, p)
+
+    def method(self, t: Any, x: Any, u: Any, p: Any) -> Any:
+        return decay(t, x, u, p)
+
+
+@pytest.mark.parametrize(
+    'function',
+    [functools.partial(decay, k=2.0), Decay(), Decay().method],
+    ids=['partial', 'object', 'method'],
+)
+@pytest.mark.parametrize('kind', ['dynamics', 'output'])
+def test_what_is_no_plain_function_is_refused(kind: str, function: Any) -> None:
+    with pytest.raises(ValueError, match=f"'plant': {kind} must be a plain function, not "):
+        plant(**{kind: function})
+
+
+def test_a_function_that_its_author_compiled_is_taken_as_written() -> None:
+    numba = pytest.importorskip('numba')
+    assert plant(dynamics=numba.njit(decay)).dynamics is decay
+
+
+def test_the_middle_of_the_bounds_may_be_singular() -> None:
+    model = plant(
+        states=[Variable('x', lower=-1.0, upper=1.0)],
+        dynamics=lambda t, x, u, p: (1.0 / x[0],),
+        output=lambda t, x, u, p: (np.log(x[0]),),
+    )
+    assert inside(model.states[0]) == 0.0
+
+
+def test_an_output_may_have_the_name_of_the_state_it_measures() -> None:
+    assert plant(outputs=[Variable('x')]).outputs[0].name == 'x'
+
+
+@pytest.mark.parametrize(
+    ('variable', 'value'),
+    [
+        (Variable('v', lower=0.0, upper=1.0, nominal=0.9), 0.9),
+        (Variable('v', lower=2.0, upper=3.0), 2.5),
+        (Variable('v', lower=2.0), 3.0),
+        (Variable('v', upper=2.0), 1.0),
+        (Variable('v'), 1.0),
+    ],
+)
+def test_a_value_inside_the_bounds(variable: Variable, value: float) -> None:
+    assert inside(variable) == value
+
+
+@pytest.mark.parametrize(
+    ('settings', 'message'),
+    [
+        ({'scale': 'ln'}, "k: scale 'ln' is none of linear, log"),
+        (
+            {'lower': 0.0, 'upper': 1.0, 'scale': 'log'},
+            'k: bounds 0.0 and 1.0 must be positive and finite on a log scale',
+        ),
+        ({'scale': 'log'}, 'k: bounds -inf and inf must be positive and finite on a log scale'),
+        (
+            {'lower': 0.5, 'upper': 1.0, 'scale': 'log', 'walk': 0.1},
+            'k: what walks, in N/m, needs a linear scale',
+        ),
+    ],
+)
+def test_a_scale_that_does_not_fit(settings: dict[str, Any], message: str) -> None:
+    with pytest.raises(ValueError, match=re.escape(message)):
+        Variable('k', 'N/m', **settings)
+
+
+@pytest.mark.parametrize('group', ['states', 'inputs', 'outputs'])
+def test_only_parameters_may_have_a_log_scale(group: str) -> None:
+    first, *others = getattr(THREE_TANK, group)
+    changed = replace(first, lower=1.0, upper=2.0, nominal=None, scale='log')
+    said = f"{first.name} has scale 'log', which only parameters may have"
+    with pytest.raises(ValueError, match=re.escape(said)):
+        replace(THREE_TANK, **{group: (changed, *others)})
+
+
+@pytest.mark.parametrize('number', [int, np.int64, np.float32, float])
+def test_numbers_of_a_variable_are_floats(number: Any) -> None:
+    v = Variable('v', lower=number(1), upper=number(4), nominal=number(2), walk=number(3))
+    assert [type(each) for each in (v.lower, v.upper, v.nominal, v.walk)] == [float] * 4
+    assert v == Variable('v', lower=1.0, upper=4.0, nominal=2.0, walk=3.0)
+    assert type(plant(max_step=number(1)).max_step) is float
+
+
+@pytest.mark.parametrize('wrong', ['1', True, None, 1j, 10**400, [1.0]])
+def test_what_is_no_number_is_refused_by_name(wrong: Any) -> None:
+    with pytest.raises(ValueError, match=r'^v: lower must be a number, not '):
+        Variable('v', lower=wrong)
+    with pytest.raises(ValueError, match=r"^model 'plant': max_step must be a number, not "):
+        plant(max_step=wrong)

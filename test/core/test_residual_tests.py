@@ -1,0 +1,87 @@
+"""Tests of obs_ros.core.residual_tests."""
+
+import numpy as np
+import pytest
+from plants import NAN
+from scipy.stats import chi2
+
+from obs_ros.core.residual_tests import (
+    independent_share,
+    inflation,
+    is_white,
+    like_noise,
+    too_small,
+    whiteness,
+)
+
+
+def test_correlation_of_a_sequence_by_hand() -> None:
+    found = whiteness(np.array([[1.0], [2.0], [-1.0], [0.5]]))
+    assert found.correlation == pytest.approx((2.0 - 2.0 - 0.5) / (1.0 + 4.0 + 1.0 + 0.25))
+    assert found.deviations == pytest.approx(found.correlation * 2.0)
+
+
+def test_outputs_are_pooled_and_gaps_closed() -> None:
+    residuals = np.array([[1.0, NAN], [NAN, 3.0], [2.0, 3.0], [-1.0, NAN]])
+    found = whiteness(residuals)
+    # 1, 2, -1 and 3, 3.
+    assert found.correlation == pytest.approx((2.0 - 2.0 + 9.0) / (6.0 + 18.0))
+    assert found.deviations == pytest.approx(found.correlation * 5.0**0.5)
+
+
+def test_nothing_left_is_white() -> None:
+    assert is_white(np.zeros((10, 2)))
+    assert is_white(np.full((10, 2), NAN))
+
+
+def test_noise_is_hardly_ever_taken_for_a_mismatch() -> None:
+    """1000 windows of 2 x 150, seed 1: 5 in 1000 expected, at most 15 allowed."""
+    noise = np.random.default_rng(1).standard_normal((1000, 150, 2))
+    assert sum(not is_white(window) for window in noise) <= 15
+
+
+@pytest.mark.parametrize('r', [0.3, -0.3])
+def test_autoregressive_noise_is_found(r: float) -> None:
+    """Each of 100 windows of 300, seed 2: 5.2 standard deviations expected, 2.81 needed."""
+    rng = np.random.default_rng(2)
+    found = 0
+    for _ in range(100):
+        white = rng.standard_normal(300)
+        noise = np.empty(300)
+        noise[0] = white[0]
+        for k in range(1, 300):
+            noise[k] = r * noise[k - 1] + white[k]
+        colour = whiteness(noise[:, None])
+        found += not colour.white and colour.correlation * r > 0.0
+    assert found >= 95
+
+
+@pytest.mark.parametrize('freedom', [1, 20, 600, 20000])
+def test_squares_against_chi_square(freedom: int) -> None:
+    upper, lower = chi2.isf(0.001, freedom), chi2.ppf(0.001, freedom)
+    assert like_noise(upper * (1.0 - 1e-9), freedom)
+    assert not like_noise(upper * (1.0 + 1e-9), freedom)
+    assert too_small(lower * (1.0 - 1e-6), freedom)
+    assert not too_small(lower * (1.0 + 1e-6), freedom)
+
+
+def test_without_freedom_it_counts_as_one() -> None:
+    assert like_noise(10.0, 0) and like_noise(10.0, -3)
+    assert not like_noise(11.0, 0)
+    assert not too_small(0.0, 0)
+
+
+@pytest.mark.parametrize('r', [0.0, 0.3, 0.6])
+def test_correlated_noise_disturbs_means_and_squares_as_said(r: float) -> None:
+    """Of 4000 stretches of 400 samples, autoregressive: variances of mean and sum of squares."""
+    rng = np.random.default_rng(5)
+    noise = rng.standard_normal((4000, 400))
+    for k in range(1, 400):
+        noise[:, k] = r * noise[:, k - 1] + np.sqrt(1.0 - r**2) * noise[:, k]
+    assert 400.0 * noise.mean(axis=1).var() == pytest.approx(inflation(r), rel=0.08)
+    squares = (noise**2).sum(axis=1)
+    assert 800.0 / squares.var() == pytest.approx(independent_share(r), rel=0.08)
+
+
+def test_negative_correlation_counts_as_none() -> None:
+    assert (inflation(-0.4), independent_share(-0.4)) == (1.0, 1.0)

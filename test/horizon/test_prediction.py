@@ -1,0 +1,134 @@
+"""Predictions against the plant's own solution."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from plants import VESSEL, tank_outputs, with_interpolation
+
+from obs_ros.core.estimate import Estimate, Outcome
+from obs_ros.core.model import names
+from obs_ros.core.record import Sample
+from obs_ros.horizon.prediction import MOST, Prediction
+from obs_ros.models.three_tank import THREE_TANK
+
+S = 10**9
+
+
+def estimate(model, t, state, parameters=()):
+    state = dict(zip(names(model.states), state))
+    return Estimate(
+        parameters=dict(zip(names(model.parameters), parameters)), initial_state=state, state=state,
+        stddev={}, outcome=Outcome.CONVERGED, message='', t0=0.0, t1=t, stamp=round(t * S),
+    )  # fmt: skip
+
+
+def vessel(load=0.5):
+    """x' = d - u: the state is a sum of the inputs held."""
+    return lambda t, x: estimate(VESSEL, t, (x,), (load, 0.0))
+
+
+def absorb(prediction, *samples):
+    return [
+        prediction.absorb(Sample(round(t * S), **{kind: np.array([float(value)])}))
+        for t, kind, value in samples
+    ]
+
+
+@pytest.fixture
+def prediction():
+    return Prediction(VESSEL)
+
+
+def test_there_is_none_before_an_estimate(prediction):
+    assert absorb(prediction, (0, 'u', 1), (0, 'y', 0), (1, 'y', 0)) == [None] * 3
+    assert prediction.state() is None
+
+
+def test_it_goes_on_from_the_estimate_under_the_inputs_since(prediction):
+    absorb(prediction, (0, 'u', 1), (0, 'y', 0), (1, 'y', 0), (1.5, 'u', 3), (2, 'y', 0))
+    prediction.start(vessel()(1.0, 10.0))
+    # From 1 to 1.5 x' = 0.5 - 1, to 2 it is 0.5 - 3.
+    assert prediction.state() == {'x': pytest.approx(10.0 - 0.25 - 1.25)}
+    assert absorb(prediction, (4, 'y', 0)) == [4 * S]
+    assert prediction.state() == {'x': pytest.approx(8.5 - 5.0)}
+    assert prediction.state() == {'x': pytest.approx(8.5 - 5.0)}, 'no time has passed'
+
+
+def test_an_estimate_between_two_outputs_is_carried_from_there(prediction):
+    absorb(prediction, (0, 'u', 1), (0, 'y', 0), (1.5, 'u', 3), (1.8, 'u', 0), (2, 'y', 0))
+    prediction.start(vessel()(1.6, 10.0))
+    assert prediction.state() == {'x': pytest.approx(10.0 - 2.5 * 0.2 + 0.5 * 0.2)}
+
+
+def test_linear_inputs_are_cut_where_they_are():
+    prediction = Prediction(with_interpolation(VESSEL, 'linear'))
+    absorb(prediction, (0, 'u', 0), (0, 'y', 0), (4, 'u', 4), (4, 'y', 0))
+    prediction.start(vessel(0.0)(1.0, 10.0))
+    assert prediction.state() == {'x': pytest.approx(10.0 - (16.0 - 1.0) / 2.0)}
+
+
+def test_a_newer_estimate_takes_over(prediction):
+    absorb(prediction, (0, 'u', 1), *((t, 'y', 0) for t in range(10)))
+    prediction.start(vessel()(2.0, 10.0))
+    assert prediction.state() == {'x': pytest.approx(10.0 - 3.5)}
+    prediction.start(vessel(1.0)(7.0, 5.0))
+    assert prediction.state() == {'x': pytest.approx(5.0)}
+    assert prediction.since == 7 * S
+
+
+def test_one_that_is_not_usable_or_too_old_ends_it(prediction):
+    absorb(prediction, (5, 'u', 1), *((t, 'y', 0) for t in range(5, 9)))
+    for wrong in (
+        vessel()(7.0, np.nan),
+        vessel()(4.0, 1.0),
+        replace(vessel()(7.0, 1.0), stamp=None),
+    ):
+        prediction.start(vessel()(7.0, 1.0))
+        assert prediction.state() is not None
+        prediction.start(wrong)
+        assert prediction.state() is None and absorb(prediction, (8.5, 'y', 0)) == [None]
+
+
+def test_what_diverges_is_withheld_and_counted(prediction):
+    absorb(prediction, (0, 'u', 1), (0, 'y', 0))
+    prediction.start(vessel(1e308)(0.0, 1e308))
+    absorb(prediction, (5, 'y', 0))
+    assert prediction.state() is None and prediction.diverged == 1
+    absorb(prediction, (6, 'y', 0))
+    assert prediction.state() is None and prediction.diverged == 1
+
+
+def test_a_new_timeline_ends_it(prediction):
+    absorb(prediction, (1000, 'u', 1), (1000, 'y', 0))
+    prediction.start(vessel()(1000.0, 1.0))
+    back = [(t, kind, 0) for t in range(5) for kind in 'uy']
+    absorb(prediction, *back)
+    assert prediction.state() is None
+
+
+def test_a_stray_stamp_is_not_predicted_to(prediction):
+    absorb(prediction, (0, 'u', 1), (0, 'y', 0), (1, 'y', 0))
+    prediction.start(vessel()(1.0, 1.0))
+    assert absorb(prediction, (1e9, 'y', 0)) == [None]
+    assert prediction.state() == {'x': 1.0}
+
+
+def test_it_keeps_up_where_nobody_asks(prediction):
+    absorb(prediction, (0, 'u', 1), (0, 'y', 0))
+    prediction.start(vessel()(0.0, 0.0))
+    absorb(prediction, *((0.1 * k, 'y', 0) for k in range(1, 2 * MOST)))
+    assert len(prediction._rest) < MOST
+    assert prediction.state() == {'x': pytest.approx(-0.5 * 0.1 * (2 * MOST - 1))}
+
+
+def test_it_follows_three_tanks(backend):
+    prediction = Prediction(THREE_TANK, backend)
+    levels = tank_outputs(np.arange(200.0), (50.0, 40.0, 45.0), (0.6, 0.5, 0.7))
+    for t, level in enumerate(levels):
+        prediction.absorb(Sample(t * S, u=np.array([30.0, 30.0])))
+        prediction.absorb(Sample(t * S, y=level))
+        if t == 0:
+            prediction.start(estimate(THREE_TANK, 0.0, (50.0, 40.0, 45.0), (0.6, 0.5, 0.7)))
+    state = prediction.state()
+    assert [state['h1'], state['h2']] == pytest.approx(levels[-1].tolist(), abs=1e-9)

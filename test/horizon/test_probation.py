@@ -1,0 +1,83 @@
+import numpy as np
+import pytest
+from plants import tank_record
+
+from obs_ros.core.estimate import Estimate, Outcome
+from obs_ros.horizon.probation import EARNED, Doubt, without_stuck
+from obs_ros.models.three_tank import THREE_TANK
+
+
+def found(t1: float) -> Estimate:
+    return Estimate(
+        parameters={'p': 1.0}, initial_state={'x': 2.0}, state={'x': 3.0},
+        stddev={'x': 0.1, 'p': 0.2}, initial_stddev={'x': 0.1}, outcome=Outcome.CONVERGED,
+        message='as told', t0=0.0, t1=t1,
+    )  # fmt: skip
+
+
+def test_windows_that_fit_from_the_start_are_trusted():
+    doubt = Doubt()
+    for k, fits in enumerate((True, False, True)):
+        estimate = found(k)
+        assert doubt.weigh(estimate, fits) is estimate
+
+
+def test_after_a_first_window_that_does_not_fit_trust_is_earned_by_many_in_a_row():
+    doubt = Doubt()
+    estimate = found(10.0)
+    assert doubt.weigh(estimate, False) is estimate, 'it says so itself'
+    for k in range(EARNED):
+        doubted = doubt.weigh(found(20.0 + k), True)
+        assert doubted.outcome is Outcome.MODEL_MISMATCH and not doubted.jumps
+        assert 'the window that ended at 10 s contradicted the model' in doubted.message
+        assert np.isnan([*doubted.stddev.values(), *doubted.initial_stddev.values()]).all()
+        assert doubted.state == {'x': 3.0}
+    assert doubt.weigh(estimate, True) is estimate
+    doubt.weigh(found(1.0), False)
+    assert doubt.weigh(estimate, True) is estimate, 'once earned, it stays'
+
+
+def test_trust_is_earned_by_twenty_in_a_row():
+    doubt = Doubt()
+    doubt.weigh(found(0.0), False)
+    outcomes = [doubt.weigh(found(1.0 + k), True).outcome for k in range(21)]
+    assert outcomes == [*[Outcome.MODEL_MISMATCH] * 20, Outcome.CONVERGED]
+
+
+def test_doubt_starts_anew_with_every_window_that_does_not_fit():
+    doubt = Doubt()
+    for k in range(EARNED):
+        doubt.weigh(found(k), k not in (0, EARNED - 1))
+    assert 'ended at 19 s' in doubt.weigh(found(99.0), True).message
+
+
+@pytest.mark.parametrize('scale', [None, np.array([0.01, 0.01])])
+def test_what_is_stuck_is_taken_out_and_the_stamp_goes_with_the_newest_left(scale):
+    record = tank_record(nodes=101)
+    y = record.y.copy()
+    y[40:, 0] = y[40, 0]
+    sound = without_stuck(THREE_TANK, record.with_outputs(y), {}, scale)
+    assert sound.repeated == 61 and 'h1 repeats the same value' in sound.said
+    assert (
+        np.isnan(sound.record.y[40:, 0]).all()
+        and sound.record.y[40:, 1].tolist() == y[40:, 1].tolist()
+    )
+
+
+def test_nothing_left_is_no_record():
+    record = tank_record(nodes=101)
+    rest = record.with_outputs(np.tile([3.0, 4.0], (101, 1)))
+    given = {'h1': 0.01, 'h2': 0.01}
+    assert without_stuck(THREE_TANK, rest, given, None).record is None
+    assert without_stuck(THREE_TANK, rest, {}, None).record is rest
+    # Learned from a simulation without noise, it is rounding.
+    assert without_stuck(THREE_TANK, rest, {}, np.array([1e-9, 1e-9])).record is rest
+
+
+def test_a_record_with_other_outputs_has_the_stamp_of_the_newest():
+    record = tank_record(nodes=11)
+    stamped = type(record)(record.t, record.u, record.y, stamp=10**10)
+    y = record.y.copy()
+    y[8:] = np.nan
+    assert stamped.with_outputs(y).stamp == 7 * 10**9
+    assert record.with_outputs(y).stamp is None

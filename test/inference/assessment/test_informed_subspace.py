@@ -1,0 +1,131 @@
+"""Tests of obs_ros.inference.assessment.informed_subspace."""
+
+from typing import Any
+
+import numpy as np
+import pytest
+from plants import INTEGRATOR, integrator_design, square_wave, window_of
+
+from obs_ros import Model, Record, Variable
+from obs_ros.core.deadline import Deadline
+from obs_ros.core.typing import Array
+from obs_ros.inference.assessment.informed_subspace import HOLD, Gate, marginal_information
+from obs_ros.inference.jumps.jump_search import Hypothesis, weigh
+from obs_ros.inference.jumps.piecewise import Layout, Regimes
+from obs_ros.inference.prior import Prior
+from obs_ros.optimization.levenberg_marquardt import levenberg_marquardt
+
+T = 0.1 * np.arange(101)
+SIGMA = 0.02
+
+# The second rate shows only where the second level is not at rest.
+DECAYS = Model(
+    name='decays',
+    states=(Variable('a', lower=-2.0, upper=2.0), Variable('b', lower=-2.0, upper=2.0)),
+    outputs=(Variable('ya'), Variable('yb')),
+    parameters=(Variable('pa', lower=0.1, upper=1.1), Variable('pb', lower=0.1, upper=1.1)),
+    dynamics=lambda t, x, u, p: (-p[0] * x[0], -p[1] * x[1]),
+    output=lambda t, x, u, p: (x[0], x[1]),
+    max_step=0.1,
+)
+
+
+def fitted(
+    a: float, b: float, seed: int = 0, backend: Any = 'numpy', **settings: Any
+) -> Hypothesis:
+    y = np.column_stack([a * np.exp(-0.5 * T), b * np.exp(-0.7 * T)])
+    y += SIGMA * np.random.default_rng([seed, 6]).standard_normal(y.shape)
+    objective = window_of(DECAYS, Record(T, None, y), SIGMA, backend, **settings)
+    regimes = Regimes(objective, Prior.box(objective.unknowns), Layout(objective.dimension))
+    start = objective.unknowns.point({'a': a, 'b': b, 'pa': 0.5, 'pb': 0.7})
+    found = levenberg_marquardt(regimes, start[None], T.size, 60, Deadline())
+    return weigh(regimes, found.z[0])
+
+
+def test_a_parameter_at_rest_is_held() -> None:
+    """Whatever noise does to the initial state, seeds 0 to 19."""
+    for seed in range(20):
+        gate = Gate.of(fitted(1.0, 0.0, seed))
+        assert len(gate.held) == 1
+        direction = gate.held[0] / np.linalg.norm(gate.held[0])
+        assert abs(direction[1]) > 0.999
+        np.testing.assert_allclose(gate.informed, np.diag([1.0, 0.0]), atol=0.02)
+        assert gate.information[0, 0] > 1e3
+        assert abs(gate.information[1, 1]) < 1.0
+
+
+def test_what_moves_is_let_through(backend: str) -> None:
+    for seed in range(20 if backend == 'numba' else 3):
+        best = fitted(1.0, 1.0, seed, backend)
+        gate = Gate.of(best)
+        assert gate.held.shape == (0, 2)
+        np.testing.assert_array_equal(gate.informed, np.eye(2))
+        jx, jp = best.local.jacobian[:, :2], best.local.jacobian[:, 2:]
+        # The Schur complement of states that are all but free.
+        apart = jp - jx @ np.linalg.solve(jx.T @ jx + 0.01 * np.eye(2), jx.T @ jp)
+        np.testing.assert_allclose(gate.information, jp.T @ apart, rtol=1e-9)
+        np.testing.assert_allclose(gate.information, marginal_information(best, 2), rtol=1e-9)
+        np.testing.assert_allclose(gate.covariance(best), best.covariance, rtol=1e-6)
+
+
+def test_nothing_moves_and_nothing_is_told() -> None:
+    gate = Gate.of(fitted(0.0, 0.0))
+    assert gate.held.shape == (2, 2)
+    np.testing.assert_allclose(gate.informed, 0.0, atol=1e-9)
+
+
+def test_a_held_direction_stays_where_the_prior_has_it() -> None:
+    best = fitted(1.0, 0.0, 3)
+    gate, prior = Gate.of(best), best.regimes.prior
+    held = gate.holding(prior)
+    form = gate.held[0] / np.linalg.norm(gate.held[0])
+    along = np.concatenate([[0.0, 0.0], form])
+    assert along @ held.precision @ along == pytest.approx(HOLD, rel=1e-6)
+    across = np.concatenate([[0.0, 0.0], [form[1], -form[0]]])
+    assert across @ held.precision @ across == pytest.approx(12.0)
+    regimes = Regimes(best.regimes.objective, held, best.layout)
+    found = levenberg_marquardt(regimes, best.point[None], T.size, 60, Deadline()).z[0]
+    assert (found[2:] - prior.mean[2:]) @ form == pytest.approx(0.0, abs=1e-6)
+    assert found[2] == pytest.approx(0.4, abs=0.1)  # what is told is as it was: 0.5 in its box
+    np.testing.assert_array_equal(held.mean, prior.mean)
+
+
+def test_of_a_held_direction_only_the_prior_knows() -> None:
+    best = fitted(1.0, 0.0, 3)
+    gate = Gate.of(best)
+    covariance = gate.covariance(best)
+    assert covariance[3, 3] == pytest.approx(1.0 / 12.0, rel=0.01)
+    assert covariance[2, 2] == pytest.approx(best.covariance[2, 2], rel=0.05)
+
+
+def test_a_plant_linear_in_its_unknowns_holds_nothing() -> None:
+    """Noise in the initial state changes no influence."""
+    u = square_wave(T)
+    y = integrator_design(T, u) @ [1.0, 1.3, -0.4]
+    objective = window_of(INTEGRATOR, Record(T, u, y), SIGMA)
+    regimes = Regimes(objective, Prior.box(objective.unknowns), Layout(3))
+    best = weigh(regimes, objective.unknowns.point({'x': 1.0, 'gain': 1.3, 'drift': -0.4}))
+    assert Gate.of(best).held.shape == (0, 2)
+
+
+@pytest.mark.parametrize(
+    ('settings', 'size'),
+    [
+        ({'fixed': {'a': 1.0, 'b': 0.0}}, 2),
+        ({'parameters': [], 'fixed': {'pa': 0.5, 'pb': 0.7}}, 0),
+    ],
+)
+def test_without_states_or_parameters_there_is_nothing_to_hold(settings: Any, size: int) -> None:
+    best = fitted(1.0, 0.0, **settings)
+    gate = Gate.of(best)
+    assert gate.held.shape == (0, size)
+    assert gate.information.shape == (size, size)
+    assert np.isfinite(gate.covariance(best)).all()
+
+
+def test_marginal_information_against_the_inverse_of_the_covariance() -> None:
+    best = fitted(1.0, 1.0)
+    jacobian: Array = best.local.jacobian
+    full = np.linalg.inv(jacobian.T @ jacobian + np.diag([0.01, 0.01, 0.0, 0.0]))
+    expected = np.linalg.inv(full[2:, 2:])
+    np.testing.assert_allclose(marginal_information(best, 2), expected, rtol=1e-6)

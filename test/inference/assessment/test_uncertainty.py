@@ -1,0 +1,142 @@
+"""Tests of obs_ros.inference.assessment.uncertainty."""
+
+import numpy as np
+import pytest
+from plants import INTEGRATOR, LAG, integrator_design, lag_outputs, square_wave, window_of
+
+from obs_ros import Outcome, Record, solve_window
+from obs_ros.core.residual_tests import inflation_by
+from obs_ros.inference.assessment.uncertainty import Deviations
+from obs_ros.inference.jumps.jump_search import Hypothesis, weigh
+from obs_ros.inference.jumps.piecewise import Layout, Regimes
+from obs_ros.inference.prior import Prior
+
+T = 0.1 * np.arange(61)
+U = square_wave(T, 0.9)
+SIGMA = 0.05
+TRUTH = {'x': 1.0, 'gain': 1.3, 'drift': -0.4}
+
+
+def record(seed: int = 0) -> Record:
+    y = integrator_design(T, U) @ list(TRUTH.values())
+    return Record(T, U, y + SIGMA * np.random.default_rng([seed, 4]).standard_normal(T.size))
+
+
+def hypothesis(*events: tuple[int, ...], **settings: object) -> Hypothesis:
+    objective = window_of(INTEGRATOR, record(), SIGMA, **settings)
+    d = objective.dimension
+    point = [*objective.unknowns.point(TRUTH), *[v for e in events for v in (0.5, *[0.6] * len(e))]]
+    regimes = Regimes(objective, Prior.box(objective.unknowns), Layout(d, events))
+    return weigh(regimes, np.array(point))
+
+
+def test_units_and_propagation_to_the_end() -> None:
+    covariance = np.diag([0.01, 0.02, 0.03]) ** 2
+    covariance[0, 1] = covariance[1, 0] = 1e-4
+    found = Deviations.of(hypothesis(), covariance, 1.0)
+    np.testing.assert_allclose(found.initial, [0.2])
+    np.testing.assert_allclose(found.parameters, [0.04, 0.06])
+    # x(end) is the last row of the design.
+    g = integrator_design(T, U)[-1] * [20.0, 2.0, 2.0]
+    np.testing.assert_allclose(found.state, np.sqrt(g @ covariance @ g), rtol=1e-6)
+    doubled = Deviations.of(hypothesis(), covariance, 4.0)
+    np.testing.assert_allclose(doubled.state, 2.0 * found.state)
+    np.testing.assert_allclose(doubled.parameters, 2.0 * found.parameters)
+
+
+def test_after_a_jump_it_is_the_value_at_the_end_that_counts() -> None:
+    covariance = np.diag([0.01, 0.02, 0.03, 0.01, 0.005]) ** 2
+    found = Deviations.of(hypothesis((2,)), covariance, 1.0)
+    np.testing.assert_allclose(found.parameters, [0.04, 0.01])
+
+
+def test_above_a_tenth_of_the_box_it_is_withheld() -> None:
+    found = Deviations.of(hypothesis(), np.diag([0.0999, 0.1001, 0.0999]) ** 2, 1.0)
+    np.testing.assert_allclose(found.initial, [1.998])
+    np.testing.assert_allclose(found.parameters, [np.nan, 0.1998])
+    assert np.isnan(found.state)  # 2.2 of 20
+
+
+def test_what_is_given_has_none() -> None:
+    best = hypothesis(fixed={'x': 1.0, 'gain': 1.3})
+    found = Deviations.of(best, np.array([[1e-4]]), 1.0)
+    np.testing.assert_array_equal(found.initial, [0.0])
+    np.testing.assert_allclose(found.parameters, [0.0, 0.02])
+    np.testing.assert_allclose(found.state, [0.02 * 6.0])
+
+
+def test_withheld_are_all() -> None:
+    found = Deviations.withheld(LAG)
+    assert [v.shape for v in (found.initial, found.state, found.parameters)] == [(1,), (1,), (2,)]
+    assert np.isnan([*found.initial, *found.state, *found.parameters]).all()
+
+
+def test_inflation_is_that_of_autoregressive_noise() -> None:
+    """The mean of N values has variance (1 + r) / (1 - r) / N; 2000 means of 500, seed 1."""
+    r = 0.5
+    white = np.random.default_rng(1).standard_normal((600, 2000))
+    noise = np.zeros_like(white)
+    for k in range(1, 600):
+        noise[k] = r * noise[k - 1] + white[k]
+    noise = noise[100:] * np.sqrt(1.0 - r**2)
+    expected = 500.0 * noise.mean(axis=0).var()
+    found = np.median([inflation_by(column[:, None]) for column in noise.T[:200]])
+    assert found == pytest.approx(expected, rel=0.15)
+    # Against noise that is known to be as correlated, or more, it is nothing.
+    against = [inflation_by(column[:, None], r) for column in noise.T[:200]]
+    assert np.mean(np.array(against) > 1.0) < 0.02
+    assert max(inflation_by(column[:, None], 0.9) for column in noise.T[:200]) == 1.0
+    # Lag 1 does not tell of a slow drift below white noise.
+    drift = np.zeros((1000, 20))
+    steps = np.random.default_rng(2).standard_normal(drift.shape)
+    for k in range(1, len(drift)):
+        drift[k] = 0.95 * drift[k - 1] + np.sqrt(1.0 - 0.95**2) * steps[k]
+    mixed = (drift + np.random.default_rng(4).standard_normal(drift.shape)) / np.sqrt(2.0)
+    lag = 0.5 * 0.95
+    needed = 0.5 + 0.5 * (1.0 + 0.95) / (1.0 - 0.95)
+    total = [inflation_by(column[:, None], lag) * (1.0 + lag) / (1.0 - lag) for column in mixed.T]
+    assert np.median(total) > 0.5 * needed
+    less = np.median([inflation_by(column[:, None], 0.2) for column in noise.T[:200]])
+    assert less == pytest.approx(expected / 1.5, rel=0.15)
+
+
+def test_white_or_negative_correlation_inflates_nothing() -> None:
+    rng = np.random.default_rng(3)
+    white = rng.standard_normal((400, 1))
+    assert inflation_by(white) == 1.0
+    assert inflation_by(np.diff(white, axis=0)) == 1.0  # lag-1 correlation -0.5
+    assert inflation_by(np.zeros((5, 1))) == 1.0
+    assert inflation_by(np.full((5, 2), np.nan)) == 1.0
+
+
+@pytest.mark.parametrize('known', [True, False])
+def test_standard_deviations_cover_the_truth(known: bool) -> None:
+    """Seeds 0 to 199 of the integrator: the truth within 1.96 of them 95 times in 100.
+
+    Each of four numbers at least 181 and at most 198 of 200 times: luck leaves that range once in
+    500 cases.
+    """
+    design = integrator_design(T, U)[-1]
+    end = float(design @ list(TRUTH.values()))
+    covered = np.zeros(4)
+    for seed in range(200):
+        noise = {'y': SIGMA} if known else None
+        found = solve_window(INTEGRATOR, record(seed), noise=noise, seed=seed)
+        errors = [found.initial_state['x'] - 1.0, found.state['x'] - end]
+        errors += [found.parameters[name] - TRUTH[name] for name in ('gain', 'drift')]
+        deviations = [found.initial_stddev['x'], *(found.stddev[n] for n in TRUTH)]
+        covered += np.abs(errors) < 1.96 * np.array(deviations)
+    assert (covered >= 181).all(), covered
+    assert (covered <= 198).all(), covered
+
+
+def test_fixed_values_have_a_deviation_of_zero() -> None:
+    u = square_wave(T, 2.0)
+    y = lag_outputs(T, u, 0.5, np.tile([2.0, 4.0], (60, 1)))
+    y += 0.01 * np.random.default_rng(1).standard_normal(61)
+    fixed = {'x': 0.5, 'k': 2.0}
+    found = solve_window(LAG, Record(T, u, y), noise={'y': 0.01}, fixed=fixed)
+    assert found.outcome is Outcome.CONVERGED
+    assert (found.initial_stddev['x'], found.stddev['k']) == (0.0, 0.0)
+    assert 0.0 < found.stddev['tau'] < 0.1
+    assert 0.0 < found.stddev['x'] < 0.01  # at the end, tau tells

@@ -1,0 +1,164 @@
+"""Tests of obs_ros.inference.parameterisation."""
+
+import math
+import re
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+from plants import OSCILLATOR
+
+from obs_ros.core.model import Variable
+from obs_ros.inference.parameterisation import Unknowns
+from obs_ros.models.three_tank import THREE_TANK
+
+
+def test_by_default_all_initial_states_and_parameters_in_the_models_order() -> None:
+    unknowns = Unknowns.of(THREE_TANK)
+    assert unknowns.names == ('h1', 'h2', 'h3', 'p1', 'p2', 'p3')
+    assert unknowns.dimension == 6
+    np.testing.assert_array_equal(unknowns.upper, [100, 100, 100, 1, 1, 1])
+
+
+def test_a_choice_of_names_keeps_the_models_order_and_the_rest_is_given() -> None:
+    unknowns = Unknowns.of(
+        THREE_TANK, parameters=['p3', 'p1'], states=['h3'], fixed={'h1': 3.0, 'h2': 4.0}
+    )
+    assert unknowns.names == ('h3', 'p1', 'p3')
+    x0, p = unknowns.values(np.array([[0.5, 0.25, 1.0], [0.0, 0.0, 0.0]]))
+    np.testing.assert_array_equal(x0, [[3.0, 3.0], [4.0, 4.0], [50.0, 0.0]])
+    np.testing.assert_array_equal(p, [[0.25, 0.0], [1.0, 1.0], [1.0, 0.0]])  # p2 is nominal
+
+
+def test_what_is_fixed_is_not_estimated() -> None:
+    assert Unknowns.of(THREE_TANK, fixed={'h1': 3.0, 'p2': 0.5}).names == ('h2', 'h3', 'p1', 'p3')
+
+
+def test_one_name_and_a_generator_will_do() -> None:
+    unknowns = Unknowns.of(
+        THREE_TANK, parameters='p2', states=(name for name in ('h1', 'h2', 'h3'))
+    )
+    assert unknowns.names == ('h1', 'h2', 'h3', 'p2')
+
+
+def test_bounds_replace_the_models() -> None:
+    unknowns = Unknowns.of(THREE_TANK, bounds={'p1': (0.2, 0.6)})
+    _, p = unknowns.values(np.full((1, 6), 0.5))
+    assert p[:, 0].tolist() == [pytest.approx(0.4), 0.5, 0.5]
+
+
+@pytest.mark.parametrize(
+    ('settings_', 'message'),
+    [
+        ({'parameters': ['p4']}, "no parameter 'p4' to estimate: did you mean"),
+        ({'states': ['h9']}, "no state 'h9' to estimate: did you mean"),
+        ({'fixed': {'q1': 1.0}}, "'three_tank' has no state or parameter 'q1'"),
+        ({'bounds': {'Q1': (0.0, 1.0)}}, "'three_tank' has no state or parameter 'Q1'"),
+        ({'bounds': {'p1': (0.9, 0.1)}}, 'p1: lower bound 0.9 is not below upper bound 0.1'),
+        ({'bounds': {'p1': (0.0, math.nan)}}, 'p1: lower bound 0.0 is not below upper bound nan'),
+        ({'bounds': {'p1': 0.5}}, 'bounds of p1 must be (lower, upper), not 0.5'),
+        ({'bounds': {'p1': (0, 1, 2)}}, 'bounds of p1 must be (lower, upper), not (0, 1, 2)'),
+        ({'fixed': {'p1': math.nan}}, 'p1 is fixed at nan, which is not a finite number'),
+        (
+            {'parameters': ['p1'], 'fixed': {'p1': 0.5}},
+            "parameter 'p1' cannot be both estimated and fixed",
+        ),
+        (
+            {'states': ['h1', 'h3']},
+            'h2 is not estimated and has no nominal value: give it a fixed value, in cm',
+        ),
+        (
+            {'parameters': (), 'states': ()},
+            "nothing to estimate: every unknown of 'three_tank' is fixed",
+        ),
+    ],
+)
+def test_what_is_wrong_is_named(settings_: dict[str, Any], message: str) -> None:
+    with pytest.raises(ValueError, match=re.escape(message)):
+        Unknowns.of(THREE_TANK, **settings_)
+
+
+unit = st.floats(0.0, 1.0)
+
+
+@given(st.lists(unit, min_size=4, max_size=4), st.floats(-1e6, 1e6), st.floats(1e-3, 1e6))
+def test_points_and_values_are_inverse(z: list[float], lower: float, width: float) -> None:
+    unknowns = Unknowns.of(OSCILLATOR, bounds={'position': (lower, lower + width)})
+    x0, p = unknowns.values(np.array([z]))
+    names = [v.name for v in OSCILLATOR.unknowns]
+    named = dict(zip(names, np.concatenate([x0, p])[:, 0], strict=True))
+    rounding = 1e-15 * (1.0 + abs(lower) / width)
+    np.testing.assert_allclose(unknowns.point(named), z, rtol=0.0, atol=8 * rounding)
+
+
+LOG = replace(
+    THREE_TANK,
+    parameters=(Variable('p1', 'm', 0.5, 8.0, scale='log'), *THREE_TANK.parameters[1:]),
+)
+
+
+def test_on_a_log_scale_equal_steps_are_equal_ratios() -> None:
+    unknowns = Unknowns.of(LOG)
+    z = np.full((3, 6), 0.25)
+    z[:, 3] = 0.0, 0.5, 1.0
+    p = unknowns.values(z)[1]
+    np.testing.assert_allclose(p, [[0.5, 2.0, 8.0], [0.25] * 3, [0.25] * 3], rtol=1e-15)
+    np.testing.assert_allclose(unknowns.unscaled(z[:, 3], 3), p[0], rtol=0.0)
+    middle = dict(zip(unknowns.names, [1.0, 1.0, 1.0, 2.0, 0.25, 1.0], strict=True))
+    assert unknowns.point(middle)[3:].tolist() == pytest.approx([0.5, 0.25, 1.0])
+    outside = {**middle, 'p1': -1.0}
+    assert unknowns.point(outside)[3] == 0.0
+
+
+def test_slopes_are_those_of_the_values_and_steps_those_taken() -> None:
+    unknowns = Unknowns.of(LOG)
+    z, h = np.full((1, 6), 0.3), np.full((1, 6), 1e-6)
+    x0, p, steps = unknowns.perturbed(z, h)
+    taken = np.concatenate([x0, p])
+    moved = np.diag(taken[:, 1:] - taken[:, :1])
+    np.testing.assert_allclose(moved / steps[0], unknowns.slopes(z)[0], rtol=1e-5)
+    np.testing.assert_allclose(unknowns.scaled(taken[:, 4])[3] - 0.3, steps[0, 3], rtol=1e-8)
+    assert unknowns.slopes(z[:, 3], 3) == unknowns.slopes(z)[:, 3]
+
+
+@pytest.mark.parametrize('pair', [(0.0, 1.0), (-1.0, 1.0), (0.5, math.inf)])
+def test_a_log_scale_needs_positive_finite_bounds(pair: tuple[float, float]) -> None:
+    said = f'p1: bounds {pair[0]} and {pair[1]} must be positive and finite on a log scale'
+    with pytest.raises(ValueError, match=re.escape(said)):
+        Unknowns.of(LOG, bounds={'p1': pair})
+
+
+def test_points_outside_are_clipped_and_nan_is_in_the_middle() -> None:
+    unknowns = Unknowns.of(THREE_TANK, states=[], fixed={'h1': 1.0, 'h2': 1.0, 'h3': 1.0})
+    point = unknowns.point({'p1': -3.0, 'p2': 7.0, 'p3': math.nan})
+    assert point.tolist() == [0.0, 1.0, 0.5]
+
+
+@pytest.mark.parametrize('half', [1e-10, 1e-7, 50.0])
+@pytest.mark.parametrize('h', [1e-11, -1e-6])
+def test_a_step_changes_the_value_in_a_box_however_narrow(half: float, h: float) -> None:
+    unknowns = Unknowns.of(THREE_TANK, bounds={'h1': (50.0 - half, 50.0 + half)})
+    x0, p, steps = unknowns.perturbed(np.full((1, 6), 0.5), np.full((1, 6), h))
+    taken = np.concatenate([x0, p])
+    moved = np.diag(taken[:, 1:] - taken[:, :1])
+    assert (np.sign(moved) == np.sign(h)).all()
+    np.testing.assert_allclose(steps[0] * (unknowns.upper - unknowns.lower), moved, rtol=1e-12)
+
+
+def test_without_a_bound_the_search_begins_near_the_nominal_value_and_may_leave() -> None:
+    unknowns = Unknowns.of(
+        THREE_TANK,
+        parameters=['p1', 'p2', 'p3'],
+        bounds={'p1': (-math.inf, math.inf), 'p2': (0.2, math.inf), 'h1': (-math.inf, 50.0)},
+    )
+    box = dict(zip(unknowns.names, zip(unknowns.lower, unknowns.upper, strict=True), strict=True))
+    walls = dict(zip(unknowns.names, unknowns.walls.T.tolist(), strict=True))
+    assert box['p1'] == (-9.0, 11.0) and walls['p1'] == [-math.inf, math.inf]
+    assert box['p2'] == (0.2, 11.0) and walls['p2'] == [0.0, math.inf]
+    assert box['h1'] == (40.0, 50.0) and walls['h1'] == [-math.inf, 1.0]
+    assert box['h3'] == (0.0, 100.0) and walls['h3'] == [0.0, 1.0]
+    far = unknowns.point({'h1': 0.0, 'h2': 0.0, 'h3': 0.0, 'p1': 31.0, 'p2': 0.0, 'p3': 0.0})
+    assert far.tolist() == [-4.0, 0.0, 0.0, 2.0, 0.0, 0.0]

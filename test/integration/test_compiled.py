@@ -1,0 +1,60 @@
+"""Tests of obs_ros.integration.compiled: generated modules and their cache."""
+
+import logging
+import re
+import sys
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+from plants import BLOW_UP, OSCILLATOR
+
+pytest.importorskip('numba')
+
+from obs_ros.integration.compiled import (
+    CompiledStepper,
+    load_module,
+    padded,
+    source,
+)
+from obs_ros.integration.stepper import run_once
+
+
+def test_equal_models_share_a_module_and_others_do_not() -> None:
+    assert load_module(OSCILLATOR) is load_module(replace(OSCILLATOR, name='x', max_step=0.3))
+    assert load_module(OSCILLATOR) is not load_module(replace(OSCILLATOR, integrator='euler'))
+
+
+def own(gain: float) -> Any:
+    return replace(BLOW_UP, dynamics=lambda t, x, u, p: (gain * x[0],))
+
+
+def test_compiling_is_announced_once_and_loading_is_not(
+    tmp_path: Path, monkeypatch: Any, caplog: Any
+) -> None:
+    monkeypatch.setenv('OBS_ROS_CACHE', str(tmp_path))
+    announcement = "compiling the kernels of model 'blow_up': several seconds, once"
+    for announced in (1, 0):
+        caplog.clear()
+        with caplog.at_level(logging.INFO, 'obs_ros'):
+            stepper = CompiledStepper(own(-3.0))
+            run_once(stepper)
+        logger = 'obs_ros.integration.compiled'
+        assert caplog.record_tuples == [(logger, logging.INFO, announcement)] * announced
+        sys.modules.pop(load_module(stepper.model).__name__)
+
+
+def test_the_generated_module_is_python_with_the_models_sizes() -> None:
+    text = source(OSCILLATOR)
+    compile(text, 'kernels', 'exec')
+    assert re.search(r'N_STATES, N_OUTPUTS, N_PARAMETERS, N_LANES = 2, 2, 2, 16', text)
+
+
+@pytest.mark.parametrize(('count', 'lanes'), [(1, 16), (16, 16), (17, 32), (31, 32)])
+def test_lanes_are_filled_with_the_last_candidate(count: int, lanes: int) -> None:
+    x, p = padded(np.arange(2.0 * count).reshape(2, count), np.empty((0, count)))
+    assert (x.shape, p.shape) == ((2, lanes), (0, lanes))
+    assert x.flags.c_contiguous
+    assert (x[:, count:] == x[:, count - 1 : count]).all()

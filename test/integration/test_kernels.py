@@ -1,0 +1,197 @@
+"""Tests of both ways to roll candidates out: against scipy, and against each other."""
+
+from dataclasses import replace
+from itertools import pairwise
+from typing import Any
+
+import numpy as np
+import pytest
+from plants import BLOW_UP, NAN, OSCILLATOR, exact, with_interpolation
+
+from obs_ros import Model, Record
+from obs_ros.core.typing import Array
+from obs_ros.integration.backends import kernels_for
+from obs_ros.integration.grid import Grid
+
+rng = np.random.default_rng(1)
+IRREGULAR = np.concatenate([[0.0], np.cumsum(rng.uniform(0.02, 0.3, 40))])
+FORCE = rng.standard_normal((41, 1))
+X0, P = (1.0, -0.5), (0.8, 0.7)
+
+
+def grid_of(model: Model, t: Array, u: Any, y: Any = None, scale: Any = None) -> Grid:
+    count = len(model.outputs)
+    y = np.zeros((t.size, count)) if y is None else y
+    return Grid.of(model, Record(t, u, y), np.ones(count) if scale is None else scale)
+
+
+def column(*values: float) -> Array:
+    return np.array(values, dtype=np.float64)[:, None]
+
+
+def force(interpolation: str) -> Any:
+    """The input of the exact solution, s seconds after node k."""
+
+    def u(k: int, s: float) -> tuple[float]:
+        here, after = FORCE[k, 0], FORCE[min(k + 1, 40), 0]
+        if interpolation == 'hold':
+            return (here,)
+        if interpolation == 'mean':
+            return (0.5 * (here + after),)
+        gap = IRREGULAR[min(k + 1, 40)] - IRREGULAR[k]
+        return (here + (after - here) * s / gap if gap else here,)
+
+    return u
+
+
+@pytest.mark.parametrize('interpolation', ['hold', 'linear', 'mean'])
+def test_rk4_follows_the_exact_solution_with_every_kind_of_input(
+    backend: str, interpolation: str
+) -> None:
+    model = replace(with_interpolation(OSCILLATOR, interpolation), max_step=0.02)
+    grid = grid_of(model, IRREGULAR, FORCE)
+    states, outputs = kernels_for(model, backend).trajectories(grid, column(*X0), column(*P))
+    x, y = exact(model, IRREGULAR, force(interpolation), X0, P)
+    np.testing.assert_allclose(states[:, :, 0], x, atol=2e-7)
+    np.testing.assert_allclose(outputs[:, :, 0], y, atol=2e-7)
+
+
+@pytest.mark.parametrize(('integrator', 'order'), [('rk4', 4), ('euler', 1)])
+@pytest.mark.parametrize('interpolation', ['hold', 'linear'])
+def test_order_of_convergence(
+    backend: str, interpolation: str, integrator: Any, order: int
+) -> None:
+    t = np.array([0.0, 0.8, 1.6])
+    plant = replace(with_interpolation(OSCILLATOR, interpolation), integrator=integrator)
+    u = np.array([[0.5], [-1.0], [0.25]])
+
+    def applied(k: int, s: float) -> tuple[float]:
+        slope = (u[min(k + 1, 2), 0] - u[k, 0]) / 0.8 if interpolation == 'linear' else 0.0
+        return (u[k, 0] + slope * s,)
+
+    truth, _ = exact(plant, t, applied, X0, P)
+    errors = []
+    for steps in (8, 16, 32, 64):
+        model = replace(plant, max_step=0.8 / steps)
+        kernels = kernels_for(model, backend)
+        states, _ = kernels.trajectories(grid_of(model, t, u), column(*X0), column(*P))
+        errors.append(np.abs(states[-1, :, 0] - truth[-1]).max())
+    for coarse, fine in pairwise(errors):
+        assert coarse / fine == pytest.approx(2.0**order, rel=0.25)
+
+
+def test_substeps_end_where_single_steps_end(backend: str) -> None:
+    """Ten sub-steps of one interval are ten intervals."""
+    model = replace(OSCILLATOR, max_step=0.1)
+    kernels = kernels_for(model, backend)
+    coarse = grid_of(model, np.array([0.0, 1.0]), np.full((2, 1), 0.3))
+    fine = grid_of(model, np.linspace(0.0, 1.0, 11), np.full((11, 1), 0.3))
+    a, b = (kernels.trajectories(grid, column(*X0), column(*P))[0] for grid in (coarse, fine))
+    np.testing.assert_allclose(a[-1], b[-1], rtol=1e-12)
+
+
+def missing_record(model: Model) -> Grid:
+    draw = np.random.default_rng(3)
+    y = draw.standard_normal((41, 2))
+    y[draw.random((41, 2)) < 0.4] = NAN
+    u = FORCE.copy()
+    u[5:9] = NAN
+    return grid_of(model, IRREGULAR, u, y, np.array([0.5, 3.0]))
+
+
+def candidates(count: int, seed: int = 4) -> tuple[Array, Array]:
+    draw = np.random.default_rng(seed)
+    return draw.uniform(-2.0, 2.0, (2, count)), draw.uniform(0.2, 2.0, (2, count))
+
+
+def test_squares_are_those_of_the_measured_residuals_between_gates(backend: str) -> None:
+    kernels, grid = kernels_for(OSCILLATOR, backend), missing_record(OSCILLATOR)
+    x0, p = candidates(5)
+    _, outputs = kernels.trajectories(grid, x0, p)
+    terms = (grid.weight[..., None] * (outputs - grid.y[..., None])) ** 2
+    gates = np.array([1, 7, 8, 30, 41])
+    squares = kernels.squares(grid, gates, x0, p)
+    assert squares.shape == (5, 2, 5)
+    for g, (first, last) in enumerate(pairwise([0, *gates])):
+        np.testing.assert_allclose(squares[g], terms[first:last].sum(axis=0), rtol=1e-12)
+    short = kernels.squares(grid, np.array([20]), x0, p)
+    np.testing.assert_allclose(short[0], terms[:20].sum(axis=0), rtol=1e-12)
+
+
+@pytest.mark.parametrize('nodes', [41, 17])
+def test_grams_are_products_of_residuals_and_differences(backend: str, nodes: int) -> None:
+    kernels, grid = kernels_for(OSCILLATOR, backend), missing_record(OSCILLATOR)
+    x0, p = candidates(12)
+    _, outputs = kernels.trajectories(grid, x0, p)
+    scaled = (grid.weight[..., None] * outputs)[:nodes].reshape(-1, 3, 4)
+    target = (grid.weight * grid.y)[:nodes].reshape(-1)
+    gram = kernels.grams(grid, nodes, x0, p, 4)
+    assert gram.shape == (3, 4, 4)
+    for start in range(3):
+        rows = scaled[:, start] - scaled[:, start, :1]
+        rows[:, 0] = scaled[:, start, 0] - target
+        np.testing.assert_allclose(gram[start], rows.T @ rows, rtol=1e-11, atol=1e-11)
+
+
+@pytest.mark.parametrize('count', [1, 2, 15, 16, 17, 33])
+def test_both_kernels_agree_for_any_number_of_candidates(count: int) -> None:
+    pytest.importorskip('numba')
+    for interpolation in ('hold', 'linear', 'mean'):
+        model = with_interpolation(OSCILLATOR, interpolation)
+        grid, gates = missing_record(model), np.array([3, 11, 41])
+        x0, p = candidates(count)
+        a, b = kernels_for(model, 'numba'), kernels_for(model, 'numpy')
+        for left, right in zip(
+            (*a.trajectories(grid, x0, p), a.squares(grid, gates, x0, p)),
+            (*b.trajectories(grid, x0, p), b.squares(grid, gates, x0, p)),
+            strict=True,
+        ):
+            assert left.shape == right.shape
+            np.testing.assert_allclose(left, right, rtol=1e-9, atol=1e-12)
+        grams = [k.grams(grid, 41, x0, p, count) for k in (a, b)]
+        np.testing.assert_allclose(*grams, rtol=1e-9, atol=1e-9)
+
+
+def test_a_candidate_does_not_depend_on_its_neighbours(backend: str) -> None:
+    kernels, grid = kernels_for(OSCILLATOR, backend), missing_record(OSCILLATOR)
+    x0, p = candidates(40)
+    together = kernels.squares(grid, np.array([41]), x0, p)
+    for i in (0, 15, 16, 39):
+        alone = kernels.squares(grid, np.array([41]), x0[:, [i]], p[:, [i]])
+        np.testing.assert_array_equal(alone[..., 0], together[..., i])
+
+
+def test_without_inputs_and_parameters(backend: str) -> None:
+    t = np.linspace(0.0, 1.0, 21)
+    grid = grid_of(BLOW_UP, t, None)
+    x0 = np.array([[0.5, -1.0, 0.0]])
+    states, _ = kernels_for(BLOW_UP, backend).trajectories(grid, x0, np.empty((0, 3)))
+    np.testing.assert_allclose(states[:, 0], x0 / (1.0 - np.outer(t, x0)), atol=1e-8)
+
+
+def test_a_candidate_that_diverges_harms_no_other(backend: str) -> None:
+    kernels = kernels_for(BLOW_UP, backend)
+    t = np.linspace(0.0, 1.0, 21)
+    grid = grid_of(BLOW_UP, t, None)
+    tame = np.random.default_rng(5).uniform(-1.0, 0.5, (1, 20))
+    wild = tame.copy()
+    wild[0, [3, 17]] = 1e3, np.nan
+    none = np.empty((0, 20))
+    others = np.delete(np.arange(20), [3, 17])
+    expected = kernels.squares(grid, np.array([21]), tame, none)[0, 0]
+    found = kernels.squares(grid, np.array([21]), wild, none)[0, 0]
+    assert not np.isfinite(found[[3, 17]]).any()
+    np.testing.assert_array_equal(found[others], expected[others])
+    grams = kernels.grams(grid, 21, wild, none, 2)
+    # Lane 3 is the perturbed one of start 1, lane 17 of start 8.
+    assert not np.isfinite(grams[[1, 8], 1, 1]).any()
+    assert np.isfinite(np.delete(grams, [1, 8], axis=0)).all()
+
+
+def test_nan_where_nothing_was_measured_does_not_count(backend: str) -> None:
+    kernels = kernels_for(BLOW_UP, backend)
+    t = np.linspace(0.0, 1.0, 21)
+    y = np.zeros((21, 1))
+    y[1:] = NAN
+    late = kernels.squares(grid_of(BLOW_UP, t, None, y), np.array([21]), column(1e3), column())
+    assert late[0, 0, 0] == 1e6

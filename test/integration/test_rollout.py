@@ -1,0 +1,134 @@
+"""Tests of obs_ros.integration.backends: which kernels one gets."""
+
+import logging
+import sys
+from dataclasses import replace
+from pathlib import Path
+from types import ModuleType
+from typing import Any
+
+import numpy as np
+import pytest
+from plants import BLOW_UP, OSCILLATOR
+
+from obs_ros.integration.backends import check_backend, kernels_for
+from obs_ros.integration.vectorised import NumpyKernels
+
+
+def test_kernels_are_made_once_per_model() -> None:
+    assert kernels_for(OSCILLATOR, 'numpy') is kernels_for(OSCILLATOR, 'numpy')
+    assert kernels_for(OSCILLATOR, 'numpy').model == OSCILLATOR
+
+
+def test_numba_is_taken_where_it_is_installed() -> None:
+    pytest.importorskip('numba')
+    assert kernels_for(replace(BLOW_UP, name='with_numba')).name == 'numba'
+
+
+def test_the_environment_variable_chooses(monkeypatch: Any) -> None:
+    monkeypatch.setenv('OBS_ROS_BACKEND', 'numpy')
+    kernels = kernels_for(replace(BLOW_UP, name='by_environment'))
+    assert (kernels.name, kernels.compile_time) == ('numpy', 0.0)
+
+
+def test_the_environment_variable_counts_after_the_first_use_too(monkeypatch: Any) -> None:
+    pytest.importorskip('numba')
+    assert kernels_for(BLOW_UP).name == 'numba'
+    monkeypatch.setenv('OBS_ROS_BACKEND', 'numpy')
+    assert kernels_for(BLOW_UP).name == 'numpy'
+
+
+def test_the_argument_overrules_the_environment_variable(monkeypatch: Any) -> None:
+    monkeypatch.setenv('OBS_ROS_BACKEND', 'numba')
+    assert kernels_for(replace(BLOW_UP, name='by_argument'), 'numpy').name == 'numpy'
+
+
+@pytest.mark.parametrize('way', ['argument', 'environment'])
+def test_an_unknown_backend_is_refused(monkeypatch: Any, way: str) -> None:
+    if way == 'environment':
+        monkeypatch.setenv('OBS_ROS_BACKEND', 'cuda')
+    with pytest.raises(ValueError, match="backend 'cuda' is neither 'numba' nor 'numpy'"):
+        check_backend('cuda' if way == 'argument' else None)
+
+
+def test_without_numba_numpy_is_taken_and_numba_refused(monkeypatch: Any) -> None:
+    monkeypatch.setitem(sys.modules, 'numba', None)
+    monkeypatch.delitem(sys.modules, 'obs_ros.integration.compiled', raising=False)
+    assert kernels_for(replace(BLOW_UP, name='without_numba')).name == 'numpy'
+    with pytest.raises(ImportError, match=r'Numba does not work here: .*; pip install'):
+        kernels_for(replace(BLOW_UP, name='without_numba'), 'numba')
+
+
+def test_a_broken_numba_leaves_numpy_and_says_so(
+    tmp_path: Path, monkeypatch: Any, caplog: Any
+) -> None:
+    (tmp_path / 'numba').mkdir()
+    (tmp_path / 'numba' / '__init__.py').write_text("raise ImportError('needs another NumPy')")
+    monkeypatch.syspath_prepend(tmp_path)
+    monkeypatch.delitem(sys.modules, 'numba', raising=False)
+    monkeypatch.delitem(sys.modules, 'obs_ros.integration.compiled', raising=False)
+    with caplog.at_level(logging.WARNING, 'obs_ros'):
+        assert kernels_for(replace(BLOW_UP, name='broken_numba')).name == 'numpy'
+    assert 'Numba does not work here: needs another NumPy; NumPy is used' in caplog.text
+
+
+def _through_a_dict(t: Any, x: Any, u: Any, p: Any) -> Any:
+    return (dict.fromkeys('a', x[0])['a'],)
+
+
+def _down(x: Any, count: int) -> Any:
+    return x if count == 0 else _down(x * x, count - 1)
+
+
+def _through_recursion(t: Any, x: Any, u: Any, p: Any) -> Any:
+    return (_down(x[0], 1),)
+
+
+@pytest.mark.parametrize('dynamics', [_through_a_dict, _through_recursion])
+def test_a_model_that_cannot_be_compiled_runs_on_numpy_with_a_warning(
+    caplog: Any, dynamics: Any
+) -> None:
+    pytest.importorskip('numba')
+    model = replace(BLOW_UP, name='odd', dynamics=dynamics)
+    with caplog.at_level(logging.WARNING, 'obs_ros'):
+        kernels = kernels_for(model)
+    assert isinstance(kernels, NumpyKernels)
+    assert "model 'odd' cannot be compiled: " in caplog.text
+    with pytest.raises(ValueError, match="model 'odd' cannot be compiled"):
+        kernels_for(model, 'numba')
+
+
+def test_a_function_that_its_author_compiled_compiles_too() -> None:
+    numba = pytest.importorskip('numba')
+    dynamics = numba.njit(lambda t, x, u, p: (x[0] * x[0],))
+    assert kernels_for(replace(BLOW_UP, name='own_njit', dynamics=dynamics)).name == 'numba'
+
+
+_helpers = ModuleType('helpers')
+_helpers.__dict__.update(square=lambda x: x * x)
+
+
+def _through_a_module(t: Any, x: Any, u: Any, p: Any) -> Any:
+    return (_helpers.square(x[0]),)
+
+
+def test_helpers_in_a_module_compile_too() -> None:
+    pytest.importorskip('numba')
+    model = replace(BLOW_UP, name='modular', dynamics=_through_a_module)
+    assert kernels_for(model).name == 'numba'
+
+
+def test_numpy_kernels_take_constant_derivatives_and_outputs() -> None:
+    from obs_ros import Record
+    from obs_ros.integration.grid import Grid
+
+    model = replace(BLOW_UP, dynamics=lambda t, x, u, p: (2.0,), output=lambda t, x, u, p: (7.0,))
+    grid = Grid.of(model, Record([0.0, 1.0], None, [7.0, 8.0]), np.ones(1))
+    kernels = kernels_for(model, 'numpy')
+    states, outputs = kernels.trajectories(grid, np.zeros((1, 3)), np.empty((0, 3)))
+    np.testing.assert_allclose(states[1], 2.0, rtol=1e-14)
+    assert (outputs == 7.0).all()
+    assert kernels.squares(grid, np.array([2]), np.zeros((1, 3)), np.empty((0, 3))).tolist() == [
+        [[1.0, 1.0, 1.0]]
+    ]
+    assert kernels.grams(grid, 2, np.zeros((1, 3)), np.empty((0, 3)), 3)[0, 0, 0] == 1.0

@@ -1,0 +1,276 @@
+"""Tests of the extended and the unscented Kalman filter: closed form, consistency, bounds."""
+
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+import pytest
+from plants import NAN, OSCILLATOR, observer_form, rich_input, trajectory
+from scipy.linalg import expm
+from scipy.stats import chi2
+
+from obs_ros import Model, Sample, Variable
+from obs_ros.core.typing import Array
+from obs_ros.inference.parameterisation import Unknowns
+from obs_ros.models.three_tank import THREE_TANK
+from obs_ros.observers.kalman_filters.ekf import ExtendedKalmanObserver
+from obs_ros.observers.kalman_filters.joint import limit, output_noise, root
+from obs_ros.observers.kalman_filters.ukf import UnscentedKalmanObserver
+
+FILTERS = [ExtendedKalmanObserver, UnscentedKalmanObserver]
+T = 0.01
+TRUTH = (2.1, 2.1, 1.0, 1.0, 0.9, 0.8)
+UNSTABLE = (-0.3, 2.1, 1.0, 1.0, 0.9, 0.8)
+
+
+def form_matrix(p: Any) -> Array:
+    return np.array([[-p[0], 1.0, 0.0], [-p[1], 0.0, 1.0], [-p[2], 0.0, 0.0]])
+
+
+@pytest.mark.parametrize('p', [TRUTH, UNSTABLE])
+@pytest.mark.parametrize('kind', FILTERS)
+def test_on_a_linear_plant_it_is_the_kalman_filter(kind: Any, p: Any) -> None:
+    """Known parameters, one output missing now and then: mean and covariance within 1e-9."""
+    names = ('a2', 'a1', 'a0', 'b2', 'b1', 'b0')
+    ranges = {name: (value - 1.0, value + 1.0) for name, value in zip(names, p)}
+    model = replace(
+        observer_form(**ranges),
+        outputs=(Variable('y'), Variable('z')),
+        output=lambda t, x, u, p: (x[0], x[0] + 2.0 * x[2]),
+        inputs=(Variable('u'),),
+        max_step=1e-3,
+    )
+    observer = kind(
+        model, fixed=dict(zip(names, p)), noise={'y': 0.1, 'z': 0.5}, initial={'x2': 1.0},
+        initial_state=0.01, state_walk=0.002,
+    )  # fmt: skip
+    # The same by matrices. RK4 at 1 ms is exact to 1e-13 here.
+    ab = np.zeros((4, 4))
+    ab[:3, :3], ab[:3, 3] = form_matrix(p), p[3:]
+    step = expm(ab * T)
+    f, g = step[:3, :3], step[:3, 3]
+    h, r = np.array([[1.0, 0.0, 0.0], [1.0, 0.0, 2.0]]), np.diag([0.01, 0.25])
+    x, c, held = np.array([0.0, 1.0, 0.0]), np.eye(3), 0.0
+    rng = np.random.default_rng(4)
+    for k in range(300):
+        u, y = rng.normal(), rng.normal(size=2)
+        if k % 5 == 2:
+            y[k % 2] = NAN
+        if k:
+            x, c = f @ x + g * held, f @ c @ f.T + 0.04 * T * np.eye(3)
+        seen = ~np.isnan(y)
+        hs, innovation = h[seen], (y - h @ x)[seen]
+        gain = c @ hs.T @ np.linalg.inv(hs @ c @ hs.T + r[np.ix_(seen, seen)])
+        x, c = x + gain @ innovation, c - gain @ hs @ c
+        observer.absorb(Sample(round(k * T * 1e9), u=np.array([u]), y=y))
+        np.testing.assert_allclose(observer.innovation[seen], innovation, atol=1e-9)
+        np.testing.assert_allclose(observer.x, x, atol=1e-9)
+        np.testing.assert_allclose(observer.covariance[:3, :3], c, atol=1e-9)
+        held = u
+    assert not any(observer.counts[reason] for reason in ('reset_covariance', 'all_nan'))
+
+
+@pytest.mark.parametrize('kind', FILTERS)
+def test_errors_are_as_large_as_the_filter_says(kind: Any) -> None:
+    """NEES of the oscillator's states and stiffness over 40 runs, seeds 0 to 39.
+
+    The mean of 40 x 3 squared normalised errors must lie within the 99.9 % bounds of chi-square;
+    that of 4040 normalised innovations, whose standard error is 0.016, between 0.93 and 1.07.
+    """
+    t = 0.05 * np.arange(101)
+    sd, walk = np.array([0.3, 0.3, 0.09]), np.array([0.03, 0.03])
+    nees, innovations = [], []
+    for seed in range(40):
+        rng = np.random.default_rng(seed)
+        start = np.array([1.0, -0.5, 1.0])
+        truth = start + sd * rng.standard_normal(3)
+        p, x = (truth[2], 0.5), truth[:2]
+        observer = kind(
+            OSCILLATOR, fixed={'push': 0.5}, noise={'y1': 0.02, 'y2': 0.05},
+            initial={'position': 1.0, 'velocity': -0.5, 'stiffness': 1.0},
+            initial_state=0.05, initial_parameter=0.05, state_walk=0.005, parameter_walk=0.0,
+        )  # fmt: skip
+        for k, now in enumerate(t):
+            if k:
+                x = trajectory(OSCILLATOR, t[k - 1 : k + 1], lambda s: (0.4,), x, p)[-1]
+                x = x + np.sqrt(0.05) * walk * rng.standard_normal(2)
+            y = np.array(OSCILLATOR.output(now, tuple(x), (0.4,), p))
+            y = y + np.array([0.02, 0.05]) * rng.standard_normal(2)
+            observer.absorb(Sample(round(now * 1e9), u=np.array([0.4]), y=y))
+            innovations.append(observer.figures['normalised_innovation'])
+        error = np.append(x, truth[2]) - observer.z
+        nees.append(error @ np.linalg.solve(observer.covariance, error))
+    low, high = chi2.ppf([0.0005, 0.9995], 40 * 3)
+    assert low < sum(nees) < high
+    assert 0.93 < np.mean(innovations) < 1.07
+
+
+@pytest.mark.parametrize('kind', FILTERS)
+def test_joint_states_and_parameters_of_the_third_order_plant(kind: Any) -> None:
+    """Sums of squared errors of x2 and x3 over 100 s, as in Gremling & Passino 2000, Table 1.
+
+    Noises r 1e-4, qx 1e-5 and qtheta 1e-8 a sample. Fixed mid-range parameters make 269 / 283.
+    """
+    model = observer_form()
+    t = T * np.arange(10001)
+    x = trajectory(model, t, lambda s: (rich_input(s),), (0.0, 0.0, 0.0), TRUTH)
+    observer = kind(
+        model, noise={'y': 1e-2}, initial_state=1e-3, initial_parameter=0.3,
+        state_walk=np.sqrt(1e-5 / T) / 100.0, parameter_walk=np.sqrt(1e-8 / T) / 0.45,
+    )  # fmt: skip
+    sums = np.zeros(3)
+    for k, now in enumerate(t):
+        observer.absorb(Sample(round(now * 1e9), u=np.array([rich_input(now)]), y=x[k, :1]))
+        sums += (observer.x - x[k]) ** 2
+    assert sums[1] < 66.0 and sums[2] < 141.0
+    assert not observer.counts['reset_covariance']
+
+
+@pytest.mark.parametrize('kind', FILTERS)
+def test_estimates_stay_within_bounds_and_the_model_never_sees_others(kind: Any) -> None:
+    """A root of what must not be negative, measured below zero: no NaN, no restart."""
+    seen = []
+
+    def dynamics(t: Any, x: Any, u: Any, p: Any) -> tuple[Any]:
+        if not np.isscalar(x[0]):
+            seen.append(np.min(x[0]))
+        return (-p[0] * np.sqrt(x[0]),)
+
+    model = Model(
+        name='draining',
+        states=(Variable('level', lower=0.0, upper=4.0),),
+        outputs=(Variable('level'),),
+        parameters=(Variable('drain', lower=0.1, upper=1.0),),
+        dynamics=dynamics,
+        output=lambda t, x, u, p: (x[0],),
+        max_step=0.05,
+        integrator='euler',
+    )
+    observer = kind(model, noise={'level': 0.1}, backend='numpy')
+    rng = np.random.default_rng(1)
+    for k in range(200):
+        level = max(0.0, 2.0 - 0.05 * 0.3 * k) ** 2 / 2.0
+        observer.absorb(Sample(k * 50_000_000, y=np.array([level + 0.1 * rng.standard_normal()])))
+        estimate = observer.estimate()
+        assert 0.0 <= estimate.state['level'] <= 4.0
+        assert 0.1 <= estimate.parameters['drain'] <= 1.0
+    assert min(seen) >= 0.0
+    assert not observer.counts['reset_non_finite'] and not observer.counts['reset_covariance']
+
+
+@pytest.mark.parametrize('kind', FILTERS)
+@pytest.mark.parametrize(('bound', 'beyond'), [('lower', -2.0), ('upper', 6.0)])
+def test_an_estimate_stops_at_the_bound_that_the_outputs_drive_it_through(
+    kind: Any, bound: str, beyond: float
+) -> None:
+    """A level in [0, 4] that is measured outside, the sum of two: both stop at the bound."""
+    names = ('one', 'other')
+    model = Model(
+        name='held',
+        states=tuple(Variable(name, lower=0.0, upper=4.0) for name in names),
+        outputs=(Variable('y'), Variable('sum')),
+        parameters=(Variable('rate', lower=-1.0, upper=1.0),),
+        dynamics=lambda t, x, u, p: (0.0 * p[0], 0.0 * p[0]),
+        output=lambda t, x, u, p: (x[0], x[0] + x[1]),
+        max_step=1.0,
+    )
+    observer = kind(model, noise={'y': 0.01, 'sum': 0.01}, backend='numpy')
+    for k in range(5):
+        observer.absorb(Sample(k * 10**9, y=np.array([beyond, 2.0 * beyond])))
+        estimate = observer.estimate()
+        assert [estimate.state[name] for name in names] == [getattr(model.states[0], bound)] * 2
+
+
+@pytest.mark.parametrize('kind', FILTERS)
+def test_no_variance_grows_beyond_that_of_the_box(kind: Any) -> None:
+    """States that wander by most of their box in a second, and outputs that tell nearly nothing."""
+    model = Model(
+        name='drift',
+        states=(Variable('a', lower=0.0, upper=2.0), Variable('b', lower=0.0, upper=4.0)),
+        outputs=(Variable('seen'),),
+        parameters=(Variable('speed', lower=-1.0, upper=1.0),),
+        dynamics=lambda t, x, u, p: (p[0] + 0.0 * x[0], 2.0 * p[0] + 0.0 * x[0]),
+        output=lambda t, x, u, p: (x[0],),
+        max_step=1.0,
+    )
+    observer = kind(
+        model, noise={'seen': 1e3}, backend='numpy', state_walk=0.95, parameter_walk=0.0
+    )
+    for k in range(10):
+        observer.absorb(Sample(k * 10**9, y=np.array([1.0])))
+        assert (np.linalg.eigvalsh(observer.covariance) > 0.0).all()
+    deviations = np.sqrt(np.diag(observer.covariance))
+    assert deviations[:2] == pytest.approx([2.0, 4.0])  # the widths of the box
+    assert not observer.counts['reset_covariance']
+
+
+def test_a_variance_is_capped_with_its_correlations_kept() -> None:
+    half = np.random.default_rng(3).standard_normal((3, 3))
+    before = half @ half.T
+    after, most = before.copy(), np.array([np.inf, 0.25 * before[1, 1], 4.0 * before[2, 2]])
+    limit(after, most)
+    assert np.diag(after) == pytest.approx(np.diag(before) * [1.0, 0.25, 1.0])
+
+    def correlations(c: Array) -> Array:
+        return c / np.sqrt(np.outer(np.diag(c), np.diag(c)))
+
+    np.testing.assert_allclose(correlations(after), correlations(before), rtol=1e-12)
+
+
+@pytest.mark.parametrize('kind', FILTERS)
+def test_a_covariance_that_is_none_any_more_starts_again(kind: Any) -> None:
+    observer = kind(THREE_TANK, noise={'h1': 0.1, 'h2': 0.1})
+    feed, levels = np.array([30.0, 30.0]), np.array([50.0, 40.0])
+    observer.absorb(Sample(0, u=feed, y=levels))
+    # As rounding might: one filter goes on from the covariance, one from weighted sigma points.
+    spoilt = observer.covariance if kind is ExtendedKalmanObserver else observer._weights[2:3]
+    kept = spoilt.copy()
+    spoilt[:] = -100.0 * kept
+    observer.absorb(Sample(10**9, u=feed, y=levels))
+    if kind is UnscentedKalmanObserver:
+        spoilt[:] = kept
+    estimate = observer.estimate()
+    restarts = observer.counts['reset_covariance']
+    assert restarts == (1 if kind is ExtendedKalmanObserver else 2)  # predicting and correcting
+    assert 'covariance started again at 1 s' in estimate.message
+    assert estimate.usable
+    assert np.isfinite(observer.z).all()
+    for k in range(2, 20):
+        observer.absorb(Sample(k * 10**9, u=feed, y=levels))
+    assert np.linalg.eigvalsh(observer.covariance).min() > 0.0
+    assert observer.counts['reset_covariance'] == restarts
+
+
+@pytest.mark.parametrize('kind', FILTERS)
+def test_what_is_not_estimated_stays_and_has_no_deviation(kind: Any) -> None:
+    observer = kind(THREE_TANK, parameters=['p2'], fixed={'p1': 0.6, 'p3': 0.7})
+    feed = np.array([30.0, 30.0])
+    for k in range(10):
+        observer.absorb(Sample(k * 10**9, u=feed, y=np.array([50.0, 40.0])))
+    estimate = observer.estimate()
+    assert (estimate.parameters['p1'], estimate.parameters['p3']) == (0.6, 0.7)
+    assert np.isnan([estimate.stddev['p1'], estimate.stddev['p3']]).all()
+    assert 0.0 < estimate.stddev['p2'] < 0.3 and 0.0 < estimate.stddev['h3'] < 30.0
+
+
+def test_noise_that_is_not_given_is_a_share_of_what_the_box_makes_of_the_output() -> None:
+    unknowns = Unknowns.of(THREE_TANK)
+    noise = output_noise(unknowns, {'h2': 0.5}, 1e-3)
+    assert noise[0] == pytest.approx(0.1, rel=0.05)  # h1 lies in [0, 100] cm
+    assert noise[1] == 0.5
+    bounded = replace(THREE_TANK, outputs=(Variable('h1', lower=0.0, upper=20.0), Variable('h2')))
+    assert output_noise(Unknowns.of(bounded), {}, 1e-3)[0] == pytest.approx(0.02)
+
+
+def test_roots_of_covariances_regular_singular_and_none() -> None:
+    rng = np.random.default_rng(0)
+    half = rng.standard_normal((4, 4))
+    lower = np.empty((4, 4))
+    assert root(half @ half.T, lower)
+    np.testing.assert_allclose(lower, np.linalg.cholesky(half @ half.T), atol=1e-12)
+    thin = rng.standard_normal((4, 2))
+    assert root(thin @ thin.T, lower)
+    np.testing.assert_allclose(lower @ lower.T, thin @ thin.T, atol=1e-6)
+    for wrong in (np.diag([1.0, -1e-3, 1.0, 1.0]), np.diag([1.0, NAN, 1.0, 1.0]),
+                  np.diag([np.inf, 1.0, 1.0, 1.0]), np.ones((4, 4)) - 0.1 * np.eye(4)):  # fmt: skip
+        assert not root(wrong, lower)

@@ -1,0 +1,112 @@
+"""Tests of the gains' design: what is solved needs cvxpy, what checks a solution does not."""
+
+import numpy as np
+import pytest
+from extras import needs
+
+from obs_ros.observers.papers.design import suspension_gains
+from obs_ros.observers.papers.design.h_infinity import (
+    as_source,
+    checked,
+    design,
+    import_cvxpy,
+    main,
+    peak_gain,
+)
+from obs_ros.observers.papers.design.plants import LipschitzPlant, suspension
+
+NOISE = 0.01 / 300.0
+
+
+def test_without_cvxpy_it_says_what_to_install(
+    monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    monkeypatch.setitem(__import__('sys').modules, 'cvxpy', None)
+    with pytest.raises(ImportError, match='pip install cvxpy clarabel'):
+        import_cvxpy()
+    assert main([]) == 1
+    assert 'refused: the design of H-infinity gains needs cvxpy' in capsys.readouterr().out
+
+
+def first_order() -> LipschitzPlant:
+    """x' = -2 x + 0.5 sin x + eta, y = x."""
+    one = np.ones((1, 1))
+    return LipschitzPlant(-2.0 * one, one, one, one, one, 0.5, np.ones(1), 1.0)
+
+
+def test_the_measured_peak_gain_is_that_of_the_closed_form() -> None:
+    """1 / (2 + L - 0.5) at rest, where phi is steepest."""
+    assert peak_gain(first_order(), np.array([[3.0]])) == pytest.approx(1.0 / 4.5, rel=1e-6)
+
+
+@pytest.mark.parametrize(
+    ('p', 's', 'bound', 'inequality', 'why'),
+    [
+        (-1.0, 3.0, 1.0, -1.0, 'indefinite P'),
+        (1.0, 3.0, 1.0, 0.1, 'does not hold: largest eigenvalue 0.1'),
+        (1.0, -3.0, 1.0, -1.0, 'not stable: a pole lies at 1 1/s'),
+        (1.0, 3.0, 0.2, -1.0, 'above the bound beta = 0.2'),
+    ],
+)
+def test_a_solution_that_is_none_is_refused(
+    p: float, s: float, bound: float, inequality: float, why: str
+) -> None:
+    one = np.ones((1, 1))
+    with pytest.raises(ValueError, match=why):
+        checked(first_order(), p * one, s * one, bound, inequality * one, False)
+
+
+def test_an_equality_that_fails_is_refused() -> None:
+    plant = suspension(share=None)
+    injection = plant.C.T @ np.diag([500.0, 500.0, 0.0])
+    injection[[1, 3]] = [[1e3, 0.0, 0.0], [0.0, 1e3, 0.0]]
+    with pytest.raises(ValueError, match="B'P = HC does not hold"):
+        checked(plant, np.eye(4), injection, 1e9, -np.eye(4), True)
+
+
+def test_the_stored_gains_have_the_peak_that_is_stored_with_them() -> None:
+    plant, gains = suspension(), np.array(suspension_gains.L)
+    assert peak_gain(plant, gains) == pytest.approx(suspension_gains.PEAK, rel=1e-4)
+    open_loop = peak_gain(plant, 0.0 * gains)
+    assert suspension_gains.PEAK < suspension_gains.BETA < open_loop
+    poles = np.linalg.eigvals(plant.A - gains @ plant.C).real
+    assert poles.min() > -200.0 and poles.max() < -5.0
+
+
+@pytest.fixture
+def solver() -> None:
+    needs('cvxpy', 'test-design')
+    needs('clarabel', 'test-design')
+
+
+@pytest.mark.usefixtures('solver')
+class TestWithClarabel:
+    def test_the_printed_inequality_has_no_solution(self) -> None:
+        """CB = 0, so B'P = HC forces B'PB = P44 = HCB = 0 and P cannot be positive definite."""
+        with pytest.raises(ValueError, match=r"no solution: Clarabel says 'infeasible"):
+            design(suspension(share=None), equality=True)
+
+    def test_with_the_wheels_speed_measured_it_has_one(self) -> None:
+        gains = design(suspension(share=None, wheel_speed=True), equality=True)
+        assert gains.mismatch < 1e-6
+        assert np.linalg.eigvalsh(gains.P).min() > 0.0
+        assert gains.peak <= gains.beta
+
+    def test_it_finds_the_stored_gains_again(self) -> None:
+        gains = design(suspension(), noise=NOISE, fastest=200.0)
+        np.testing.assert_allclose(gains.L, suspension_gains.L, rtol=0.02, atol=0.1)
+        assert gains.beta == pytest.approx(suspension_gains.BETA, rel=1e-3)
+
+    def test_noise_that_counts_more_gives_smaller_gains(self) -> None:
+        sizes = [
+            np.abs(design(suspension(), noise=w * NOISE, fastest=200.0).L).max()
+            for w in (0.1, 1.0, 4.0)
+        ]
+        assert sizes[0] > 5.0 * sizes[1] > 25.0 * sizes[2]
+
+    def test_what_is_kept_reads_back(self) -> None:
+        gains = design(suspension(), noise=NOISE, fastest=200.0)
+        scope: dict[str, object] = {}
+        exec(as_source(gains, 'a command'), scope)
+        np.testing.assert_allclose(scope['L'], gains.L, rtol=1e-7)
+        np.testing.assert_allclose(scope['H'], gains.H[0], rtol=1e-7)

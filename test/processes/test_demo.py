@@ -1,0 +1,149 @@
+"""`make demo` as a user runs it, and what it says of what it got."""
+
+import math
+import os
+import subprocess
+import sys
+from pathlib import Path
+from types import SimpleNamespace
+
+import pytest
+from patience import patience
+
+from demo.jumps import found_as_true, merged
+
+ROOT = Path(__file__).parent.parent.parent
+
+
+@pytest.mark.slow
+def test_demo_finds_every_valve_and_draws_a_picture(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    if 'AMENT_PREFIX_PATH' not in os.environ:
+        monkeypatch.setenv('AMENT_PREFIX_PATH', sys.prefix)
+    packages = pytest.importorskip('ament_index_python.packages')
+    pytest.importorskip('matplotlib')
+    try:
+        packages.get_package_prefix('obs_ros')
+    except packages.PackageNotFoundError:
+        pytest.skip('obs_ros is not installed in a prefix of AMENT_PREFIX_PATH')
+    picture = tmp_path / 'demo.png'
+    run = subprocess.run(
+        [sys.executable, '-m', 'demo.three_tank', '--picture', str(picture)],
+        cwd=ROOT,
+        env={**os.environ, 'PYTHONPATH': str(ROOT)},
+        capture_output=True,
+        text=True,
+        timeout=patience(60.0),
+    )
+    assert run.returncode == 0, run.stdout + run.stderr
+    jumps = run.stdout.split('found to have jumped')[1]
+    assert jumps.count(' by ') == 4
+    assert picture.read_bytes()[:4] == b'\x89PNG'
+
+
+TRUTH = {1000.0: {'p1', 'p2'}, 2000.0: {'p1', 'p3'}}
+
+
+def at(seconds: float) -> int:
+    return round(seconds * 1e9)
+
+
+def test_one_jump_announced_in_two_pieces_is_one() -> None:
+    announced = {
+        at(999.8): {'p1': -0.3}, at(1000.4): {'p2': -0.5},
+        at(2000.1): {'p3': -0.5}, at(1999.6): {'p1': -0.3},
+    }  # fmt: skip
+    found = merged(announced)
+    assert found == [(999.8, {'p1': -0.3, 'p2': -0.5}), (1999.6, {'p1': -0.3, 'p3': -0.5})]
+    assert found_as_true(found, TRUTH)
+
+
+@pytest.mark.parametrize(
+    'announced',
+    [
+        {1000.0: {'p1', 'p2'}},
+        {1000.0: {'p1', 'p2'}, 1500.0: {'p2'}, 2000.0: {'p1', 'p3'}},
+        {1000.0: {'p1'}, 2000.0: {'p1', 'p3'}},
+        {1000.0: {'p1', 'p2'}, 2001.5: {'p1', 'p3'}},
+        # Too far apart to be one.
+        {1000.0: {'p1'}, 1003.0: {'p2'}, 2000.0: {'p1', 'p3'}},
+    ],
+    ids=['one missing', 'one too many', 'half of one', 'late', 'pieces apart'],
+)
+def test_jumps_that_were_not_are_not_right(announced: dict[float, set[str]]) -> None:
+    found = merged({at(t): dict.fromkeys(names, 1.0) for t, names in announced.items()})
+    assert not found_as_true(found, TRUTH)
+
+
+def recorded(outcome: str, message: str, *, error: float) -> SimpleNamespace:
+    """Return what came for windows up to 100 and 200 s, the first of them off by `error`."""
+    from demo.recorder import Verdict
+
+    levels, openings = {'h1': 10.0}, {'p1': 0.5}
+    stamps = (at(100.0), at(200.0))
+    return SimpleNamespace(
+        verdicts={stamps[0]: Verdict(outcome, message), stamps[1]: Verdict('converged', 'white')},
+        received={
+            'truth': dict.fromkeys(stamps, levels),
+            'true_parameters': {0: openings, **dict.fromkeys(stamps, openings)},
+            'state': dict.fromkeys(stamps, levels),
+            'parameters': {stamps[0]: {'p1': 0.5 + error}, stamps[1]: openings},
+            'state_stddev': {s: {'h1': math.nan} for s in stamps},
+            'parameters_stddev': {s: {'p1': 0.001} for s in stamps},
+        },
+    )
+
+
+def judged(recorder: SimpleNamespace) -> bool:
+    pytest.importorskip('rclpy')
+    from demo.three_tank import conclude, report
+
+    seen = sorted(recorder.verdicts)
+    off = [stamp for stamp in seen if not report(recorder, stamp, shown=False)]
+    return conclude(recorder, seen, off)
+
+
+def test_a_window_that_is_off_is_quoted_with_its_own_outcome(capsys) -> None:
+    assert not judged(recorded('at_bound', 'p1 at its bound', error=0.1))
+    streams = capsys.readouterr()
+    assert 'the window up to 100 s is off, and says at_bound: p1 at its bound' in streams.err
+    assert 'more than 0.01 off' in streams.out and '200' not in streams.err
+
+
+def test_a_window_that_the_node_withheld_is_not_held_against_it(capsys) -> None:
+    assert judged(recorded('deadline', 'no time', error=0.1))
+    assert '2 estimates, 1 of which the node stands by' in capsys.readouterr().out
+
+
+def test_a_node_that_stands_by_too_little_is_not_well(capsys) -> None:
+    recorder = recorded('deadline', 'no time', error=0.0)
+    recorder.verdicts = dict.fromkeys(recorder.verdicts, recorder.verdicts[at(100.0)])
+    assert not judged(recorder)
+    assert 'stands by too few; its last doubt: deadline: no time' in capsys.readouterr().err
+
+
+def test_the_plant_waits_for_whoever_is_behind() -> None:
+    pytest.importorskip('rclpy')
+    from demo.recorder import Recorder, Verdict
+
+    calls: list[bool] = []
+    held = SimpleNamespace(plant_time=0.0, verdicts={}, _running=True)
+
+    def let_run(run: bool) -> None:
+        held._running = run
+        calls.append(run)
+
+    held._let_run = let_run
+    steps = [
+        # plant (s), newest verdict (s), whether the plant runs afterwards
+        (250.0, None, True), (400.0, None, True), (401.0, None, False), (420.0, 300.0, False),
+        (420.0, 400.0, True), (440.0, 400.0, True), (440.0, 550.0, False), (520.0, 550.0, True),
+    ]  # fmt: skip
+    for plant, answered, runs in steps:
+        held.plant_time = plant
+        if answered is not None:
+            held.verdicts[at(answered)] = Verdict()
+        Recorder.pace(held, 300.0, 50.0)  # type: ignore[arg-type]
+        assert held._running == runs, (plant, answered)
+    assert calls == [False, True, False, True]

@@ -1,0 +1,96 @@
+"""The house: a file imports from its own folder and from those above it, never in a circle."""
+
+import ast
+from pathlib import Path
+
+import pytest
+
+ROOT = Path(__file__).resolve().parents[1]
+# From the ground up. A folder inside another comes after it.
+FLOORS = (
+    'core', 'models', 'integration', 'optimization', 'samples', 'inference', 'inference.jumps',
+    'inference.assessment', 'horizon', 'observers', 'observers.kalman_filters',
+    'observers.papers.design', 'observers.papers', 'interface', 'replay', 'cli', 'ros',
+)  # fmt: skip
+PACKAGES = ('obs_ros', 'plant_sim', 'demo')
+ROS = {
+    'rclpy', 'ament_index_python', 'builtin_interfaces', 'diagnostic_msgs', 'rcl_interfaces',
+    'rosgraph_msgs', 'sensor_msgs', 'std_msgs', 'std_srvs',
+}  # fmt: skip
+
+
+def modules() -> dict[str, Path]:
+    """Return every module of the packages by its dotted name."""
+    found = {}
+    for package in PACKAGES:
+        for path in (ROOT / package).rglob('*.py'):
+            parts = path.relative_to(ROOT).with_suffix('').parts
+            found['.'.join(parts[:-1] if parts[-1] == '__init__' else parts)] = path
+    return found
+
+
+MODULES = modules()
+
+
+def imported(name: str) -> set[str]:
+    """Return the modules that a module imports, wherever in it; those of the packages in full."""
+    found = set()
+    for node in ast.walk(ast.parse(MODULES[name].read_text())):
+        if isinstance(node, ast.Import):
+            found |= {alias.name for alias in node.names}
+        elif isinstance(node, ast.ImportFrom) and node.module and not node.level:
+            inside = {f'{node.module}.{alias.name}' for alias in node.names}
+            known = inside & set(MODULES)
+            found |= known
+            if len(known) < len(inside):
+                found.add(node.module)
+    return found
+
+
+def floor(name: str) -> int | None:
+    """Return the floor of a module of obs_ros; None for the roof, which only looks names up."""
+    inside = name.removeprefix('obs_ros.')
+    if inside.endswith('.__main__'):  # the door to a command
+        inside = 'cli'
+    fitting = [f for f in FLOORS if inside == f or inside.startswith(f'{f}.')]
+    return FLOORS.index(max(fitting, key=len)) if fitting else None
+
+
+@pytest.mark.parametrize('name', [n for n in MODULES if n.startswith('obs_ros.')])
+def test_no_arrow_runs_back_up(name: str) -> None:
+    own = floor(name)
+    assert own is not None, f'{name} is in no room of the house'
+    for other in imported(name):
+        if other.startswith('obs_ros.'):
+            theirs = floor(other)
+            assert theirs is not None and theirs <= own, f'{name} imports {other}'
+
+
+def test_nothing_is_imported_in_a_circle() -> None:
+    # The roof looks its names up when they are asked for.
+    arrows = {
+        name: set() if name == 'obs_ros' else imported(name) & set(MODULES) - {name}
+        for name in MODULES
+    }
+    while leaves := {name for name, others in arrows.items() if not others & set(arrows)}:
+        for name in leaves:
+            del arrows[name]
+    circle = {name: sorted(others & set(arrows)) for name, others in arrows.items()}
+    assert not circle
+
+
+@pytest.mark.parametrize(
+    'name', [n for n in MODULES if n.split('.')[0] in ('obs_ros', 'plant_sim')]
+)
+def test_only_the_ros_side_imports_ros(name: str) -> None:
+    if name.startswith('obs_ros.ros.') or name == 'plant_sim.node':
+        return
+    found = {other.split('.')[0] for other in imported(name)} & ROS
+    assert not found, f'{name} imports {found}'
+    assert not {other for other in imported(name) if other.startswith('obs_ros.ros')}
+
+
+def test_the_package_does_not_know_the_simulator() -> None:
+    for name in MODULES:
+        if name.startswith('obs_ros'):
+            assert not {o for o in imported(name) if o.split('.')[0] in ('plant_sim', 'benchmarks')}
