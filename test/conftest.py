@@ -2,6 +2,7 @@
 
 import getpass
 import os
+import signal
 import tempfile
 import time
 from collections.abc import Iterator
@@ -12,6 +13,11 @@ import pytest
 from hypothesis import HealthCheck, settings
 
 from obs_ros.core.deadline import Deadline
+
+# Where these tests run in the background of a script, Ctrl-C is ignored, and what they start would
+# inherit that: Bash could not even trap it.
+if signal.getsignal(signal.SIGINT) is signal.SIG_IGN:
+    signal.signal(signal.SIGINT, signal.default_int_handler)
 
 # Properties are the same at every run, on every machine, however busy.
 settings.register_profile(
