@@ -10,7 +10,7 @@ from typing import Any, Literal, get_args
 
 import numpy as np
 
-from obs_ros.core import model_check as trial
+from obs_ros.core import model_check
 from obs_ros.core.registry import suggest
 from obs_ros.core.typing import Array
 
@@ -152,9 +152,9 @@ class Model:
         )
         vectors = {'x': names(self.states), 'u': names(self.inputs), 'p': names(self.parameters)}
         try:
-            returned = trial.called(function, arguments, vectors)
-            trial.check_returned(function, returned, names(entries), CANDIDATES)
-            trial.check_finite(function, arguments, returned, names(entries), vectors)
+            returned = model_check.called(function, arguments, vectors)
+            model_check.check_returned(function, returned, names(entries), CANDIDATES)
+            model_check.check_finite(function, arguments, returned, names(entries), vectors)
         except ValueError as error:
             raise ValueError(f'model {self.name!r}: {kind} {error}') from error
 

@@ -26,7 +26,7 @@ from obs_ros.inference.prior import Posterior, Prior
 from obs_ros.integration.backends import Backend, Kernels, check_backend, kernels_for
 from obs_ros.integration.grid import Grid
 from obs_ros.models import load_model
-from obs_ros.optimization import lm_linalg as damping
+from obs_ros.optimization import lm_linalg
 from obs_ros.optimization.levenberg_marquardt import Trail, levenberg_marquardt
 from obs_ros.optimization.memetic import FULL_ITERATIONS, PATIENCE, SAME_OPTIMUM
 from obs_ros.optimization.methods import Method, method_for
@@ -157,7 +157,7 @@ class Solver:
         begin = time.perf_counter()
         _ = self.kernels
         self.unknowns.prepare()
-        damping.prepare()
+        lm_linalg.prepare()
         return time.perf_counter() - begin
 
     @np.errstate(all='ignore')  # data or model may overflow: what is not finite says so itself
@@ -169,8 +169,21 @@ class Solver:
         previous: Estimate | None = None,
     ) -> Estimate:
         """Estimate one window; see `solve_window`."""
+        record, absurd = without_absurd(record)
+        estimate = self._solve(record, rng, deadline, previous)
+        if not absurd:
+            return estimate
+        told = f'{absurd} values beyond any signal of this window count as not measured'
+        return replace(estimate, message=f'{estimate.message}; {told}')
+
+    def _solve(
+        self,
+        record: Record,
+        rng: np.random.Generator,
+        deadline: Deadline,
+        previous: Estimate | None,
+    ) -> Estimate:
         begin = time.perf_counter()
-        record, _ = without_absurd(record)
         known = self.method.needs_squares and len(self.noise) == len(self.model.outputs)
         objective = self.pose(record, None, noise_known=known)
         if isinstance(objective, Estimate):

@@ -8,7 +8,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from obs_ros.optimization import genetic_operators as genetic
+from obs_ros.optimization import genetic_operators
 from obs_ros.optimization.decimal_coding import Base10, Genes, whole_numbers
 from obs_ros.optimization.genetic_operators import (
     Draws,
@@ -145,7 +145,7 @@ def test_offspring_are_in_range_and_the_elite_survive(
 @given(st.integers(0, 2**32), st.integers(2, 40))
 @settings(max_examples=40)
 def test_gene_by_gene_or_on_arrays_the_bits_are_the_same(seed: int, size: int) -> None:
-    arrays, loops = genetic._offspring_on_arrays, genetic._offspring_in_loops
+    arrays, loops = genetic_operators._offspring_on_arrays, genetic_operators._offspring_in_loops
     rng = np.random.default_rng(seed)
     genes = CODING.first_population(rng.random((size, 3)))
     elite = max(1, size // 3)
@@ -155,7 +155,7 @@ def test_gene_by_gene_or_on_arrays_the_bits_are_the_same(seed: int, size: int) -
         *Draws.of(size - elite, 3, 6, rng),
     )  # fmt: skip
     one, other = arrays(*arguments), loops(*arguments)
-    compiled = genetic._offspring(*arguments)
+    compiled = genetic_operators._offspring(*arguments)
     for k in (0, 1):
         assert one[k].dtype == other[k].dtype == compiled[k].dtype
         assert (one[k] == other[k]).all() and (one[k] == compiled[k]).all()

@@ -5,8 +5,8 @@ import pytest
 from plants import tank_record
 
 from obs_ros import solve_window
-from obs_ros.inference import parameterisation as unknowns
-from obs_ros.optimization import lm_linalg as damping
+from obs_ros.inference import parameterisation
+from obs_ros.optimization import lm_linalg
 
 
 @pytest.mark.parametrize('d', [1, 3, 8])
@@ -15,7 +15,7 @@ def test_solved_is_the_solution_over_the_free_unknowns(d: int) -> None:
     root = rng.standard_normal((20, d))
     hessian, right = root.T @ root, rng.standard_normal(d)
     scale, free = np.diagonal(hessian).copy(), rng.random(d) < 0.7
-    x = damping.solved(hessian, scale, 0.1, right, free)
+    x = lm_linalg.solved(hessian, scale, 0.1, right, free)
     expected = np.zeros(d)
     damped = (hessian + 0.1 * np.diag(scale))[np.ix_(free, free)]
     expected[free] = np.linalg.solve(damped, right[free])
@@ -24,7 +24,7 @@ def test_solved_is_the_solution_over_the_free_unknowns(d: int) -> None:
 
 def test_a_singular_matrix_gives_finite_steps() -> None:
     row = np.array([[1.0, 2.0, -1.0]])
-    step, gain, full_gain = damping.damped_steps(
+    step, gain, full_gain = lm_linalg.damped_steps(
         np.full((1, 3), 0.5),
         row.copy(),
         (row.T @ row)[None],
@@ -40,7 +40,7 @@ def test_a_better_predicted_gain_damps_less_and_a_nan_is_rejected() -> None:
     damps, growth = np.ones(3), np.full(3, 2.0)
     rejections = np.zeros(3, dtype=np.int64)
     squares, tried = np.full(3, 10.0), np.array([5.0, 9.9, np.nan])
-    won = damping.judged(squares, tried, np.full(3, 5.0), damps, growth, rejections)
+    won = lm_linalg.judged(squares, tried, np.full(3, 5.0), damps, growth, rejections)
     assert won.tolist() == [True, True, False]
     assert damps[0] == pytest.approx(1.0 / 3.0)
     assert damps[1] > 1.0
@@ -50,7 +50,7 @@ def test_a_better_predicted_gain_damps_less_and_a_nan_is_rejected() -> None:
 def test_everything_is_compiled_before_the_clock_starts() -> None:
     """A second signature would be compiled within the first solve's deadline."""
     pytest.importorskip('numba')
-    damping.prepare()
+    lm_linalg.prepare()
     for options in (
         {},
         {'bounds': {'p1': (0.0, np.inf)}},
@@ -58,5 +58,10 @@ def test_everything_is_compiled_before_the_clock_starts() -> None:
     ):
         fixed = {'h1': 50.0, 'h2': 40.0} if 'states' in options else None
         solve_window('three_tank', tank_record(), fixed=fixed, deadline=1.0, **options)
-    for function in (damping.damped_steps, damping.judged, damping.solved, unknowns._perturbed):
+    for function in (
+        lm_linalg.damped_steps,
+        lm_linalg.judged,
+        lm_linalg.solved,
+        parameterisation._perturbed,
+    ):
         assert len(function.signatures) == 1, function.signatures

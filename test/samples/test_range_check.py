@@ -109,3 +109,4 @@ def test_a_window_without_its_absurd_values_is_solved_as_if_they_were_not_measur
         y[50, 0] = value
         found.append(solve_window('three_tank', record.with_outputs(y), backend='numpy'))
     assert found[0].parameters == found[1].parameters
+    assert '1 values beyond any signal of this window count as not measured' in found[0].message
