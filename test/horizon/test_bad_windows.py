@@ -44,6 +44,12 @@ PLANTS = (
           lambda t, x, u, p: (np.sqrt(x[0] - 2.0),), 10.0),
 )  # fmt: skip
 
+QUICK = ('integrator', 'blow_up', 'no_root')  # the others' kernels take their time to compile
+TRIED = [
+    pytest.param(model, id=model.name, marks=[] if model.name in QUICK else [pytest.mark.slow])
+    for model in PLANTS
+]
+
 
 def zoo(outputs: int) -> dict[str, Array]:
     rng = np.random.default_rng(1)
@@ -69,7 +75,7 @@ def noises(model: Model) -> list[Any]:
     return [None, *({v.name: sigma for v in model.outputs} for sigma in (0.01, 1e-300))]
 
 
-@pytest.mark.parametrize('model', PLANTS, ids=lambda model: model.name)
+@pytest.mark.parametrize('model', TRIED)
 def test_solve_window_and_windows_say_it_as_an_outcome(model: Model, backend: Any) -> None:
     few = ('1e308', 'zeros', 'spike')  # for NumPy, which takes long
     for kind, y in zoo(len(model.outputs)).items():
@@ -86,7 +92,7 @@ def test_solve_window_and_windows_say_it_as_an_outcome(model: Model, backend: An
             solve_window(model, record, search, backend=backend, search_options={'generations': 2})
 
 
-@pytest.mark.parametrize('model', PLANTS, ids=lambda model: model.name)
+@pytest.mark.parametrize('model', TRIED)
 @pytest.mark.parametrize('name', ['ekf', 'ukf', 'sliding_window'])
 def test_observers_go_on(model: Model, name: str) -> None:
     settings = {'duration': 2.0, 'period': 0.5} if name == 'sliding_window' else {}
