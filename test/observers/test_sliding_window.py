@@ -12,6 +12,8 @@ from obs_ros import Estimate, Outcome, Record, Sample, solve_window
 from obs_ros.observers.sliding_window import SlidingWindowObserver
 from obs_ros.optimization.methods import METHODS, Method
 from obs_ros.optimization.result import Found
+from plant_sim.scenarios import load_scenario
+from plant_sim.simulation import Simulation
 
 S = 10**9
 FEED = np.array([30.0, 30.0])
@@ -206,3 +208,25 @@ def test_settings_reach_the_solver() -> None:
 def test_wrong_settings_are_named_at_once(settings: dict[str, Any], message: str) -> None:
     with pytest.raises(ValueError, match=re.escape(message)):
         make(**settings)
+
+
+def test_two_valves_that_jump_at_once_are_found_by_every_window_that_holds_them() -> None:
+    """The scenario's first fault at 40 dB; a search that gave up too soon saw no second jump."""
+    pytest.importorskip('numba')
+    run = Simulation(load_scenario('three_tank'), seed=1)
+    watched = SlidingWindowObserver('three_tank', duration=300.0, period=50.0)
+    outcomes, jumps = [], []
+    while run.t <= 1310.0:
+        instant = run.sample()
+        stamp = round(instant.t * 1e9)
+        watched.absorb(Sample(stamp, u=instant.u))
+        if watched.absorb(Sample(stamp, y=instant.y)):
+            estimate = watched.estimate()
+            assert estimate is not None
+            if estimate.t0 < 1000.0 < estimate.t1:
+                outcomes.append(estimate.outcome)
+                jumps.append({name: size for jump in estimate.jumps
+                              for name, size in jump.sizes.items()})  # fmt: skip
+    assert len(outcomes) == 5 and set(outcomes) <= {Outcome.CONVERGED, Outcome.AT_BOUND}
+    for sizes in jumps:
+        assert sizes == pytest.approx({'p1': -0.3, 'p2': -0.5}, abs=0.02)

@@ -37,7 +37,7 @@ ITERATIONS = 40
 LATEST = 6  # rollouts
 OUT_OF_REACH = 60.0  # of the cost: more than what the logarithms of evidence make up for
 HARDLY = 0.01  # of the squares
-MOST_UNEXPLAINED = 40  # rollouts for each unknown, spent on a window that nothing explains yet
+MOST_UNEXPLAINED = 25  # rollouts for each unknown, spent on a window that nothing explains yet
 PROBE = 1e-7  # box, difference step where the derivative is all that is wanted
 # Difference steps move the outputs by this many standard deviations, or nearly so.
 STEP, FITTING, STEPS_TRIED = 0.3, 4.0, 4
@@ -236,12 +236,16 @@ class Race:
 
     @property
     def _futile(self) -> bool:
-        """Whether as much as is due has been spent on a window that nothing explains."""
+        """Whether as much as is due has been spent on a window that nothing explains.
+
+        Each halving of the squares earns as many rollouts again: a second jump at the same time is
+        found after the first.
+        """
+        still, least = self.tried[0].squares, min(h.squares for h in self.tried)
         objective = self.best.regimes.objective
-        spent = objective.evaluations - self._begun
-        if spent < MOST_UNEXPLAINED * objective.dimension:
-            return False
-        return not self._explained(min(h.squares for h in self.tried))
+        halvings = math.log2(still / least) if 0.0 < least < still < math.inf else 0.0
+        due = MOST_UNEXPLAINED * objective.dimension * (1.0 + halvings)
+        return objective.evaluations - self._begun >= due and not self._explained(least)
 
     def _explained(self, squares: float) -> bool:
         """Whether noise may well leave these squares."""
