@@ -23,9 +23,8 @@ FIRST_STEP = 1e-8
 STEP_SHARE, MIN_STEP, MAX_STEP = 0.02, 1e-11, 1e-6
 # Converged when a full Gauss-Newton step would gain less than this share of d * noise variance.
 GAIN_SHARE, STALLED_SHARE = 0.01, 1e-9
-PATIENCE = (
-    40  # rollouts in which a start must gain that much: at a kink full steps promise for ever
-)
+# Rollouts in which a start must gain that much: at a kink full steps promise for ever.
+PATIENCE = 40
 
 
 @dataclass(frozen=True)

@@ -69,7 +69,7 @@ class Hypothesis:
         """Where what lies in the point."""
         return self.regimes.layout
 
-    @property
+    @cached_property
     def squares(self) -> float:
         """Sum of squared residuals, without those of the prior."""
         return float(self.local.residual @ self.local.residual)
@@ -243,11 +243,14 @@ class Race:
         Each halving of the squares earns as many rollouts again: a second jump at the same time is
         found after the first.
         """
-        still, least = self.tried[0].squares, min(h.squares for h in self.tried)
         objective = self.best.regimes.objective
+        spent = objective.evaluations - self._begun
+        share = MOST_UNEXPLAINED * objective.dimension
+        if spent < share:  # asked at every rollout, so what costs less comes first
+            return False
+        still, least = self.tried[0].squares, min(h.squares for h in self.tried)
         halvings = math.log2(still / least) if 0.0 < least < still < math.inf else 0.0
-        due = MOST_UNEXPLAINED * objective.dimension * (1.0 + halvings)
-        return objective.evaluations - self._begun >= due and not self._explained(least)
+        return spent >= share * (1.0 + halvings) and not self._explained(least)
 
     def _explained(self, squares: float) -> bool:
         """Whether noise may well leave these squares."""
