@@ -88,7 +88,7 @@ class WeighingJudge(Judge):
     half_step = 1e-8
 
     def __init__(self, case: Case, window: Drawn) -> None:
-        super().__init__(case.model, window.record, names(case.model.unknowns), {})
+        super().__init__(case.model, window.record, names(case.model.variables), {})
         noise = np.array([window.noise[name] for name in names(case.model.outputs)])
         self._noise = np.broadcast_to(noise, window.record.y.shape)[self._grid.weight > 0.0]
 
@@ -152,7 +152,7 @@ def contested(task: Task) -> Verdict:
     squares = {name: judged_squares(judge, estimate) for name, (estimate, _) in found.items()}
     judged = judge.best(window.truth, task.near, task.far, task.seed)
     optimum = min(judged, *squares.values())
-    unit = SAME_OPTIMUM * len(case.model.unknowns)
+    unit = SAME_OPTIMUM * len(case.model.variables)
     scores = {
         name: Score(
             excess=(squares[name] - optimum) / unit,
@@ -197,7 +197,7 @@ def by_chi_square(case: Case, window: Drawn, seed: int) -> tuple[Estimate, float
 
     The product has no such rule: its search with known noise is given one round more at a time.
     """
-    freedom = np.count_nonzero(np.isfinite(window.record.y)) - len(case.model.unknowns)
+    freedom = np.count_nonzero(np.isfinite(window.record.y)) - len(case.model.variables)
     limit = float(chdtri(freedom, TAIL))
     for rounds in range(1, MemeticSettings().max_rounds + 1):
         way = Way('memetic', {'max_rounds': rounds}, noise_known=True)

@@ -30,7 +30,7 @@ class Judge:
         self.estimated = tuple(estimated)
         self.lower = np.array([model.variable(name).lower for name in estimated])
         self.width = np.array([model.variable(name).upper for name in estimated]) - self.lower
-        self._order = [variable.name for variable in model.unknowns]
+        self._order = [variable.name for variable in model.variables]
         self._given = dict(given)
         self._states = len(model.states)
         self._kernels = kernels_for(model)

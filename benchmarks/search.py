@@ -87,7 +87,7 @@ def hurried(model: Model, record: Record, seed: int) -> Answer:
     wall = time.perf_counter() - begin
     estimate = estimates[0]
     values = {**estimate.initial_state, **estimate.parameters}
-    inside = all(v.lower <= values[v.name] <= v.upper for v in model.unknowns)
+    inside = all(v.lower <= values[v.name] <= v.upper for v in model.variables)
     finite = estimate.usable and bool(np.isfinite(estimate.states).all())
     return Answer(estimate.outcome, wall, process, inside and finite)
 

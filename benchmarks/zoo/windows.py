@@ -29,7 +29,7 @@ def draw(case: Case, seed: int) -> Drawn:
     model = case.model
     low, high = case.inner
     truth = np.array(
-        [v.lower + rng.uniform(low, high) * (v.upper - v.lower) for v in model.unknowns]
+        [v.lower + rng.uniform(low, high) * (v.upper - v.lower) for v in model.variables]
     )
     before = round(case.settle / case.period)
     t = case.period * np.arange(before + case.samples)
@@ -48,5 +48,5 @@ def draw(case: Case, seed: int) -> Drawn:
     return Drawn(
         Record(t[before:], u[before:], measured),
         dict(zip(names(model.outputs), noise.tolist(), strict=True)),
-        dict(zip(names(model.unknowns), truth.tolist(), strict=True)),
+        dict(zip(names(model.variables), truth.tolist(), strict=True)),
     )

@@ -66,7 +66,7 @@ def check(options: argparse.Namespace, tell: Callable[[str], None]) -> list[str]
     model = load_model(options.model)
     window, period = _axis(model, options.window, options.period)
     amplitudes = _by_name('--input', options.input, names(model.inputs))
-    values = _by_name('--value', options.value, names((*model.unknowns, *model.inputs)))
+    values = _by_name('--value', options.value, names((*model.variables, *model.inputs)))
     noise = _by_name('--noise', options.noise, names(model.outputs))
     if any(deviation <= 0.0 for deviation in noise.values()):
         raise ValueError('--noise: a standard deviation must be positive')
@@ -105,7 +105,7 @@ def simulated(
             # Later inputs have other cycles, or one could not be told from the next.
             phase = 2.0 * math.pi * (cycles + i * (k + 1)) * t / t[-1]
             u[:, i] += 0.5 * amplitudes.get(name, 0.0) * np.cos(phase)
-    for v, value in zip(model.unknowns, (*x0, *p), strict=True):
+    for v, value in zip(model.variables, (*x0, *p), strict=True):
         if not v.lower <= value <= v.upper:
             raise ValueError(
                 f'{v.name} = {value:g} is outside its bounds {v.lower:g} to {v.upper:g}'
@@ -118,7 +118,7 @@ def simulated(
     if wrong.any():
         raise ValueError(
             f'model {quoted(model.name)}: not finite any more {t[wrong.argmax()]:g} s after it was '
-            f'started at {_listed(model.unknowns, (*x0, *p))}: shorten max_step '
+            f'started at {_listed(model.variables, (*x0, *p))}: shorten max_step '
             f'({model.max_step:g} s), or start elsewhere with --value'
         )
     return Trial(Record(t, u, outputs[:, :, 0]), x0, p, states[:, :, 0])
@@ -220,7 +220,7 @@ def identifiable(kernels: Kernels, trial: Trial, noise: dict[str, float]) -> lis
     )
     for kind, v, value, deviation in zip(
         ('state',) * n + ('parameter',) * len(model.parameters),
-        model.unknowns, (*trial.x0, *trial.p), found, strict=True,
+        model.variables, (*trial.x0, *trial.p), found, strict=True,
     ):  # fmt: skip
         word = (
             'not determined'

@@ -110,7 +110,7 @@ class Model:
             object.__setattr__(self, field, tuple(getattr(self, field)))
         if not self.states or not self.outputs:
             raise ValueError(f'model {self.name!r} needs at least one state and one output')
-        for group in (self.unknowns, tuple(self.inputs), tuple(self.outputs)):
+        for group in (self.variables, tuple(self.inputs), tuple(self.outputs)):
             names = [variable.name for variable in group]
             twice = sorted({name for name in names if names.count(name) > 1})
             if twice:
@@ -159,16 +159,16 @@ class Model:
             raise ValueError(f'model {self.name!r}: {kind} {error}') from error
 
     @property
-    def unknowns(self) -> tuple[Variable, ...]:
+    def variables(self) -> tuple[Variable, ...]:
         """States, then parameters: all that can be estimated, in the order of every vector."""
         return (*self.states, *self.parameters)
 
     def variable(self, name: str) -> Variable:
         """Return the state or parameter called `name`; raises ValueError when there is none."""
-        for variable in self.unknowns:
+        for variable in self.variables:
             if variable.name == name:
                 return variable
-        known = [variable.name for variable in self.unknowns]
+        known = [variable.name for variable in self.variables]
         raise ValueError(f'model {self.name!r} has no state or parameter {name!r}: '
                          f'{suggest(name, known)}')  # fmt: skip
 

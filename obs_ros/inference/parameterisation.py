@@ -71,9 +71,9 @@ class Unknowns:
         )
         if not chosen:
             raise ValueError(f'nothing to estimate: every unknown of {quoted(model.name)} is fixed')
-        given = np.full(len(model.unknowns), np.nan)
+        given = np.full(len(model.variables), np.nan)
         boxes, walls, growth = [], [], []
-        for i, variable in enumerate(model.unknowns):
+        for i, variable in enumerate(model.variables):
             if variable.name in chosen:
                 low, high = bounds.get(variable.name, (variable.lower, variable.upper))
                 check_bounds(variable.name, low, high, variable.scale)
@@ -88,7 +88,7 @@ class Unknowns:
                     f'give it a fixed value, in {variable.unit}'
                 )
             given[i] = value
-        index = [i for i, v in enumerate(model.unknowns) if v.name in chosen]
+        index = [i for i, v in enumerate(model.variables) if v.name in chosen]
         lower, upper = np.array(boxes).T.copy()  # one layout, so that nothing compiles twice
         return cls(
             model=model,
@@ -116,14 +116,14 @@ class Unknowns:
 
         NaN for those that do not, but jump.
         """
-        variables = [self.model.unknowns[i] for i in self.index[self.n_states :]]
+        variables = [self.model.variables[i] for i in self.index[self.n_states :]]
         walks = [np.nan if v.walk is None else v.walk for v in variables]
         return np.array(walks) / (self.upper - self.lower)[self.n_states :]
 
     @property
     def names(self) -> tuple[str, ...]:
         """Names of the unknowns, states first."""
-        return tuple(self.model.unknowns[i].name for i in self.index)
+        return tuple(self.model.variables[i].name for i in self.index)
 
     def values(self, z: Array) -> tuple[Array, Array]:
         """Return initial states (n, B) and parameters (q, B) of points z (B, d) of the unit box."""

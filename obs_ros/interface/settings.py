@@ -139,7 +139,7 @@ def initial_knobs(model: Model, start: str) -> tuple[Knob, ...]:
             upper=LARGEST,
             nan=True,
         )
-        for v in model.unknowns
+        for v in model.variables
     )
 
 
@@ -194,7 +194,7 @@ def model_knobs(
             f'bounds.{v.name}', (v.lower, v.upper), f'lower and upper bound of {v.name}', v.unit,
             length=2,
         )
-        for v in model.unknowns
+        for v in model.variables
     ]  # fmt: skip
     fixed = [
         Knob(
@@ -202,7 +202,7 @@ def model_knobs(
             f'holds {v.name} there, not estimated; nan: estimated, or its nominal value', v.unit,
             lower=-LARGEST, upper=LARGEST, nan=True,
         )
-        for v in model.unknowns
+        for v in model.variables
     ]  # fmt: skip
     noise = [
         Knob(

@@ -95,7 +95,7 @@ class RecursiveObserver:
                 raise ValueError(f'{type(self).__name__} estimates states only, no parameters')
             parameters = ()
         self.unknowns = Unknowns.of(self.model, parameters, states, fixed, bounds)
-        limits = [(bounds or {}).get(v.name, (v.lower, v.upper)) for v in self.model.unknowns]
+        limits = [(bounds or {}).get(v.name, (v.lower, v.upper)) for v in self.model.variables]
         self.lower, self.upper = np.array(limits, dtype=np.float64).T.copy()
         self.noise = checked_noise(self.model, noise)
         self.initial = _initial_values(self.unknowns, initial or {})
@@ -113,7 +113,7 @@ class RecursiveObserver:
         self.stddev, self.innovation = np.empty(n + q), np.empty(r)
         self.figures: dict[str, float] = {}
         self._names = names(self.model.states), names(self.model.parameters)
-        self._unknowns = names(self.model.unknowns)
+        self._unknowns = names(self.model.variables)
         self._before: Instant | None = None
         self._due = self._diverged = self._blind = False
         self._taken, self._remark, self._step_time = 0, '', 0.0
@@ -245,7 +245,7 @@ class RecursiveObserver:
         self._diverged = not math.isfinite(sum(self.x.tolist()) + sum(self.p.tolist()))
         if self._diverged:
             wrong = np.flatnonzero(~np.isfinite(np.concatenate([self.x, self.p])))
-            what = self.model.unknowns[wrong[0]].name if wrong.size else 'the sum of all'
+            what = self.model.variables[wrong[0]].name if wrong.size else 'the sum of all'
             self._remark_on(
                 'reset_non_finite', f'started again at {now.t:g} s, because {what} was not finite'
             )
@@ -284,10 +284,10 @@ def _initial_values(unknowns: Unknowns, given: Mapping[str, float]) -> Array:
     model = unknowns.model
     values = unknowns.given.copy()
     for i, low, high in zip(unknowns.index, unknowns.lower, unknowns.upper, strict=True):
-        nominal = model.unknowns[i].nominal
+        nominal = model.variables[i].nominal
         middle = 0.5 * (low + high)
         values[i] = middle if nominal is None else min(max(nominal, low), high)
-    order = list(names(model.unknowns))
+    order = list(names(model.variables))
     unknowns.check_initial(given)
     for name, value in given.items():
         values[order.index(name)] = value

@@ -35,7 +35,7 @@ class History:
         self.jumps: list[Jump] = []  # when they were announced
         self.jump_count = 0
         self.solve_time = 0.0  # s, all together
-        self._unknowns, self._outputs = names(model.unknowns), names(model.outputs)
+        self._unknowns, self._outputs = names(model.variables), names(model.outputs)
         self._stamps = array('q')
         self._outcomes: list[str] = []
         width, r = len(self._unknowns), len(self._outputs)

@@ -83,7 +83,7 @@ def _states(plt: Any, account: Account, path: Path) -> None:
         _label(ax, model.outputs[k])
         seen = np.concatenate([fits[:, k], _usual(measured)])
         _limit(ax, seen, np.empty(0), (-math.inf, math.inf))
-    jumps = _draw_jumps(account, axes, model.unknowns)
+    jumps = _draw_jumps(account, axes, model.variables)
     _legend(figure, dots=times.size <= MARKED, jumps=jumps, path=account.horizon is not None)
     _finish(plt, figure, axes, account, path)
 

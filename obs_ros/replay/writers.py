@@ -24,7 +24,7 @@ def table_writer(path: Path, model: Model) -> Iterator[Take]:
 
     Numbers are written so that they are read back bit by bit.
     """
-    unknowns, outputs = names(model.unknowns), names(model.outputs)
+    unknowns, outputs = names(model.variables), names(model.outputs)
     header = [
         't', 'stamp_ns', 't0', 'outcome', *unknowns, *(f'{name}_stddev' for name in unknowns),
         *(f'residual_rms.{name}' for name in outputs), 'residual_rms', 'cost', 'skipped', 'jumps',

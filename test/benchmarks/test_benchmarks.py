@@ -178,7 +178,7 @@ def test_a_generated_row_of_tanks_is_the_zoos(tanks, model):
     x, p = rng.uniform(5.0, 95.0, tanks), rng.uniform(0.2, 1.0, tanks)
     assert row.dynamics(0.0, x, [30.0], p) == model.dynamics(0.0, x, [30.0], p)
     assert row.output(0.0, x, [30.0], p) == model.output(0.0, x, [30.0], p)
-    assert row.unknowns == model.unknowns
+    assert row.variables == model.variables
 
 
 def test_a_metered_solve_counts_the_candidates_that_the_estimate_reports():

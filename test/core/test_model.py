@@ -32,7 +32,7 @@ def plant(**changes: Any) -> Model:
 def test_a_model_is_immutable_hashable_and_keeps_order() -> None:
     model = plant()
     assert model.states == (Variable('x', lower=0.0, upper=4.0),)
-    assert names(model.unknowns) == ('x', 'a', 'b')
+    assert names(model.variables) == ('x', 'a', 'b')
     assert hash(model) == hash(replace(model))
     assert model == replace(model)
     assert model != replace(model, max_step=2.0)

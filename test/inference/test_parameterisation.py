@@ -88,7 +88,7 @@ unit = st.floats(0.0, 1.0)
 def test_points_and_values_are_inverse(z: list[float], lower: float, width: float) -> None:
     unknowns = Unknowns.of(OSCILLATOR, bounds={'position': (lower, lower + width)})
     x0, p = unknowns.values(np.array([z]))
-    names = [v.name for v in OSCILLATOR.unknowns]
+    names = [v.name for v in OSCILLATOR.variables]
     named = dict(zip(names, np.concatenate([x0, p])[:, 0], strict=True))
     rounding = 1e-15 * (1.0 + abs(lower) / width)
     np.testing.assert_allclose(unknowns.point(named), z, rtol=0.0, atol=8 * rounding)

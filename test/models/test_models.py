@@ -23,10 +23,10 @@ class TestEveryModel:
         model = load_model(name)
         assert model.reference
         assert math.isfinite(model.max_step)
-        for variable in model.unknowns:
+        for variable in model.variables:
             assert math.isfinite(variable.lower), variable.name
             assert math.isfinite(variable.upper), variable.name
-        for variable in (*model.unknowns, *model.inputs, *model.outputs):
+        for variable in (*model.variables, *model.inputs, *model.outputs):
             assert variable.unit, variable.name
 
     def test_floats_and_arrays_of_candidates_give_the_same(self, name: str) -> None:

@@ -136,7 +136,7 @@ class TestEveryObserver:
         found = run(observer, case.stream())
         assert found
         check_follows(case, found[-1])
-        assert set(found[-1].stddev) == set(names(case.model.unknowns))
+        assert set(found[-1].stddev) == set(names(case.model.variables))
 
     def test_before_the_first_sample_nothing_is_due(self, name: str) -> None:
         assert make(name).estimate(0.0) is None

@@ -243,7 +243,7 @@ def _trust(
         deviations,
         weak,
         advice(objective, state, p, chosen) if chosen.size else '',
-        tuple(name for name, v in zip(names(model.unknowns), values, strict=True) if np.isnan(v)),
+        tuple(name for name, v in zip(names(model.variables), values, strict=True) if np.isnan(v)),
     )
 
 
@@ -259,13 +259,13 @@ def _explained(
 
 def empty(model: Model, record: Record, outcome: Outcome, message: str) -> Estimate:
     """Return the estimate of a window that gave none: every value is NaN."""
-    nothing = np.full(len(model.unknowns), np.nan)
+    nothing = np.full(len(model.variables), np.nan)
     measured = record.t[np.isfinite(record.y).any(axis=1)]
     return Estimate(
         parameters=_named(model.parameters, nothing),
         initial_state=_named(model.states, nothing),
         state=_named(model.states, nothing),
-        stddev=_named(model.unknowns, nothing),
+        stddev=_named(model.variables, nothing),
         initial_stddev=_named(model.states, nothing),
         outcome=outcome,
         message=message,
@@ -332,7 +332,7 @@ def states_at_bound(model: Model, states: Array) -> str:
 def _at_bound(objective: Objective, z: Array) -> str:
     """Say which unknowns lie at a bound of their box, and at which."""
     unknowns = objective.unknowns
-    variables = [unknowns.model.unknowns[i] for i in unknowns.index]
+    variables = [unknowns.model.variables[i] for i in unknowns.index]
     found = []
     where = zip(unknowns.lower, unknowns.upper, z, unknowns.walls.T, strict=True)
     for variable, (low, high, zi, wall) in zip(variables, where, strict=True):

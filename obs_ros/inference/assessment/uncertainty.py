@@ -47,7 +47,7 @@ class Deviations:
         found = {}
         limit = undetermined(unknowns)
         for name, where in places.items():
-            everything = np.zeros(len(unknowns.model.unknowns))
+            everything = np.zeros(len(unknowns.model.variables))
             boxes = np.sqrt(np.maximum(np.diagonal(covariance)[where], 0.0))
             slopes = unknowns.slopes(hypothesis.point[where])
             everything[unknowns.index] = np.where(boxes <= limit, boxes * slopes, np.nan)

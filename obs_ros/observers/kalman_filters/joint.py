@@ -176,7 +176,7 @@ def _width(unknowns: Unknowns, i: int) -> float:
     at = np.flatnonzero(unknowns.index == i)
     if at.size:
         return float(unknowns.upper[at[0]] - unknowns.lower[at[0]])
-    variable = unknowns.model.unknowns[i]
+    variable = unknowns.model.variables[i]
     width = variable.upper - variable.lower
     return width if math.isfinite(width) else max(1.0, abs(variable.nominal or 0.0))
 

@@ -84,7 +84,7 @@ class GeneticAdaptiveStateEstimator(RecursiveObserver):
         lower, upper = self.lower[self._estimated], self.upper[self._estimated]
         for i, low, high in zip(self._estimated, lower, upper, strict=True):
             if not np.isfinite([low, high]).all():
-                name = self.model.unknowns[i].name
+                name = self.model.variables[i].name
                 raise ValueError(f'{name} needs finite bounds, not {low} to {high}')
         self._coding = Base10.of(lower, upper, self.settings.digits)
         outputs = names(self.model.outputs)
