@@ -10,9 +10,9 @@ from benchmarks.sequence.plants import Run
 from obs_ros import Estimate, Record, Sample
 from obs_ros.core.deadline import Deadline
 from obs_ros.core.model import names
-from obs_ros.horizon.moving_horizon import Windows
+from obs_ros.horizon.moving_horizon import MovingHorizon
 from obs_ros.horizon.solve import Solver, random_generator
-from obs_ros.inference.assessment.assemble import Certainty, report
+from obs_ros.inference.assessment.assemble import Uncertainty, report
 from obs_ros.inference.assessment.informed_subspace import marginal_information
 from obs_ros.inference.jumps.jump_search import JUMP_PROBABILITY, Hypothesis, weigh
 from obs_ros.inference.jumps.piecewise import Layout, Regimes
@@ -33,7 +33,7 @@ def ours(
 ) -> list[Estimate]:
     """Solve as `SlidingWindowObserver` does; noise times `factor` is given, or none."""
     noise = None if factor is None else given_noise(run, factor)
-    windows = Windows(Solver.of(run.plant.model, noise=noise), learn_noise=learn_noise)
+    windows = MovingHorizon(Solver.of(run.plant.model, noise=noise), learn_noise=learn_noise)
     return [
         windows.solve(record, random_generator(0, i), Deadline(None))
         for i, record in enumerate(run.records(period))
@@ -85,9 +85,9 @@ class Chained:
         best = weigh(Regimes(objective, prior, Layout(objective.dimension)), found.z)
         told = marginal_information(best, solver.unknowns.n_states)
         # A misfit is no reason to withhold: that the contestant believes its prior is the point.
-        certainty = Certainty(best, best.covariance, told)
+        uncertainty = Uncertainty(best, best.covariance, told)
         estimate = report(
-            record, objective, found, certainty, noise_known=True, in_time=True, solve_time=0.0
+            record, objective, found, uncertainty, noise_known=True, in_time=True, solve_time=0.0
         )
         return estimate, best
 

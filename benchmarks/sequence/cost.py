@@ -15,9 +15,9 @@ from benchmarks.sequence.scenes import Scene, run_of
 from obs_ros import Estimate, Record
 from obs_ros.core.deadline import Deadline
 from obs_ros.core.typing import Array
-from obs_ros.horizon.moving_horizon import Windows
+from obs_ros.horizon.moving_horizon import MovingHorizon
 from obs_ros.horizon.solve import Solver, random_generator
-from obs_ros.inference.assessment.assemble import Certainty
+from obs_ros.inference.assessment.assemble import Uncertainty
 from obs_ros.inference.assessment.informed_subspace import marginal_information
 from obs_ros.inference.jumps.jump_search import Hypothesis, Race
 
@@ -64,7 +64,7 @@ def timed(run: Run) -> Mapping[str, Array]:
 
 def sequence(run: Run, *, race: bool = True, gate: bool = True) -> Solve:
     """Return what solves the windows in sequence, its race or gate put out of action."""
-    windows = Windows(Solver.of(run.plant.model))
+    windows = MovingHorizon(Solver.of(run.plant.model))
 
     def solve(i: int, record: Record) -> Estimate:
         with contextlib.ExitStack() as changed:
@@ -77,10 +77,10 @@ def sequence(run: Run, *, race: bool = True, gate: bool = True) -> Solve:
     return solve
 
 
-def ungated(best: Hypothesis, *_: Any) -> Certainty:
-    """Return the certainty of a window as if it told everything."""
+def ungated(best: Hypothesis, *_: Any) -> Uncertainty:
+    """Return the uncertainty of a window as if it told everything."""
     states = best.regimes.objective.unknowns.n_states
-    return Certainty(best, best.covariance, marginal_information(best, states))
+    return Uncertainty(best, best.covariance, marginal_information(best, states))
 
 
 def chain(run: Run) -> Solve:

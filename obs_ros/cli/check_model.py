@@ -18,7 +18,7 @@ from obs_ros.core.registry import suggest
 from obs_ros.core.texts import one_line, quoted
 from obs_ros.core.typing import Array
 from obs_ros.inference.assessment.identifiability import advice, weak_directions
-from obs_ros.inference.assessment.informed_subspace import Gate
+from obs_ros.inference.assessment.informed_subspace import InformedSubspace
 from obs_ros.inference.assessment.uncertainty import Deviations
 from obs_ros.inference.jumps.jump_search import weigh
 from obs_ros.inference.jumps.piecewise import Layout, Regimes
@@ -211,7 +211,7 @@ def identifiable(kernels: Kernels, trial: Trial, noise: dict[str, float]) -> lis
     z = unknowns.point(dict(zip(unknowns.names, (*trial.x0, *trial.p), strict=True)))
     prior = Prior.box(unknowns)
     best = weigh(Regimes(objective, prior, Layout(objective.dimension)), z)
-    gate, n = Gate.of(best), unknowns.n_states
+    gate, n = InformedSubspace.of(best), unknowns.n_states
     covariance = gate.covariance(best)
     deviations = Deviations.of(best, covariance, 1.0)
     found = (*deviations.initial, *deviations.parameters)

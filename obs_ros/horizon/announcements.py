@@ -12,7 +12,7 @@ import numpy as np
 from obs_ros.core.estimate import Jump
 from obs_ros.core.record import Record
 from obs_ros.core.typing import Array
-from obs_ros.inference.assessment.assemble import Certainty
+from obs_ros.inference.assessment.assemble import Uncertainty
 from obs_ros.inference.jumps.jump_search import Hypothesis
 from obs_ros.inference.jumps.piecewise import interval_of
 from obs_ros.inference.parameterisation import Unknowns
@@ -53,20 +53,20 @@ class Announcements:
         self._announced: list[Jump] = []
 
     def of(
-        self, certainty: Certainty, alternatives: Sequence[Hypothesis], record: Record
+        self, uncertainty: Uncertainty, alternatives: Sequence[Hypothesis], record: Record
     ) -> tuple[Jump, ...]:
         """Return what jumped, with its time and size, and whether that is news."""
-        grid = certainty.hypothesis.regimes.objective.grid
-        names = certainty.hypothesis.regimes.objective.unknowns.names
+        grid = uncertainty.hypothesis.regimes.objective.grid
+        names = uncertainty.hypothesis.regimes.objective.unknowns.names
         start, duration = float(grid.t[0]), float(grid.t[-1] - grid.t[0])
         newest = float(grid.t[np.flatnonzero(grid.measured)[-1]])
         others = tuple(
             together(names[i] for i in other.parameters) or 'no jump' for other in alternatives
         )
-        explained = not certainty.fit.too_large
+        explained = not uncertainty.fit.too_large
         self._announced = [jump for jump in self._announced if jump.time > start - duration]
         jumps = []
-        for found in _jumped(certainty):
+        for found in _jumped(uncertainty):
             jump = Jump(
                 time=found.time,
                 time_stddev=found.deviation,
@@ -100,9 +100,9 @@ def together(names: Iterable[str]) -> str:
     return ' and '.join(sorted(names))
 
 
-def _jumped(certainty: Certainty) -> list[Sizes]:
+def _jumped(uncertainty: Uncertainty) -> list[Sizes]:
     """Return what a hypothesis says to have jumped: inside the window by time, then before it."""
-    best, covariance = certainty.hypothesis, certainty.covariance
+    best, covariance = uncertainty.hypothesis, uncertainty.covariance
     unknowns, t = best.regimes.objective.unknowns, best.regimes.objective.grid.t
     start, duration = float(t[0]), float(t[-1] - t[0])
     found: dict[int, Sizes] = {}

@@ -14,7 +14,7 @@ KEPT = 1000  # windows; overlapping ones end close to each other
 
 
 @dataclass(frozen=True)
-class Entry:
+class WindowPosterior:
     """Parameters at the end (s) of a window: mean (q,) and covariance (q, q), in boxes."""
 
     end: float
@@ -23,14 +23,14 @@ class Entry:
 
 
 @dataclass(frozen=True)
-class Known:
+class KnownJump:
     """A jump found: its time (s), and the places of what jumped."""
 
     time: float
     parameters: frozenset[int]
 
 
-class History:
+class ArrivalCost:
     """Accepted windows, and the jumps between them.
 
     A window takes its prior from the newest one that ended before it began, so that no sample is
@@ -39,19 +39,19 @@ class History:
 
     def __init__(self, unknowns: Unknowns) -> None:
         self._unknowns = unknowns
-        self._entries: list[Entry] = []
-        self.jumps: list[Known] = []
+        self._entries: list[WindowPosterior] = []
+        self.jumps: list[KnownJump] = []
 
-    def add(self, entry: Entry) -> None:
+    def add(self, entry: WindowPosterior) -> None:
         """Remember an accepted window."""
         self._entries.append(entry)
         del self._entries[:-KEPT]
 
-    def jumped(self, jump: Known) -> None:
+    def jumped(self, jump: KnownJump) -> None:
         """Forget the windows that did not know of a jump before their end."""
         self._entries = [entry for entry in self._entries if entry.end <= jump.time]
 
-    def last_before(self, start: float) -> Entry | None:
+    def last_before(self, start: float) -> WindowPosterior | None:
         """Return the newest window that ended by `start` (s)."""
         return next((e for e in reversed(self._entries) if e.end <= start), None)
 
@@ -64,7 +64,7 @@ class History:
         newest = self.last_before(start)
         return None if newest is None else self._since(newest, start, duration, newest.end)
 
-    def surest_prior(self, start: float, duration: float) -> Prior | None:
+    def most_informative_prior(self, start: float, duration: float) -> Prior | None:
         """Return the same by the window that knew most, of those that ended in the last `duration`.
 
         They have seen mostly the same samples, cut elsewhere. None if it is the newest.
@@ -79,7 +79,7 @@ class History:
         surest = int(np.argmax(known))
         return priors[surest] if surest else None
 
-    def _since(self, entry: Entry, start: float, duration: float, known: float) -> Prior:
+    def _since(self, entry: WindowPosterior, start: float, duration: float, known: float) -> Prior:
         """Return the prior at `start` by what one of the latest windows knew.
 
         Since then parameters have walked as far as through windows that abut as the newest one,

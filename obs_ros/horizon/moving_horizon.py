@@ -16,12 +16,12 @@ from obs_ros.core.record import Record
 from obs_ros.core.residual_tests import independent_share, inflation
 from obs_ros.core.typing import Array, BoolArray
 from obs_ros.horizon.announcements import SAME_TIME, Announcements
-from obs_ros.horizon.arrival_cost import Entry, History, Known
-from obs_ros.horizon.probation import Doubt, without_stuck
-from obs_ros.horizon.solve import Solver, whitened
-from obs_ros.inference.assessment.assemble import Certainty, empty, report, states_at_bound
+from obs_ros.horizon.arrival_cost import ArrivalCost, KnownJump, WindowPosterior
+from obs_ros.horizon.probation import Probation, without_stuck
+from obs_ros.horizon.solve import Solver, rescaled_to_residuals
+from obs_ros.inference.assessment.assemble import Uncertainty, empty, report, states_at_bound
 from obs_ros.inference.assessment.identifiability import undetermined
-from obs_ros.inference.assessment.informed_subspace import Gate
+from obs_ros.inference.assessment.informed_subspace import InformedSubspace
 from obs_ros.inference.assessment.profile import widened_by_profile
 from obs_ros.inference.jumps.jump_search import Hypothesis, Race, inverse, may_jump, weigh
 from obs_ros.inference.jumps.piecewise import Layout, Regimes
@@ -39,7 +39,7 @@ POLISH = 40  # iterations from a start that is near
 EXCESS = 5.0  # standard deviations of the squares above which a warm start is not trusted
 
 
-class Windows:
+class MovingHorizon:
     """Solves windows in order of time, each with what the earlier ones have taught.
 
     `learn_noise` takes the noise that is given only for where to begin.
@@ -47,14 +47,14 @@ class Windows:
 
     def __init__(self, solver: Solver, *, learn_noise: bool = False) -> None:
         self._solver = solver
-        self._history = History(solver.unknowns)
+        self._arrival_cost = ArrivalCost(solver.unknowns)
         self._noise = Noise(solver.noise, names(solver.model.outputs), learn_noise)
         self._previous: Estimate | None = None
         self._announcements = Announcements()
         # Parameters that some window has told by itself.
         self._told = np.zeros(solver.unknowns.dimension - solver.unknowns.n_states, dtype=np.bool_)
         self._explained: Hypothesis | None = None  # the previous window's
-        self._doubt = Doubt()
+        self._probation = Probation()
         self.stuck = 0  # values that stuck sensors repeated
         self.huge = 0  # values that no signal of their window can have
 
@@ -96,7 +96,7 @@ class Windows:
         if isinstance(objective, Estimate):
             return objective
         start, duration = float(record.t[0]), float(record.t[-1] - record.t[0])
-        earlier = self._history.prior(start, duration)
+        earlier = self._arrival_cost.prior(start, duration)
         prior = Prior.box(solver.unknowns) if earlier is None else earlier
         warm = solver.warm_start(record, self._previous)
         continued = self._continued(objective, prior, warm, deadline)
@@ -109,7 +109,7 @@ class Windows:
         if not np.isfinite(found.cost):
             return solver.diverged(record, objective)
         if not known:
-            found = whitened(objective, found)
+            found = rescaled_to_residuals(objective, found)
             polished = levenberg_marquardt(
                 Posterior(objective, prior), found.z[None], objective.nodes, POLISH, deadline
             )
@@ -119,27 +119,29 @@ class Windows:
         best = race.run() if found.accepted else still
         if best.jumps and not known:
             best = _with_own_noise(best, deadline)
-        certainty = _gated(best, deadline)
-        if not best.jumps and tells_nothing(certainty):
-            surest = self._history.surest_prior(start, duration)
-            certainty = certainty if surest is None else _recalled(certainty, surest, deadline)
-        certainty = replace(certainty, finished=race.finished, correlation=correlation)
-        jumps = self._announcements.of(certainty, race.alternatives(), record)
+        uncertainty = _gated(best, deadline)
+        if not best.jumps and tells_nothing(uncertainty):
+            surest = self._arrival_cost.most_informative_prior(start, duration)
+            uncertainty = (
+                uncertainty if surest is None else _recalled(uncertainty, surest, deadline)
+            )
+        uncertainty = replace(uncertainty, finished=race.finished, correlation=correlation)
+        jumps = self._announcements.of(uncertainty, race.alternatives(), record)
         if not best.layout.events:
-            self._told |= told_alone(certainty)
-        certainty = replace(certainty, jumps=jumps, told=self._told.copy())
+            self._told |= told_alone(uncertainty)
+        uncertainty = replace(uncertainty, jumps=jumps, told=self._told.copy())
         estimate = report(
             record,
             objective,
             found,
-            certainty,
+            uncertainty,
             noise_known=known,
             in_time=not deadline.passed,
             solve_time=time.perf_counter() - begin,
         )
         if found.accepted and race.finished:
-            fits = self._learn(certainty, jumps)
-            estimate = self._doubt.weigh(estimate, fits) if known else estimate
+            fits = self._learn(uncertainty, jumps)
+            estimate = self._probation.weigh(estimate, fits) if known else estimate
         return estimate
 
     def _continued(
@@ -156,16 +158,16 @@ class Windows:
         solved = levenberg_marquardt(regimes, start, objective.nodes, POLISH, deadline)
         return weigh(regimes, solved.z[0]) if np.isfinite(solved.squares[0]) else None
 
-    def _learn(self, certainty: Certainty, jumps: tuple[Jump, ...]) -> bool:
+    def _learn(self, uncertainty: Uncertainty, jumps: tuple[Jump, ...]) -> bool:
         """Remember what an accepted window says; one that nothing explains teaches nothing.
 
         Returns whether it was explained.
         """
-        best, history = certainty.hypothesis, self._history
+        best, history = uncertainty.hypothesis, self._arrival_cost
         objective, z = best.regimes.objective, best.point
         grid, n = objective.grid, objective.unknowns.n_states
         left = variances_left(best.trajectory[1], grid, z.size)
-        fit = certainty.fit
+        fit = uncertainty.fit
         odd = fit.too_large or fit.too_small
         # What a state at its bound leaves is no noise: there the model may not hold.
         if not states_at_bound(objective.unknowns.model, best.trajectory[0]):
@@ -181,7 +183,7 @@ class Windows:
         earlier = history.jumps
         history.jumps = [known for known in earlier if known.time < start]
         for jump in jumps:
-            known = Known(jump.time, frozenset(places[name] for name in jump.sizes))
+            known = KnownJump(jump.time, frozenset(places[name] for name in jump.sizes))
             if not any(
                 other.parameters == known.parameters and abs(other.time - known.time) <= near
                 for other in earlier
@@ -189,41 +191,41 @@ class Windows:
                 history.jumped(known)
             history.jumps.append(known)
         history.prune(start, duration)
-        if certainty.drifting or not np.isfinite(certainty.covariance).all():
+        if uncertainty.drifting or not np.isfinite(uncertainty.covariance).all():
             return True
         final = best.layout.final(z)[n:]
-        covariance = certainty.covariance[np.ix_(final, final)]
-        if certainty.bent:  # the valley is not where correlations say that it is
+        covariance = uncertainty.covariance[np.ix_(final, final)]
+        if uncertainty.bent:  # the valley is not where correlations say that it is
             covariance = np.diag(np.diagonal(covariance))
-        history.add(Entry(float(grid.t[-1]), z[final], covariance))
+        history.add(WindowPosterior(float(grid.t[-1]), z[final], covariance))
         return True
 
 
-def told_alone(certainty: Certainty) -> BoolArray:
+def told_alone(uncertainty: Uncertainty) -> BoolArray:
     """Return which parameters (q,) a window without a jump tells without any that came before."""
-    unknowns = certainty.hypothesis.regimes.objective.unknowns
+    unknowns = uncertainty.hypothesis.regimes.objective.unknowns
     n = unknowns.n_states
     box = Prior.box(unknowns).precision[n:, n:]
-    variances = np.diagonal(inverse(certainty.information + box))
+    variances = np.diagonal(inverse(uncertainty.information + box))
     return np.asarray(np.sqrt(variances) < undetermined(unknowns)[n:])
 
 
-def tells_nothing(certainty: Certainty) -> bool:
+def tells_nothing(uncertainty: Uncertainty) -> bool:
     """Whether a window without a jump has made no parameter much surer than it was before."""
-    best = certainty.hypothesis
+    best = uncertainty.hypothesis
     steady = may_jump(best.regimes.objective.unknowns)
     before = np.diagonal(inverse(best.regimes.prior.precision))[steady]
-    return bool((np.diagonal(certainty.covariance)[steady] > NOTHING_NEW * before).all())
+    return bool((np.diagonal(uncertainty.covariance)[steady] > NOTHING_NEW * before).all())
 
 
-def _recalled(certainty: Certainty, prior: Prior, deadline: Deadline) -> Certainty:
+def _recalled(uncertainty: Uncertainty, prior: Prior, deadline: Deadline) -> Uncertainty:
     """Return what a surer prior makes of a window that tells nothing, if that fits the window."""
-    best = certainty.hypothesis
+    best = uncertainty.hypothesis
     regimes = Regimes(best.regimes.objective, prior, best.layout)
     nodes = best.regimes.objective.nodes
     solved = levenberg_marquardt(regimes, best.point[None], nodes, POLISH, deadline)
     other = weigh(regimes, solved.z[0])
-    return _gated(other, deadline) if other.cost < best.cost + MOST_FOR_HOLDING else certainty
+    return _gated(other, deadline) if other.cost < best.cost + MOST_FOR_HOLDING else uncertainty
 
 
 def _from_warm(
@@ -287,20 +289,20 @@ def _with_own_noise(best: Hypothesis, deadline: Deadline) -> Hypothesis:
     return weigh(regimes, solved.z[0], best.before)
 
 
-def _gated(best: Hypothesis, deadline: Deadline) -> Certainty:
+def _gated(best: Hypothesis, deadline: Deadline) -> Uncertainty:
     """Hold what a window without a jump inside does not tell."""
     objective, prior = best.regimes.objective, best.regimes.prior
     n = objective.unknowns.n_states
     if best.layout.events:
         final = best.layout.final(best.point)[n:]
-        return Certainty(best, best.covariance, inverse(best.covariance[np.ix_(final, final)]))
-    gate = Gate.of(best)
+        return Uncertainty(best, best.covariance, inverse(best.covariance[np.ix_(final, final)]))
+    gate = InformedSubspace.of(best)
     if not len(gate.held):
         covariance, bent = widened_by_profile(best)
-        return Certainty(best, covariance, gate.information, bent=bent)
+        return Uncertainty(best, covariance, gate.information, bent=bent)
     holding = Posterior(objective, gate.holding(prior))
     solved = levenberg_marquardt(holding, best.point[None], objective.nodes, POLISH, deadline)
     held = weigh(best.regimes, solved.z[0], best.before)
     if not held.squares < best.squares + MOST_FOR_HOLDING:
         held = best  # far from linear: there is no such fit where the prior has it
-    return Certainty(held, gate.covariance(held), gate.information)
+    return Uncertainty(held, gate.covariance(held), gate.information)

@@ -44,7 +44,7 @@ def without_stuck(
     return Sound(sound, int(repeated.sum()), said)
 
 
-class Doubt:
+class Probation:
     """Where the very first windows contradict the model, later ones that fit prove little.
 
     Near rest, parameters can imitate nearly anything: an input in other units, say. So trust has

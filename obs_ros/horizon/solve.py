@@ -14,8 +14,8 @@ from obs_ros.core.model import Model, checked_noise, names
 from obs_ros.core.record import Record
 from obs_ros.core.registry import suggest
 from obs_ros.core.typing import Array
-from obs_ros.horizon.warm_start import carried
-from obs_ros.inference.assessment.assemble import Certainty, empty, output_rms, report
+from obs_ros.horizon.warm_start import propagated
+from obs_ros.inference.assessment.assemble import Uncertainty, empty, output_rms, report
 from obs_ros.inference.assessment.informed_subspace import marginal_information
 from obs_ros.inference.jumps.jump_search import weigh
 from obs_ros.inference.jumps.piecewise import Layout, Regimes
@@ -192,20 +192,20 @@ class Solver:
         found = self.search(objective, rng, deadline, warm, noise_known=known)
         if not np.isfinite(found.cost):
             return self.diverged(record, objective)
-        certainty = None
+        uncertainty = None
         if self.method.needs_squares:
             if not known:
-                found = whitened(objective, found)
+                found = rescaled_to_residuals(objective, found)
             prior = Prior.box(self.unknowns)
             regimes = Regimes(objective, prior, Layout(objective.dimension))
             best = weigh(regimes, found.z)
             n = self.unknowns.n_states
-            certainty = Certainty(best, best.covariance, marginal_information(best, n))
+            uncertainty = Uncertainty(best, best.covariance, marginal_information(best, n))
         return report(
             record,
             objective,
             found,
-            certainty,
+            uncertainty,
             noise_known=known,
             in_time=not deadline.passed,
             solve_time=time.perf_counter() - begin,
@@ -246,7 +246,7 @@ class Solver:
                 f'the previous estimate is not of model {self.model.name!r}: '
                 f'its states are {", ".join(previous.state)}'
             )
-        start = carried(self.kernels, previous, record)
+        start = propagated(self.kernels, previous, record)
         return self.unknowns.point({**previous.parameters, **start})
 
     def search(
@@ -313,7 +313,7 @@ def _hardly_fall(trail: Trail, share: float, squares: float) -> bool:
     return trail.gain(squares) < share * squares
 
 
-def whitened(objective: Objective, found: Found) -> Found:
+def rescaled_to_residuals(objective: Objective, found: Found) -> Found:
     """Scale the outputs by what the fit leaves of them; return the fit with its cost in that."""
     left = variances_left(objective.residuals(found.z), objective.grid, objective.dimension)
     objective.grid = objective.grid.rescaled(np.sqrt(left) / objective.grid.scale)

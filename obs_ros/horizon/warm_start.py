@@ -12,7 +12,7 @@ from obs_ros.integration.backends import Kernels
 from obs_ros.integration.grid import Grid
 
 
-def carried(kernels: Kernels, previous: Estimate, record: Record) -> Mapping[str, float]:
+def propagated(kernels: Kernels, previous: Estimate, record: Record) -> Mapping[str, float]:
     """Return the states that the previous estimate expects at the record's first sample.
 
     Within the previous window they are read off its trajectory; beyond, the model runs on with

@@ -8,7 +8,7 @@ from obs_ros.core.deadline import Deadline
 from obs_ros.core.estimate import Estimate
 from obs_ros.core.model import Model
 from obs_ros.core.record import Record, Sample
-from obs_ros.horizon.moving_horizon import Windows
+from obs_ros.horizon.moving_horizon import MovingHorizon
 from obs_ros.horizon.solve import Solver, random_generator
 from obs_ros.models import load_model
 from obs_ros.samples.range_check import limits
@@ -19,7 +19,7 @@ class SlidingWindowObserver:
     """Estimates each window of `duration` s, one every `period` s of sample time.
 
     Successive windows inherit what earlier ones have learned, and jumps inside a window are found;
-    see `Windows`. With `learn_noise` the noise that is given is only where learning it begins. Of
+    see `MovingHorizon`. With `learn_noise` the noise that is given is only a starting value. Of
     windows that close before `estimate` is called, only the newest is kept; the others are
     counted as `skipped`. `capacity` bounds the samples kept of each stream; `settings` are those of
     `solve_window`, from `search` to `backend`.
@@ -139,8 +139,8 @@ class SlidingWindowObserver:
         """The last break of the samples' timeline, in words."""
         return self._window.last_break
 
-    def _begin(self) -> Windows:
-        return Windows(self._solver, learn_noise=self._learn_noise)
+    def _begin(self) -> MovingHorizon:
+        return MovingHorizon(self._solver, learn_noise=self._learn_noise)
 
     def _forget(self) -> None:
         with self._lock:

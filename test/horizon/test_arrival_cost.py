@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 from plants import INTEGRATOR
 
-from obs_ros.horizon.arrival_cost import KEPT, Entry, History, Known
+from obs_ros.horizon.arrival_cost import KEPT, ArrivalCost, KnownJump, WindowPosterior
 from obs_ros.inference.parameterisation import Unknowns
 from obs_ros.inference.prior import Prior
 
@@ -18,11 +18,11 @@ GAIN = frozenset({1})  # its place in z, after x
 BOX = 1.0 / 12.0
 
 
-def history(*ends: float) -> History:
+def history(*ends: float) -> ArrivalCost:
     """Windows whose mean tells their end."""
-    found = History(UNKNOWNS)
+    found = ArrivalCost(UNKNOWNS)
     for end in ends:
-        found.add(Entry(end, np.array([0.01 * end, 0.5]), COVARIANCE))
+        found.add(WindowPosterior(end, np.array([0.01 * end, 0.5]), COVARIANCE))
     return found
 
 
@@ -53,27 +53,29 @@ def test_of_windows_that_ended_lately_the_one_that_knew_most() -> None:
     """They are walked as if windows abutted: here half a window apart, for up to two of them."""
     for end, surer in ((20.0, True), (15.1, True), (14.9, False)):
         sequence = history(end)
-        sequence.add(Entry(25.0, np.array([0.25, 0.5]), 4.0 * COVARIANCE))
-        sequence.add(Entry(31.0, np.array([0.31, 0.5]), 0.1 * COVARIANCE))  # not ended yet
-        prior = sequence.surest_prior(30.0, DURATION)
+        sequence.add(WindowPosterior(25.0, np.array([0.25, 0.5]), 4.0 * COVARIANCE))
+        sequence.add(
+            WindowPosterior(31.0, np.array([0.31, 0.5]), 0.1 * COVARIANCE)
+        )  # not ended yet
+        prior = sequence.most_informative_prior(30.0, DURATION)
         assert (prior is not None) == surer
         if prior is not None:
             assert taken(prior) == pytest.approx(end)
             walked = 0.01 * BOX * 0.5 * (1.0 + (25.0 - end) / DURATION) * np.eye(2)
             np.testing.assert_allclose(covariance(prior), COVARIANCE + walked, rtol=1e-9)
             assert prior.gap == pytest.approx(0.5 * (1.0 + (25.0 - end) / DURATION))
-    assert history().surest_prior(30.0, DURATION) is None
-    assert history(20.0).surest_prior(30.0, DURATION) is None  # no other than the newest
+    assert history().most_informative_prior(30.0, DURATION) is None
+    assert history(20.0).most_informative_prior(30.0, DURATION) is None  # no other than the newest
 
 
 def test_no_sample_is_used_twice_in_a_sequence_of_overlapping_windows() -> None:
-    sequence = History(UNKNOWNS)
+    sequence = ArrivalCost(UNKNOWNS)
     for end in np.arange(10.0, 60.0, 2.0):
         prior = sequence.prior(end - DURATION, DURATION)
         assert (prior is None) == (end < 20.0)
         if prior is not None:
             assert taken(prior) == pytest.approx(end - DURATION)  # abuts, to the sample
-        sequence.add(Entry(end, np.array([0.01 * end, 0.5]), COVARIANCE))
+        sequence.add(WindowPosterior(end, np.array([0.01 * end, 0.5]), COVARIANCE))
         sequence.prune(end - DURATION, DURATION)
         assert len(sequence._entries) <= 11
 
@@ -92,12 +94,12 @@ def test_a_prior_knows_how_old_it_is() -> None:
     assert found.gap == 0.5
 
 
-def disturbed(walk: float) -> History:
+def disturbed(walk: float) -> ArrivalCost:
     """A window that ended at 20 s, of the integrator with a drift that wanders."""
     drift = replace(INTEGRATOR.parameters[1], walk=walk)
     model = replace(INTEGRATOR, parameters=(INTEGRATOR.parameters[0], drift))
-    found = History(Unknowns.of(model))
-    found.add(Entry(20.0, np.array([0.2, 0.9]), COVARIANCE))
+    found = ArrivalCost(Unknowns.of(model))
+    found.add(WindowPosterior(20.0, np.array([0.2, 0.9]), COVARIANCE))
     return found
 
 
@@ -124,7 +126,7 @@ def test_a_disturbance_that_walks_is_widened_as_far_as_it_does(walk: float) -> N
 def test_a_jump_since_then_widens_what_jumped_to_its_box() -> None:
     for time, wider in ((20.0, False), (20.1, True), (25.0, True), (25.1, False)):
         sequence = history(20.0)
-        sequence.jumps = [Known(time, GAIN)]
+        sequence.jumps = [KnownJump(time, GAIN)]
         found = covariance(sequence.prior(25.0, DURATION))
         still = COVARIANCE + 0.01 * BOX * 0.5 * np.eye(2)
         if not wider:
@@ -137,17 +139,17 @@ def test_a_jump_since_then_widens_what_jumped_to_its_box() -> None:
 
 def test_a_new_jump_forgets_windows_that_did_not_know_of_it() -> None:
     sequence = history(20.0, 25.0, 30.0)
-    sequence.jumped(Known(25.0, GAIN))
+    sequence.jumped(KnownJump(25.0, GAIN))
     assert taken(sequence.prior(40.0, DURATION)) == pytest.approx(25.0)
-    sequence.jumped(Known(24.9, GAIN))
+    sequence.jumped(KnownJump(24.9, GAIN))
     assert taken(sequence.prior(40.0, DURATION)) == pytest.approx(20.0)
-    sequence.jumped(Known(5.0, GAIN))
+    sequence.jumped(KnownJump(5.0, GAIN))
     assert sequence.prior(40.0, DURATION) is None
 
 
 def test_pruning_keeps_what_later_windows_need() -> None:
     sequence = history(20.0, 25.0, 30.0)
-    sequence.jumps = [Known(22.0, GAIN), Known(27.0, GAIN)]
+    sequence.jumps = [KnownJump(22.0, GAIN), KnownJump(27.0, GAIN)]
     before = [sequence.prior(start, DURATION) for start in (26.0, 40.0)]
     for duration, jumps in ((DURATION, [22.0, 27.0]), (2.0, [27.0])):
         sequence.prune(26.0, duration)

@@ -10,7 +10,7 @@ from scipy.signal import lfilter
 from obs_ros import Model, Outcome, Record
 from obs_ros.core.deadline import Deadline
 from obs_ros.core.typing import Array
-from obs_ros.horizon.moving_horizon import Windows
+from obs_ros.horizon.moving_horizon import MovingHorizon
 from obs_ros.horizon.solve import Solver, random_generator
 from obs_ros.integration.backends import Kernels, kernels_for
 
@@ -90,7 +90,7 @@ def steps(model: Model, record: Record, noise: Any) -> int:
 def steps_in_sequence(model: Model, record: Record, noise: Any) -> int:
     """Of six windows, each as long as half of the record."""
     solver = CountingSolver.of(model, noise=noise)
-    windows, half = Windows(solver), record.t.size // 2
+    windows, half = MovingHorizon(solver), record.t.size // 2
     for i, first in enumerate(np.linspace(0, half, 6).astype(int)):
         part = slice(first, first + half)
         window = Record(record.t[part], record.u[part], record.y[part])

@@ -19,7 +19,7 @@ from scipy.signal import lfilter
 from obs_ros import Estimate, Model, Outcome, Record, Sample, Variable
 from obs_ros.core.deadline import Deadline
 from obs_ros.core.typing import Array
-from obs_ros.horizon.moving_horizon import Windows
+from obs_ros.horizon.moving_horizon import MovingHorizon
 from obs_ros.horizon.solve import Solver, random_generator
 from obs_ros.observers.sliding_window import SlidingWindowObserver
 
@@ -49,11 +49,11 @@ def part(record: Record, first: float, last: float) -> Record:
     return Record(record.t[inside], record.u[inside], record.y[inside])
 
 
-def windows_for(model: Model = LAG, *, learn_noise: bool = False, **settings: Any) -> Windows:
+def windows_for(model: Model = LAG, *, learn_noise: bool = False, **settings: Any) -> MovingHorizon:
     settings = {'noise': {'y': SIGMA}, **settings}
     solver = Solver.of(model, **settings)
     solver.prepare()
-    return Windows(solver, learn_noise=learn_noise)
+    return MovingHorizon(solver, learn_noise=learn_noise)
 
 
 def run(

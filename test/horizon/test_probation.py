@@ -3,7 +3,7 @@ import pytest
 from plants import tank_record
 
 from obs_ros.core.estimate import Estimate, Outcome
-from obs_ros.horizon.probation import EARNED, Doubt, without_stuck
+from obs_ros.horizon.probation import EARNED, Probation, without_stuck
 from obs_ros.models.three_tank import THREE_TANK
 
 
@@ -16,14 +16,14 @@ def found(t1: float) -> Estimate:
 
 
 def test_windows_that_fit_from_the_start_are_trusted():
-    doubt = Doubt()
+    doubt = Probation()
     for k, fits in enumerate((True, False, True)):
         estimate = found(k)
         assert doubt.weigh(estimate, fits) is estimate
 
 
 def test_after_a_first_window_that_does_not_fit_trust_is_earned_by_many_in_a_row():
-    doubt = Doubt()
+    doubt = Probation()
     estimate = found(10.0)
     assert doubt.weigh(estimate, False) is estimate, 'it says so itself'
     for k in range(EARNED):
@@ -38,14 +38,14 @@ def test_after_a_first_window_that_does_not_fit_trust_is_earned_by_many_in_a_row
 
 
 def test_trust_is_earned_by_twenty_in_a_row():
-    doubt = Doubt()
+    doubt = Probation()
     doubt.weigh(found(0.0), False)
     outcomes = [doubt.weigh(found(1.0 + k), True).outcome for k in range(21)]
     assert outcomes == [*[Outcome.MODEL_MISMATCH] * 20, Outcome.CONVERGED]
 
 
 def test_doubt_starts_anew_with_every_window_that_does_not_fit():
-    doubt = Doubt()
+    doubt = Probation()
     for k in range(EARNED):
         doubt.weigh(found(k), k not in (0, EARNED - 1))
     assert 'ended at 19 s' in doubt.weigh(found(99.0), True).message

@@ -7,7 +7,7 @@ import pytest
 from plants import OSCILLATOR, exact
 
 from obs_ros import Estimate, Outcome, Record
-from obs_ros.horizon.warm_start import carried
+from obs_ros.horizon.warm_start import propagated
 from obs_ros.integration.backends import kernels_for
 
 X0, P = (1.0, -0.5), (0.8, 0.7)
@@ -44,19 +44,19 @@ def test_overlapping_abutting_and_after_a_gap_it_meets_the_true_state(
     backend: str, start: float
 ) -> None:
     estimate, states = previous()
-    found = carried(kernels_for(OSCILLATOR, backend), estimate, record(start))
+    found = propagated(kernels_for(OSCILLATOR, backend), estimate, record(start))
     expected = [np.interp(start, T, column) for column in states.T]
     np.testing.assert_allclose([found['position'], found['velocity']], expected, atol=1e-5)
 
 
 def test_between_two_samples_it_interpolates() -> None:
     estimate, states = previous()
-    found = carried(kernels_for(OSCILLATOR, 'numpy'), estimate, record(0.525))
+    found = propagated(kernels_for(OSCILLATOR, 'numpy'), estimate, record(0.525))
     assert found['position'] == pytest.approx(states[10:12, 0].mean(), abs=1e-12)
 
 
 @pytest.mark.parametrize(('start', 'node'), [(-5.0, 0), (4.5, 40), (1e6, 40)])
 def test_backwards_or_far_ahead_the_nearest_state_must_do(start: float, node: int) -> None:
     estimate, states = previous()
-    found = carried(kernels_for(OSCILLATOR, 'numpy'), estimate, record(start))
+    found = propagated(kernels_for(OSCILLATOR, 'numpy'), estimate, record(start))
     np.testing.assert_array_equal([found['position'], found['velocity']], states[node])

@@ -26,7 +26,7 @@ from ros import figures, set_parameter
 from rosgraph_msgs.msg import Clock
 
 from obs_ros.core.estimate import Outcome
-from obs_ros.horizon.moving_horizon import Windows
+from obs_ros.horizon.moving_horizon import MovingHorizon
 from obs_ros.horizon.solve import Solver
 from obs_ros.ros import diagnostics
 from obs_ros.ros.estimator import Estimator
@@ -512,14 +512,14 @@ def test_simulated_time_on_and_off_forgets_nothing(ros, monkeypatch):
 
 def test_a_solver_slower_than_the_period_skips_windows_and_stays_right(ros, monkeypatch):
     bench = Bench(ros, monkeypatch, **NOISE)
-    begun, go, solve = threading.Event(), threading.Event(), Windows.solve
+    begun, go, solve = threading.Event(), threading.Event(), MovingHorizon.solve
 
     def slow(*arguments):
         begun.set()
         assert go.wait(patience(20.0))
         return solve(*arguments)
 
-    monkeypatch.setattr(Windows, 'solve', slow)
+    monkeypatch.setattr(MovingHorizon, 'solve', slow)
     messages = run()
     bench.send(messages[:140])  # 70 s: the first window is closed
     ros.spin_until(begun.is_set)

@@ -95,16 +95,16 @@ def test_a_break_of_the_timeline_is_told():
 
 
 def test_an_observer_that_fails_does_not_end_the_replay(monkeypatch):
-    from obs_ros.horizon.moving_horizon import Windows
+    from obs_ros.horizon.moving_horizon import MovingHorizon
 
-    solve = Windows.solve
+    solve = MovingHorizon.solve
 
     def fails_once(self, record, rng, deadline):
         if record.t[0] == 0.0:
             raise FloatingPointError('on purpose')
         return solve(self, record, rng, deadline)
 
-    monkeypatch.setattr(Windows, 'solve', fails_once)
+    monkeypatch.setattr(MovingHorizon, 'solve', fails_once)
     account, taken = estimates(GIVEN)
     assert account.failed == 1
     assert account.notes == ["failed at 5 s: FloatingPointError('on purpose')"]

@@ -32,7 +32,7 @@ NEGLIGIBLE = 1e-6  # of the signal, root mean square: rounding, not noise
 
 
 @dataclass(frozen=True)
-class Certainty:
+class Uncertainty:
     """What the information about a window says: its hypothesis, with a joint covariance (D, D).
 
     `information` (q, q) is that about the estimated parameters with the initial state unknown;
@@ -74,7 +74,7 @@ def report(
     record: Record,
     objective: Objective,
     found: Found,
-    certainty: Certainty | None,
+    uncertainty: Uncertainty | None,
     *,
     noise_known: bool,
     in_time: bool,
@@ -82,24 +82,24 @@ def report(
 ) -> Estimate:
     """Return the estimate of a window whose search found something, before its deadline or not.
 
-    Without `certainty` (None) there are no standard deviations.
+    Without `uncertainty` (None) there are no standard deviations.
     """
     model, grid = objective.unknowns.model, objective.grid
-    final, states, residuals = _explained(objective, found, certainty)
+    final, states, residuals = _explained(objective, found, uncertainty)
     x0, p = objective.unknowns.values(final[None])  # no initial state ever jumps
     last = int(np.flatnonzero(grid.measured)[-1])
-    squares = found.cost if certainty is None else certainty.hypothesis.squares
-    correlation = 0.0 if certainty is None else certainty.correlation
+    squares = found.cost if uncertainty is None else uncertainty.hypothesis.squares
+    correlation = 0.0 if uncertainty is None else uncertainty.correlation
     fit = Fit.of(objective, squares, residuals, noise_known=noise_known, correlation=correlation)
     outcome, message = _judge(objective, found, final, fit, in_time)
-    trust = _trust(objective, found, certainty, fit, states[last], p[:, 0])
-    if certainty is not None and not certainty.finished:
+    trust = _trust(objective, found, uncertainty, fit, states[last], p[:, 0])
+    if uncertainty is not None and not uncertainty.finished:
         outcome = Outcome.DEADLINE
         message = 'allow more time, or shorten the window: none was left to look for jumps'
-    elif certainty is not None and certainty.drifting and found.accepted:
+    elif uncertainty is not None and uncertainty.drifting and found.accepted:
         outcome = Outcome.MODEL_MISMATCH
         message = (
-            f'shorten the window: {len(certainty.jumps)} jumps in it, or a parameter that drifts; '
+            f'shorten the window: {len(uncertainty.jumps)} jumps in it, or a drifting parameter; '
             'standard deviations are withheld'
         )
     elif trust.lost and outcome in (Outcome.CONVERGED, Outcome.AT_BOUND):
@@ -109,7 +109,7 @@ def report(
     if resting := states_at_bound(model, states):
         outcome = Outcome.AT_BOUND if outcome is Outcome.CONVERGED else outcome
         message = f'{resting}: check the bounds, or the model; {message}'
-    jumps = () if certainty is None else certainty.jumps
+    jumps = () if uncertainty is None else uncertainty.jumps
     residuals = residuals * grid.scale
     return Estimate(
         parameters=_named(model.parameters, p[:, 0]),
@@ -212,7 +212,7 @@ class Trust:
 def _trust(
     objective: Objective,
     found: Found,
-    certainty: Certainty | None,
+    uncertainty: Uncertainty | None,
     fit: Fit,
     state: Array,
     p: Array,
@@ -221,21 +221,21 @@ def _trust(
     unknowns = objective.unknowns
     model = unknowns.model
     if (
-        certainty is None
-        or certainty.drifting
-        or not (certainty.finished and found.accepted)
+        uncertainty is None
+        or uncertainty.drifting
+        or not (uncertainty.finished and found.accepted)
         or fit.too_large
     ):
         return Trust(Deviations.withheld(model))
-    best, n = certainty.hypothesis, unknowns.n_states
-    deviations = Deviations.of(best, certainty.covariance, fit.inflation)
+    best, n = uncertainty.hypothesis, unknowns.n_states
+    deviations = Deviations.of(best, uncertainty.covariance, fit.inflation)
     final = best.layout.final(best.point)[n:]
-    posterior = certainty.covariance[np.ix_(final, final)]
-    if certainty.told is not None:
-        places = unknowns.index[n:][~certainty.told] - len(model.states)
+    posterior = uncertainty.covariance[np.ix_(final, final)]
+    if uncertainty.told is not None:
+        places = unknowns.index[n:][~uncertainty.told] - len(model.states)
         deviations.parameters[places] = np.nan
-        posterior = posterior + np.diag(np.where(certainty.told, 0.0, BOX_VARIANCE))
-    weak = weak_directions(objective, best.point[final], certainty.information, posterior)
+        posterior = posterior + np.diag(np.where(uncertainty.told, 0.0, BOX_VARIANCE))
+    weak = weak_directions(objective, best.point[final], uncertainty.information, posterior)
     values = np.concatenate([deviations.state, deviations.parameters])
     estimated = [i for i in unknowns.index[n:] if np.isnan(values[i])]
     chosen = np.flatnonzero(np.isin(unknowns.index, estimated))
@@ -248,12 +248,12 @@ def _trust(
 
 
 def _explained(
-    objective: Objective, found: Found, certainty: Certainty | None
+    objective: Objective, found: Found, uncertainty: Uncertainty | None
 ) -> tuple[Array, Array, Array]:
     """Return unknowns at the end (d,), states (K, n) and scaled residuals (K, r)."""
-    if certainty is None:
+    if uncertainty is None:
         return found.z, *objective.trajectory(found.z)
-    best = certainty.hypothesis
+    best = uncertainty.hypothesis
     return best.point[best.layout.final(best.point)], *best.trajectory
 
 

@@ -21,7 +21,7 @@ HOLD = 1e10  # precision in boxes; holds a direction
 
 
 @dataclass(frozen=True)
-class Gate:
+class InformedSubspace:
     """Directions of the parameters (q, q): `informed` maps onto those that the window tells.
 
     `information` (q, q) is that about the parameters, in boxes, with the initial state unknown and
@@ -33,7 +33,7 @@ class Gate:
     held: Array
 
     @classmethod
-    def of(cls, hypothesis: Hypothesis) -> 'Gate':
+    def of(cls, hypothesis: Hypothesis) -> 'InformedSubspace':
         """Judge the window of a hypothesis without a jump in it."""
         regimes, z = hypothesis.regimes, hypothesis.point
         n = regimes.objective.unknowns.n_states

@@ -11,7 +11,7 @@ from scipy.stats import chi2
 from obs_ros import Estimate, Outcome, Record
 from obs_ros.core.estimate import Jump
 from obs_ros.core.typing import Array
-from obs_ros.inference.assessment.assemble import Certainty, empty, output_rms, report
+from obs_ros.inference.assessment.assemble import Uncertainty, empty, output_rms, report
 from obs_ros.inference.jumps.jump_search import weigh
 from obs_ros.inference.jumps.piecewise import Layout, Regimes
 from obs_ros.inference.objective import Objective
@@ -72,14 +72,14 @@ def certain(
     record, objective = problem(noise)
     regimes = Regimes(objective, Prior.box(objective.unknowns), Layout(4))
     covariance = np.diag(deviations) ** 2
-    certainty = Certainty(
+    uncertainty = Uncertainty(
         weigh(regimes, FOUND.z), covariance, np.diag(1.0 / np.diag(covariance)[2:])
     )
     return report(
         record,
         objective,
         FOUND,
-        replace(certainty, **changes),
+        replace(uncertainty, **changes),
         noise_known=noise_known,
         in_time=True,
         solve_time=0.25,

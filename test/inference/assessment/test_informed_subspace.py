@@ -9,7 +9,11 @@ from plants import INTEGRATOR, integrator_design, square_wave, window_of
 from obs_ros import Model, Record, Variable
 from obs_ros.core.deadline import Deadline
 from obs_ros.core.typing import Array
-from obs_ros.inference.assessment.informed_subspace import HOLD, Gate, marginal_information
+from obs_ros.inference.assessment.informed_subspace import (
+    HOLD,
+    InformedSubspace,
+    marginal_information,
+)
 from obs_ros.inference.jumps.jump_search import Hypothesis, weigh
 from obs_ros.inference.jumps.piecewise import Layout, Regimes
 from obs_ros.inference.prior import Prior
@@ -45,7 +49,7 @@ def fitted(
 def test_a_parameter_at_rest_is_held() -> None:
     """Whatever noise does to the initial state, seeds 0 to 19."""
     for seed in range(20):
-        gate = Gate.of(fitted(1.0, 0.0, seed))
+        gate = InformedSubspace.of(fitted(1.0, 0.0, seed))
         assert len(gate.held) == 1
         direction = gate.held[0] / np.linalg.norm(gate.held[0])
         assert abs(direction[1]) > 0.999
@@ -57,7 +61,7 @@ def test_a_parameter_at_rest_is_held() -> None:
 def test_what_moves_is_let_through(backend: str) -> None:
     for seed in range(20 if backend == 'numba' else 3):
         best = fitted(1.0, 1.0, seed, backend)
-        gate = Gate.of(best)
+        gate = InformedSubspace.of(best)
         assert gate.held.shape == (0, 2)
         np.testing.assert_array_equal(gate.informed, np.eye(2))
         jx, jp = best.local.jacobian[:, :2], best.local.jacobian[:, 2:]
@@ -69,14 +73,14 @@ def test_what_moves_is_let_through(backend: str) -> None:
 
 
 def test_nothing_moves_and_nothing_is_told() -> None:
-    gate = Gate.of(fitted(0.0, 0.0))
+    gate = InformedSubspace.of(fitted(0.0, 0.0))
     assert gate.held.shape == (2, 2)
     np.testing.assert_allclose(gate.informed, 0.0, atol=1e-9)
 
 
 def test_a_held_direction_stays_where_the_prior_has_it() -> None:
     best = fitted(1.0, 0.0, 3)
-    gate, prior = Gate.of(best), best.regimes.prior
+    gate, prior = InformedSubspace.of(best), best.regimes.prior
     held = gate.holding(prior)
     form = gate.held[0] / np.linalg.norm(gate.held[0])
     along = np.concatenate([[0.0, 0.0], form])
@@ -92,7 +96,7 @@ def test_a_held_direction_stays_where_the_prior_has_it() -> None:
 
 def test_of_a_held_direction_only_the_prior_knows() -> None:
     best = fitted(1.0, 0.0, 3)
-    gate = Gate.of(best)
+    gate = InformedSubspace.of(best)
     covariance = gate.covariance(best)
     assert covariance[3, 3] == pytest.approx(1.0 / 12.0, rel=0.01)
     assert covariance[2, 2] == pytest.approx(best.covariance[2, 2], rel=0.05)
@@ -105,7 +109,7 @@ def test_a_plant_linear_in_its_unknowns_holds_nothing() -> None:
     objective = window_of(INTEGRATOR, Record(T, u, y), SIGMA)
     regimes = Regimes(objective, Prior.box(objective.unknowns), Layout(3))
     best = weigh(regimes, objective.unknowns.point({'x': 1.0, 'gain': 1.3, 'drift': -0.4}))
-    assert Gate.of(best).held.shape == (0, 2)
+    assert InformedSubspace.of(best).held.shape == (0, 2)
 
 
 @pytest.mark.parametrize(
@@ -117,7 +121,7 @@ def test_a_plant_linear_in_its_unknowns_holds_nothing() -> None:
 )
 def test_without_states_or_parameters_there_is_nothing_to_hold(settings: Any, size: int) -> None:
     best = fitted(1.0, 0.0, **settings)
-    gate = Gate.of(best)
+    gate = InformedSubspace.of(best)
     assert gate.held.shape == (0, size)
     assert gate.information.shape == (size, size)
     assert np.isfinite(gate.covariance(best)).all()
