@@ -14,8 +14,8 @@ from obs_ros.horizon.moving_horizon import MovingHorizon
 from obs_ros.horizon.solve import Solver, random_generator
 from obs_ros.inference.assessment.assemble import Uncertainty, report
 from obs_ros.inference.assessment.informed_subspace import marginal_information
-from obs_ros.inference.jumps.jump_search import JUMP_PROBABILITY, Hypothesis, weigh
-from obs_ros.inference.jumps.piecewise import Layout, Regimes
+from obs_ros.inference.jumps.jump_search import JUMP_PROBABILITY, Hypothesis, hypothesis_at
+from obs_ros.inference.jumps.piecewise import Layout, PiecewiseProblem
 from obs_ros.inference.prior import Prior, box_variances
 from obs_ros.observers.base import OBSERVERS, load_observer
 
@@ -82,7 +82,9 @@ class Chained:
         assert not isinstance(objective, Estimate), objective.message
         warm = solver.warm_start(record, previous)
         found = solver.search(objective, rng, deadline, warm, noise_known=True, prior=prior)
-        best = weigh(Regimes(objective, prior, Layout(objective.dimension)), found.z)
+        best = hypothesis_at(
+            PiecewiseProblem(objective, prior, Layout(objective.dimension)), found.z
+        )
         told = marginal_information(best, solver.unknowns.n_states)
         # A misfit is no reason to withhold: that the contestant believes its prior is the point.
         uncertainty = Uncertainty(best, best.covariance, told)

@@ -19,7 +19,7 @@ from obs_ros.horizon.moving_horizon import MovingHorizon
 from obs_ros.horizon.solve import Solver, random_generator
 from obs_ros.inference.assessment.assemble import Uncertainty
 from obs_ros.inference.assessment.informed_subspace import marginal_information
-from obs_ros.inference.jumps.jump_search import Hypothesis, Race
+from obs_ros.inference.jumps.jump_search import Hypothesis, JumpSearch
 
 Solve = Callable[[int, Record], Estimate]
 
@@ -69,7 +69,9 @@ def sequence(run: Run, *, race: bool = True, gate: bool = True) -> Solve:
     def solve(i: int, record: Record) -> Estimate:
         with contextlib.ExitStack() as changed:
             if not race:
-                changed.enter_context(mock.patch.object(Race, 'run', lambda own, **_: own.best))
+                changed.enter_context(
+                    mock.patch.object(JumpSearch, 'run', lambda own, **_: own.best)
+                )
             if not gate:
                 changed.enter_context(mock.patch('obs_ros.horizon.moving_horizon._gated', ungated))
             return windows.solve(record, random_generator(0, i), Deadline(None))
@@ -79,7 +81,7 @@ def sequence(run: Run, *, race: bool = True, gate: bool = True) -> Solve:
 
 def ungated(best: Hypothesis, *_: Any) -> Uncertainty:
     """Return the uncertainty of a window as if it told everything."""
-    states = best.regimes.objective.unknowns.n_states
+    states = best.problem.objective.unknowns.n_states
     return Uncertainty(best, best.covariance, marginal_information(best, states))
 
 

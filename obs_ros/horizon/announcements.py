@@ -56,8 +56,8 @@ class Announcements:
         self, uncertainty: Uncertainty, alternatives: Sequence[Hypothesis], record: Record
     ) -> tuple[Jump, ...]:
         """Return what jumped, with its time and size, and whether that is news."""
-        grid = uncertainty.hypothesis.regimes.objective.grid
-        names = uncertainty.hypothesis.regimes.objective.unknowns.names
+        grid = uncertainty.hypothesis.problem.objective.grid
+        names = uncertainty.hypothesis.problem.objective.unknowns.names
         start, duration = float(grid.t[0]), float(grid.t[-1] - grid.t[0])
         newest = float(grid.t[np.flatnonzero(grid.measured)[-1]])
         others = tuple(
@@ -103,7 +103,7 @@ def together(names: Iterable[str]) -> str:
 def _jumped(uncertainty: Uncertainty) -> list[Sizes]:
     """Return what a hypothesis says to have jumped: inside the window by time, then before it."""
     best, covariance = uncertainty.hypothesis, uncertainty.covariance
-    unknowns, t = best.regimes.objective.unknowns, best.regimes.objective.grid.t
+    unknowns, t = best.problem.objective.unknowns, best.problem.objective.grid.t
     start, duration = float(t[0]), float(t[-1] - t[0])
     found: dict[int, Sizes] = {}
     for event, parameter, before, after in best.layout.jumped(best.point):
@@ -119,10 +119,10 @@ def _jumped(uncertainty: Uncertainty) -> list[Sizes]:
     jumps = list(found.values())
     if best.before:
         # Some time since the last window known; the size is against what that said.
-        gap = best.regimes.prior.gap * duration
+        gap = best.problem.prior.gap * duration
         earlier = Sizes(start - 0.5 * gap, gap / np.sqrt(12.0))
         for place in best.before:
-            ends_of = np.array([best.regimes.prior.mean[place], best.point[place]])
+            ends_of = np.array([best.problem.prior.mean[place], best.point[place]])
             earlier.add(unknowns, place, ends_of, np.diag([0.0, covariance[place, place]]))
         jumps.append(earlier)
     return jumps

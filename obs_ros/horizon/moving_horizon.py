@@ -1,7 +1,7 @@
-"""One window after the other: prior, search, race, gate, and what is learned from it.
+"""One window after the other: prior, fit, jumps, gate, and what is learned from it.
 
-The prior is the information of windows that ended before this one began; the race looks for jumps
-inside the window; the gate holds what the window does not tell.
+The prior is the information of windows that ended before this one began; the jump search looks for
+jumps inside the window; the gate holds what the window does not tell.
 """
 
 import time
@@ -23,8 +23,14 @@ from obs_ros.inference.assessment.assemble import Uncertainty, empty, report, st
 from obs_ros.inference.assessment.identifiability import undetermined
 from obs_ros.inference.assessment.informed_subspace import InformedSubspace
 from obs_ros.inference.assessment.profile import widened_by_profile
-from obs_ros.inference.jumps.jump_search import Hypothesis, Race, inverse, may_jump, weigh
-from obs_ros.inference.jumps.piecewise import Layout, Regimes
+from obs_ros.inference.jumps.jump_search import (
+    Hypothesis,
+    JumpSearch,
+    hypothesis_at,
+    inverse,
+    may_jump,
+)
+from obs_ros.inference.jumps.piecewise import Layout, PiecewiseProblem
 from obs_ros.inference.noise import Noise, variances_left
 from obs_ros.inference.objective import Objective
 from obs_ros.inference.prior import Posterior, Prior
@@ -114,9 +120,11 @@ class MovingHorizon:
                 Posterior(objective, prior), found.z[None], objective.nodes, POLISH, deadline
             )
             found = replace(found, z=polished.z[0], cost=float(polished.squares[0]))
-        still = weigh(Regimes(objective, prior, Layout(objective.dimension)), found.z)
-        race = Race(still, deadline, known=continued, correlation=correlation)
-        best = race.run() if found.accepted else still
+        still = hypothesis_at(
+            PiecewiseProblem(objective, prior, Layout(objective.dimension)), found.z
+        )
+        search = JumpSearch(still, deadline, known=continued, correlation=correlation)
+        best = search.run() if found.accepted else still
         if best.jumps and not known:
             best = _with_own_noise(best, deadline)
         uncertainty = _gated(best, deadline)
@@ -125,8 +133,8 @@ class MovingHorizon:
             uncertainty = (
                 uncertainty if surest is None else _recalled(uncertainty, surest, deadline)
             )
-        uncertainty = replace(uncertainty, finished=race.finished, correlation=correlation)
-        jumps = self._announcements.of(uncertainty, race.alternatives(), record)
+        uncertainty = replace(uncertainty, finished=search.finished, correlation=correlation)
+        jumps = self._announcements.of(uncertainty, search.alternatives(), record)
         if not best.layout.events:
             self._told |= told_alone(uncertainty)
         uncertainty = replace(uncertainty, jumps=jumps, told=self._told.copy())
@@ -139,7 +147,7 @@ class MovingHorizon:
             in_time=not deadline.passed,
             solve_time=time.perf_counter() - begin,
         )
-        if found.accepted and race.finished:
+        if found.accepted and search.finished:
             fits = self._learn(uncertainty, jumps)
             estimate = self._probation.weigh(estimate, fits) if known else estimate
         return estimate
@@ -153,10 +161,10 @@ class MovingHorizon:
         layout, point = _moved(self._explained, objective, warm)
         if not layout.events:
             return None
-        regimes = Regimes(objective, prior, layout)
-        start = np.clip(point, *regimes.walls)[None]
-        solved = levenberg_marquardt(regimes, start, objective.nodes, POLISH, deadline)
-        return weigh(regimes, solved.z[0]) if np.isfinite(solved.squares[0]) else None
+        problem = PiecewiseProblem(objective, prior, layout)
+        start = np.clip(point, *problem.walls)[None]
+        solved = levenberg_marquardt(problem, start, objective.nodes, POLISH, deadline)
+        return hypothesis_at(problem, solved.z[0]) if np.isfinite(solved.squares[0]) else None
 
     def _learn(self, uncertainty: Uncertainty, jumps: tuple[Jump, ...]) -> bool:
         """Remember what an accepted window says; one that nothing explains teaches nothing.
@@ -164,7 +172,7 @@ class MovingHorizon:
         Returns whether it was explained.
         """
         best, history = uncertainty.hypothesis, self._arrival_cost
-        objective, z = best.regimes.objective, best.point
+        objective, z = best.problem.objective, best.point
         grid, n = objective.grid, objective.unknowns.n_states
         left = variances_left(best.trajectory[1], grid, z.size)
         fit = uncertainty.fit
@@ -203,7 +211,7 @@ class MovingHorizon:
 
 def told_alone(uncertainty: Uncertainty) -> BoolArray:
     """Return which parameters (q,) a window without a jump tells without any that came before."""
-    unknowns = uncertainty.hypothesis.regimes.objective.unknowns
+    unknowns = uncertainty.hypothesis.problem.objective.unknowns
     n = unknowns.n_states
     box = Prior.box(unknowns).precision[n:, n:]
     variances = np.diagonal(inverse(uncertainty.information + box))
@@ -213,18 +221,18 @@ def told_alone(uncertainty: Uncertainty) -> BoolArray:
 def tells_nothing(uncertainty: Uncertainty) -> bool:
     """Whether a window without a jump has made no parameter much surer than it was before."""
     best = uncertainty.hypothesis
-    steady = may_jump(best.regimes.objective.unknowns)
-    before = np.diagonal(inverse(best.regimes.prior.precision))[steady]
+    steady = may_jump(best.problem.objective.unknowns)
+    before = np.diagonal(inverse(best.problem.prior.precision))[steady]
     return bool((np.diagonal(uncertainty.covariance)[steady] > NOTHING_NEW * before).all())
 
 
 def _recalled(uncertainty: Uncertainty, prior: Prior, deadline: Deadline) -> Uncertainty:
     """Return what a surer prior makes of a window that tells nothing, if that fits the window."""
     best = uncertainty.hypothesis
-    regimes = Regimes(best.regimes.objective, prior, best.layout)
-    nodes = best.regimes.objective.nodes
-    solved = levenberg_marquardt(regimes, best.point[None], nodes, POLISH, deadline)
-    other = weigh(regimes, solved.z[0])
+    problem = PiecewiseProblem(best.problem.objective, prior, best.layout)
+    nodes = best.problem.objective.nodes
+    solved = levenberg_marquardt(problem, best.point[None], nodes, POLISH, deadline)
+    other = hypothesis_at(problem, solved.z[0])
     return _gated(other, deadline) if other.cost < best.cost + MOST_FOR_HOLDING else uncertainty
 
 
@@ -261,7 +269,7 @@ def _moved(explained: Hypothesis, objective: Objective, warm: Array) -> tuple[La
 
     `warm` (d,) is where this window is expected to begin, but for what has not jumped yet.
     """
-    old, new = explained.regimes.objective.grid.t, objective.grid.t
+    old, new = explained.problem.objective.grid.t, objective.grid.t
     z, events, tail = warm.copy(), [], []
     layout, point = explained.layout, explained.point
     n = objective.unknowns.n_states
@@ -281,17 +289,17 @@ def _moved(explained: Hypothesis, objective: Objective, warm: Array) -> tuple[La
 
 def _with_own_noise(best: Hypothesis, deadline: Deadline) -> Hypothesis:
     """Return a hypothesis in units of the noise that it leaves, of a window that had none given."""
-    regimes, objective = best.regimes, best.regimes.objective
+    problem, objective = best.problem, best.problem.objective
     left = variances_left(best.trajectory[1], objective.grid, best.point.size)
     objective.grid = objective.grid.rescaled(np.sqrt(left) / objective.grid.scale)
-    regimes = Regimes(objective, regimes.prior, regimes.layout)
-    solved = levenberg_marquardt(regimes, best.point[None], objective.nodes, POLISH, deadline)
-    return weigh(regimes, solved.z[0], best.before)
+    problem = PiecewiseProblem(objective, problem.prior, problem.layout)
+    solved = levenberg_marquardt(problem, best.point[None], objective.nodes, POLISH, deadline)
+    return hypothesis_at(problem, solved.z[0], best.before)
 
 
 def _gated(best: Hypothesis, deadline: Deadline) -> Uncertainty:
     """Hold what a window without a jump inside does not tell."""
-    objective, prior = best.regimes.objective, best.regimes.prior
+    objective, prior = best.problem.objective, best.problem.prior
     n = objective.unknowns.n_states
     if best.layout.events:
         final = best.layout.final(best.point)[n:]
@@ -302,7 +310,7 @@ def _gated(best: Hypothesis, deadline: Deadline) -> Uncertainty:
         return Uncertainty(best, covariance, gate.information, bent=bent)
     holding = Posterior(objective, gate.holding(prior))
     solved = levenberg_marquardt(holding, best.point[None], objective.nodes, POLISH, deadline)
-    held = weigh(best.regimes, solved.z[0], best.before)
+    held = hypothesis_at(best.problem, solved.z[0], best.before)
     if not held.squares < best.squares + MOST_FOR_HOLDING:
         held = best  # far from linear: there is no such fit where the prior has it
     return Uncertainty(held, gate.covariance(held), gate.information)

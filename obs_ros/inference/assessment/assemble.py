@@ -62,7 +62,7 @@ class Uncertainty:
         """How what the hypothesis leaves compares with the noise, given or learned."""
         best = self.hypothesis
         return Fit.of(
-            best.regimes.objective,
+            best.problem.objective,
             best.squares,
             best.trajectory[1],
             noise_known=True,

@@ -35,11 +35,11 @@ class InformedSubspace:
     @classmethod
     def of(cls, hypothesis: Hypothesis) -> 'InformedSubspace':
         """Judge the window of a hypothesis without a jump in it."""
-        regimes, z = hypothesis.regimes, hypothesis.point
-        n = regimes.objective.unknowns.n_states
+        problem, z = hypothesis.problem, hypothesis.point
+        n = problem.objective.unknowns.n_states
         q = z.size - n
-        jp = hypothesis.local.jacobian[:, n:]
-        spread, free = _states_apart(hypothesis.local.jacobian[:, :n])
+        jp = hypothesis.linearisation.jacobian[:, n:]
+        spread, free = _states_apart(hypothesis.linearisation.jacobian[:, :n])
         information = jp.T @ free(jp)
         everything = cls(information, np.eye(q), np.zeros((0, q)))
         if not n or not q:
@@ -72,15 +72,15 @@ class InformedSubspace:
 
     def covariance(self, hypothesis: Hypothesis) -> Array:
         """Return the joint covariance (d, d), of the held directions the prior's alone."""
-        jacobian = hypothesis.local.jacobian.copy()
+        jacobian = hypothesis.linearisation.jacobian.copy()
         n = jacobian.shape[1] - self.informed.shape[0]
         jacobian[:, n:] = jacobian[:, n:] @ self.informed
-        return inverse(jacobian.T @ jacobian + hypothesis.regimes.prior.precision)
+        return inverse(jacobian.T @ jacobian + hypothesis.problem.prior.precision)
 
 
 def marginal_information(hypothesis: Hypothesis, states: int) -> Array:
     """Return the information (q, q) about the parameters with the initial state unknown."""
-    jacobian = hypothesis.local.jacobian[:, : hypothesis.layout.dimension]
+    jacobian = hypothesis.linearisation.jacobian[:, : hypothesis.layout.dimension]
     jp = jacobian[:, states:]
     return np.asarray(jp.T @ _states_apart(jacobian[:, :states])[1](jp))
 
@@ -97,9 +97,9 @@ def _states_apart(jx: Array) -> tuple[Array, Callable[[Array], Array]]:
 
 def _changes(hypothesis: Hypothesis, jp: Array, roots: Array) -> list[Array]:
     """Return changes (M, q) of the Jacobian jp for each standard deviation of the initial state."""
-    z, regimes = hypothesis.point, hypothesis.regimes
+    z, problem = hypothesis.point, hypothesis.problem
     n, q = len(roots), jp.shape[1]
-    walls = regimes.walls[:, :n]
+    walls = problem.walls[:, :n]
     moved = []
     for root in roots.T:
         # Towards the side with more room: beyond its bounds a state may mean nothing.
@@ -110,7 +110,7 @@ def _changes(hypothesis: Hypothesis, jp: Array, roots: Array) -> list[Array]:
     columns = np.arange(q)
     step = np.where(z[n:] > 0.5, -PROBE, PROBE)
     points[:, 1 + columns, n + columns] += step
-    rows = regimes.rows(points.reshape(-1, z.size)).reshape(len(jp), n, 1 + q)
+    rows = problem.rows(points.reshape(-1, z.size)).reshape(len(jp), n, 1 + q)
     with np.errstate(invalid='ignore'):  # the model may diverge
         slopes = (rows[:, :, 1:] - rows[:, :, :1]) / step
     return [slopes[:, k] - jp for k in range(n)]

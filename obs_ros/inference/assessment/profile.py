@@ -25,7 +25,7 @@ def widened_by_profile(best: Hypothesis) -> tuple[Array, bool]:
 
     It is wider where the window is bent, never narrower.
     """
-    posterior, z = Posterior(best.regimes.objective, best.regimes.prior), best.point
+    posterior, z = Posterior(best.problem.objective, best.problem.prior), best.point
     deviations = np.sqrt(np.diagonal(best.covariance))
     along = best.covariance / deviations  # column k: one standard deviation of unknown k
     points = z + OFF * np.vstack([along.T, -along.T])

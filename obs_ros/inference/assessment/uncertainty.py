@@ -39,7 +39,7 @@ class Deviations:
         What is not estimated has none, 0. Above a tenth of its box, or on a log scale 30 % of its
         value, a standard deviation says that the value is not determined, and is withheld.
         """
-        unknowns = hypothesis.regimes.objective.unknowns
+        unknowns = hypothesis.problem.objective.unknowns
         n = len(unknowns.model.states)
         covariance = covariance * inflation
         final = hypothesis.layout.final(hypothesis.point)
@@ -52,7 +52,7 @@ class Deviations:
             slopes = unknowns.slopes(hypothesis.point[where])
             everything[unknowns.index] = np.where(boxes <= limit, boxes * slopes, np.nan)
             found[name] = everything
-        g = hypothesis.local.state_jacobian
+        g = hypothesis.linearisation.state_jacobian
         state = np.sqrt(np.maximum(((g @ covariance) * g).sum(axis=1), 0.0))
         boxes = np.full(n, np.inf)
         estimated = unknowns.index < n

@@ -1,4 +1,4 @@
-"""The jump race: which parameter jumped inside this window, when, and by how much.
+"""The jump search: which parameter jumped inside this window, when, and by how much.
 
 Hypotheses are compared by their evidence E: squares, penalties, and the logarithm of how much the
 window narrows the prior. The least E wins.
@@ -15,7 +15,12 @@ from obs_ros.core.deadline import Deadline
 from obs_ros.core.linear_algebra import eigen
 from obs_ros.core.residual_tests import independent_share, inflation, inflation_by, like_noise
 from obs_ros.core.typing import Array
-from obs_ros.inference.jumps.piecewise import TIME_PRECISION, Layout, Local, Regimes
+from obs_ros.inference.jumps.piecewise import (
+    TIME_PRECISION,
+    Layout,
+    Linearisation,
+    PiecewiseProblem,
+)
 from obs_ros.inference.objective import Objective
 from obs_ros.inference.parameterisation import Unknowns
 from obs_ros.inference.prior import Prior, box_variances
@@ -56,28 +61,28 @@ class Hypothesis:
     residuals, prior and penalties.
     """
 
-    regimes: Regimes
+    problem: PiecewiseProblem
     before: tuple[int, ...]
     point: Array
-    local: Local
+    linearisation: Linearisation
     covariance: Array
     cost: float
-    evidence: float
+    neg2_log_evidence: float
 
     @property
     def layout(self) -> Layout:
         """Where what lies in the point."""
-        return self.regimes.layout
+        return self.problem.layout
 
     @cached_property
     def squares(self) -> float:
         """Sum of squared residuals, without those of the prior."""
-        return float(self.local.residual @ self.local.residual)
+        return float(self.linearisation.residual @ self.linearisation.residual)
 
     @cached_property
     def trajectory(self) -> tuple[Array, Array]:
         """States (K, n) and scaled residuals (K, r); NaN = not measured."""
-        return self.regimes.trajectory(self.point)
+        return self.problem.trajectory(self.point)
 
     @property
     def jumps(self) -> int:
@@ -90,26 +95,28 @@ class Hypothesis:
         return frozenset(self.before).union(*self.layout.events)
 
 
-def weigh(regimes: Regimes, point: Array, before: tuple[int, ...] = ()) -> Hypothesis:
-    """Return the hypothesis that `point` (D,) is the best one of `regimes`."""
-    local = differentiated(regimes, point)
-    precision = regimes.precision(point)
-    off = point - regimes.mean(point)
-    occam = precision + np.diag(_time_precision(regimes.layout))
-    information = local.jacobian.T @ local.jacobian + occam
-    penalty = per_earlier_jump(regimes.prior.gap) * len(before) if before else 0.0
-    for event in regimes.layout.events:
+def hypothesis_at(
+    problem: PiecewiseProblem, point: Array, before: tuple[int, ...] = ()
+) -> Hypothesis:
+    """Return the hypothesis that `point` (D,) is the best one of `problem`."""
+    linearisation = differentiated(problem, point)
+    precision = problem.precision(point)
+    off = point - problem.mean(point)
+    occam = precision + np.diag(_time_precision(problem.layout))
+    information = linearisation.jacobian.T @ linearisation.jacobian + occam
+    penalty = per_earlier_jump(problem.prior.gap) * len(before) if before else 0.0
+    for event in problem.layout.events:
         penalty += PER_JUMP + PER_FURTHER * (len(event) - 1)
     gain = np.linalg.slogdet(information)[1] - np.linalg.slogdet(occam)[1]
-    cost = float(local.residual @ local.residual + off @ precision @ off) + penalty
+    cost = float(linearisation.residual @ linearisation.residual + off @ precision @ off) + penalty
     return Hypothesis(
-        regimes=regimes,
+        problem=problem,
         before=before,
         point=point,
-        local=local,
+        linearisation=linearisation,
         covariance=inverse(information),
         cost=cost,
-        evidence=cost + float(gain),
+        neg2_log_evidence=cost + float(gain),
     )
 
 
@@ -118,7 +125,7 @@ def per_earlier_jump(gap: float) -> float:
     return max(0.0, PER_JUMP - 2.0 * math.log(gap)) if gap > 0.0 else math.inf
 
 
-def differentiated(regimes: Regimes, point: Array) -> Local:
+def differentiated(problem: PiecewiseProblem, point: Array) -> Linearisation:
     """Return what the window does near a point, by differences as wide as the noise makes sense of.
 
     At a kink, such as two levels that become equal, a much smaller step would see a slope that no
@@ -126,13 +133,13 @@ def differentiated(regimes: Regimes, point: Array) -> Local:
     """
     steps = np.full(point.size, FIRST_STEP)
     for _ in range(STEPS_TRIED):
-        local = regimes.local(point, steps)
-        slopes = np.sqrt((local.jacobian**2).sum(axis=0))
+        linearisation = problem.linearisation(point, steps)
+        slopes = np.sqrt((linearisation.jacobian**2).sum(axis=0))
         wanted = np.clip(STEP / np.maximum(slopes, NOTHING), SMALLEST_STEP, LARGEST_STEP)
         if (np.maximum(wanted / steps, steps / wanted) < FITTING).all():
             break
         steps = wanted
-    return local
+    return linearisation
 
 
 def inverse(information: Array) -> Array:
@@ -144,7 +151,7 @@ def inverse(information: Array) -> Array:
     return np.asarray((vectors / np.maximum(values, 1e-14)) @ vectors.T)
 
 
-class Race:
+class JumpSearch:
     """Hypotheses about one window, raced from the one without a jump.
 
     `known` is the one that what has jumped before did so; `correlation` is the noise's lag-1 one,
@@ -163,7 +170,7 @@ class Race:
         self.best = known if known is not None and _beats(known, still, correlation) else still
         self.tried = [h for h in (still, known) if h]
         self._deadline = deadline
-        self._begun = still.regimes.objective.evaluations
+        self._begun = still.problem.objective.evaluations
         self._hopeful = HOPEFUL if known is None else HOPEFUL_WHEN_KNOWN
 
     @property
@@ -178,22 +185,22 @@ class Race:
         """
         while self.best.jumps < MOST_JUMPS and not self._over:
             rivals = self._all_solved(self._starts(self.best))
-            winner = min(rivals, key=lambda h: h.evidence, default=self.best)
+            winner = min(rivals, key=lambda h: h.neg2_log_evidence, default=self.best)
             if not _beats(winner, self.best, self._correlation):
                 break
             self.best = self._without_needless(winner)
         if self._futile:
             return self.best
         exchanged = self._all_solved(_exchanged(self.best))
-        self.best = min([self.best, *exchanged], key=lambda h: h.evidence)
+        self.best = min([self.best, *exchanged], key=lambda h: h.neg2_log_evidence)
         return self.best
 
     def _without_needless(self, best: Hypothesis) -> Hypothesis:
         """Return the hypothesis without jumps that one found later has made superfluous."""
         while sum(map(len, best.layout.events)) > 1:
             fewer = self._all_solved(_reduced(best))
-            least = min(fewer, key=lambda h: h.evidence, default=best)
-            if least.evidence >= best.evidence:
+            least = min(fewer, key=lambda h: h.neg2_log_evidence, default=best)
+            if least.neg2_log_evidence >= best.neg2_log_evidence:
                 break
             best = least
         return best
@@ -201,14 +208,14 @@ class Race:
     def alternatives(self) -> list[Hypothesis]:
         """Return those with other sets of parameters that explain the window nearly as well."""
         least: dict[frozenset[int], Hypothesis] = {}
-        for other in sorted(self.tried, key=lambda h: h.evidence):
+        for other in sorted(self.tried, key=lambda h: h.neg2_log_evidence):
             least.setdefault(other.parameters, other)
         least.pop(self.best.parameters, None)
-        limit = self.best.evidence + SIMILAR
-        return [other for other in least.values() if other.evidence < limit]
+        limit = self.best.neg2_log_evidence + SIMILAR
+        return [other for other in least.values() if other.neg2_log_evidence < limit]
 
     def _all_solved(
-        self, starts: Iterable[tuple[Regimes, Array, tuple[int, ...]]]
+        self, starts: Iterable[tuple[PiecewiseProblem, Array, tuple[int, ...]]]
     ) -> list[Hypothesis]:
         """Return the hypotheses that come of some starts, and remember them."""
         solved = []
@@ -220,17 +227,19 @@ class Race:
                 self.tried.append(hypothesis)
         return solved
 
-    def _solved(self, regimes: Regimes, point: Array, before: tuple[int, ...]) -> Hypothesis | None:
-        """Return the best hypothesis of these regimes near a point; None if out of time."""
-        nodes = regimes.objective.nodes
-        start = np.clip(point, *regimes.walls)[None]
+    def _solved(
+        self, problem: PiecewiseProblem, point: Array, before: tuple[int, ...]
+    ) -> Hypothesis | None:
+        """Return the best hypothesis of a problem near a point; None if out of time."""
+        nodes = problem.objective.nodes
+        start = np.clip(point, *problem.walls)[None]
         pursuit = _Pursuit(min(h.cost for h in self.tried), self._explained, lambda: self._futile)
         starts = levenberg_marquardt(
-            regimes, start, nodes, ITERATIONS, self._deadline, hopeless=pursuit.hopeless
+            problem, start, nodes, ITERATIONS, self._deadline, hopeless=pursuit.hopeless
         )
         if self._deadline.passed or pursuit.lost or not np.isfinite(starts.squares[0]):
             return None
-        return weigh(regimes, starts.z[0], before)
+        return hypothesis_at(problem, starts.z[0], before)
 
     @property
     def _over(self) -> bool:
@@ -243,7 +252,7 @@ class Race:
         Each halving of the squares earns as many rollouts again: a second jump at the same time is
         found after the first.
         """
-        objective = self.best.regimes.objective
+        objective = self.best.problem.objective
         spent = objective.evaluations - self._begun
         share = MOST_UNEXPLAINED * objective.dimension
         if spent < share:  # asked at every rollout, so what costs less comes first
@@ -254,21 +263,23 @@ class Race:
 
     def _explained(self, squares: float) -> bool:
         """Whether noise may well leave these squares."""
-        objective, share = self.best.regimes.objective, independent_share(self._correlation)
+        objective, share = self.best.problem.objective, independent_share(self._correlation)
         freedom = max(1, objective.count(objective.nodes) - objective.dimension)
         return like_noise(squares * inflation(self._correlation) * share, freedom * share)
 
-    def _starts(self, base: Hypothesis) -> Iterator[tuple[Regimes, Array, tuple[int, ...]]]:
-        """Yield regimes, point and earlier jumps of what is worth an exact solution."""
+    def _starts(
+        self, base: Hypothesis
+    ) -> Iterator[tuple[PiecewiseProblem, Array, tuple[int, ...]]]:
+        """Yield the problem, point and earlier jumps of what is worth an exact solution."""
         found = []
-        objective = base.regimes.objective
+        objective = base.problem.objective
         parameters = may_jump(objective.unknowns)
         if not parameters:
             return
         # Not believing the prior cannot gain more than what it costs.
-        off = base.point[: objective.dimension] - base.regimes.prior.mean
-        pull = off @ base.regimes.prior.precision @ off
-        price = per_earlier_jump(base.regimes.prior.gap)
+        off = base.point[: objective.dimension] - base.problem.prior.mean
+        pull = off @ base.problem.prior.precision @ off
+        price = per_earlier_jump(base.problem.prior.gap)
         doubted = not base.layout.events and pull > price + self._hopeful
         spread = np.arange(1, TIMES) / TIMES
         gains, sizes = self._screened(base, spread, parameters)
@@ -295,16 +306,16 @@ class Race:
 
     def _near(
         self, base: Hypothesis, parameter: int, time: float, size: float
-    ) -> Iterator[tuple[Regimes, Array, tuple[int, ...]]]:
+    ) -> Iterator[tuple[PiecewiseProblem, Array, tuple[int, ...]]]:
         """Yield one start, or one for each of the two best times nearby."""
-        objective, prior = base.regimes.objective, base.regimes.prior
+        objective, prior = base.problem.objective, base.problem.prior
         if time == 0.0:
             wider = widened(prior, objective, parameter)
-            regimes = Regimes(objective, wider, base.layout)
-            yield regimes, base.point, (*base.before, parameter)
+            problem = PiecewiseProblem(objective, wider, base.layout)
+            yield problem, base.point, (*base.before, parameter)
         elif time in base.point[base.layout.times]:
             layout, point = _joined(base, parameter, time, size)
-            yield Regimes(objective, prior, layout), point, base.before
+            yield PiecewiseProblem(objective, prior, layout), point, base.before
         else:
             fine = time + np.arange(-TIMES + 1, TIMES, 2) / TIMES**2
             fine = fine[(fine > 0.0) & (fine < 1.0)]
@@ -312,7 +323,7 @@ class Race:
             # Where an input steps there may be a minimum on either side.
             for i in _peaks(gains[:, 0])[:2]:
                 layout, point = _added(base, parameter, float(fine[i]), float(sizes[i, 0]))
-                yield Regimes(objective, prior, layout), point, base.before
+                yield PiecewiseProblem(objective, prior, layout), point, base.before
 
     def _screened(
         self, base: Hypothesis, times: Array, parameters: Sequence[int]
@@ -322,7 +333,7 @@ class Race:
         A jump lasts from its time, a share of the window, to the end. No penalty is taken off.
         """
         layout, d = base.layout, len(parameters)
-        times = at_nodes(base.regimes.objective.grid.t, times)
+        times = at_nodes(base.problem.objective.grid.t, times)
         probe = replace(layout, events=(*layout.events, *[tuple(parameters)] * times.size))
         values = np.array([_value_at(base, parameter, times) for parameter in parameters]).T
         point = np.concatenate([base.point, np.column_stack([times, values]).ravel()])
@@ -331,29 +342,29 @@ class Race:
         step = np.where(values > 0.5, -PROBE, PROBE).ravel()
         lanes = 1 + np.arange(step.size)
         points[lanes, places.ravel()] += step
-        rows = Regimes(base.regimes.objective, base.regimes.prior, probe).rows(points)
+        rows = PiecewiseProblem(base.problem.objective, base.problem.prior, probe).rows(points)
         with np.errstate(invalid='ignore'):  # the model may diverge
             pieces = ((rows[:, 1:] - rows[:, :1]) / step).reshape(-1, times.size, d)
         pieces = np.nan_to_num(pieces, nan=0.0, posinf=0.0, neginf=0.0)
         # A piece lasts to the next time; a jump, to the end.
         shapes = np.cumsum(pieces[:, ::-1], axis=1)[:, ::-1].reshape(-1, times.size * d)
-        variances = box_variances(base.regimes.objective.unknowns)
-        n = base.regimes.objective.unknowns.n_states
+        variances = box_variances(base.problem.objective.unknowns)
+        n = base.problem.objective.unknowns.n_states
         weight = np.tile([1.0 / variances[parameter - n] for parameter in parameters], times.size)
-        cross = base.local.jacobian.T @ shapes
+        cross = base.linearisation.jacobian.T @ shapes
         height = (shapes**2).sum(axis=0) + weight
         height -= (cross * (base.covariance @ cross)).sum(axis=0)
         height = np.maximum(height, weight)
-        slope = shapes.T @ base.local.residual
+        slope = shapes.T @ base.linearisation.residual
         gains = slope**2 / height - np.log(height / weight)
         return gains.reshape(times.size, d), (-slope / height).reshape(times.size, d)
 
     def _earlier(self, base: Hypothesis, parameter: int) -> float:
         """Return the gain in evidence of not believing the prior about one parameter."""
-        objective = base.regimes.objective
-        wider = widened(base.regimes.prior, objective, parameter)
-        narrow = base.regimes.prior
-        hessian = base.local.jacobian.T @ base.local.jacobian
+        objective = base.problem.objective
+        wider = widened(base.problem.prior, objective, parameter)
+        narrow = base.problem.prior
+        hessian = base.linearisation.jacobian.T @ base.linearisation.jacobian
         off = base.point[: objective.dimension] - narrow.mean
         pull = narrow.precision @ off
         values = []
@@ -408,7 +419,7 @@ def _beats(winner: Hypothesis, best: Hypothesis, correlation: float) -> bool:
     prior is narrowed by means little: squares must have been gained as well.
     """
     gained = best.squares - winner.squares
-    paid = (winner.evidence - winner.squares) - (best.evidence - best.squares)
+    paid = (winner.neg2_log_evidence - winner.squares) - (best.neg2_log_evidence - best.squares)
     if gained <= paid or winner.cost > best.cost:
         return False
     return gained > paid * inflation_by(winner.trajectory[1], correlation)
@@ -461,9 +472,9 @@ def _joined(base: Hypothesis, parameter: int, time: float, size: float) -> tuple
     return replace(layout, events=tuple(events)), np.insert(base.point, end, value)
 
 
-def _reduced(base: Hypothesis) -> Iterator[tuple[Regimes, Array, tuple[int, ...]]]:
-    """Yield regimes, point and earlier jumps without one of the jumps inside the window."""
-    regimes, layout = base.regimes, base.layout
+def _reduced(base: Hypothesis) -> Iterator[tuple[PiecewiseProblem, Array, tuple[int, ...]]]:
+    """Yield the problem, point and earlier jumps without one of the jumps inside the window."""
+    problem, layout = base.problem, base.layout
     for event, parameters in enumerate(layout.events):
         for i in range(len(parameters)):
             rest = (*parameters[:i], *parameters[i + 1 :])
@@ -475,25 +486,25 @@ def _reduced(base: Hypothesis) -> Iterator[tuple[Regimes, Array, tuple[int, ...]
             time = int(layout.times[event])
             gone = [time + 1 + i] if rest else [time, time + 1]
             yield (
-                Regimes(regimes.objective, regimes.prior, replace(layout, events=events)),
+                PiecewiseProblem(problem.objective, problem.prior, replace(layout, events=events)),
                 np.delete(base.point, gone),
                 base.before,
             )
 
 
-def _exchanged(base: Hypothesis) -> Iterator[tuple[Regimes, Array, tuple[int, ...]]]:
-    """Yield regimes, point and earlier jumps with another parameter in place of each that jumped.
+def _exchanged(base: Hypothesis) -> Iterator[tuple[PiecewiseProblem, Array, tuple[int, ...]]]:
+    """Yield starts with another parameter in place of each that jumped.
 
-    The race screens parameters beside what it has found. Of two that act alike the second is not
+    The search screens parameters beside what it has found. Of two that act alike the second is not
     missed there, and would not be named.
     """
-    regimes, layout, point = base.regimes, base.layout, base.point
-    still = set(may_jump(regimes.objective.unknowns)) - base.parameters
+    problem, layout, point = base.problem, base.layout, base.point
+    still = set(may_jump(problem.objective.unknowns)) - base.parameters
     for event, jumped, before, after in layout.jumped(point):
         for other in sorted(still):
             both, start = _joined(base, other, float(point[layout.times[event]]), 0.0)
             place = int(both.times[event]) + len(both.events[event])
-            jacobian = Regimes(regimes.objective, regimes.prior, both).local(
+            jacobian = PiecewiseProblem(problem.objective, problem.prior, both).linearisation(
                 start, np.full(start.size, FIRST_STEP)
             ).jacobian  # fmt: skip
             old, new = jacobian[:, after], jacobian[:, place]
@@ -503,7 +514,7 @@ def _exchanged(base: Hypothesis) -> Iterator[tuple[Regimes, Array, tuple[int, ..
             rest = tuple(i for i in both.events[event] if i != jumped)
             events = (*both.events[:event], rest, *both.events[event + 1 :])
             yield (
-                Regimes(regimes.objective, regimes.prior, replace(both, events=events)),
+                PiecewiseProblem(problem.objective, problem.prior, replace(both, events=events)),
                 np.delete(start, after),
                 base.before,
             )

@@ -56,7 +56,7 @@ class Layout:
         return places
 
 
-class Regimes:
+class PiecewiseProblem:
     """The least squares of one window in which the parameters of a layout's events jump.
 
     Points (B, D) are those of the layout. Their squares include those of the prior of z, and of
@@ -97,10 +97,10 @@ class Regimes:
         parts = []
         with np.errstate(all='ignore'):  # the model may diverge
             for point, steps in zip(z, h, strict=True):
-                local = self.local(point, steps)
+                linearisation = self.linearisation(point, steps)
                 precision = self.precision(point)
                 off = point - self.mean(point)
-                r, jacobian = local.residual, local.jacobian
+                r, jacobian = linearisation.residual, linearisation.jacobian
                 parts.append((
                     r @ r + off @ precision @ off,
                     jacobian.T @ r + precision @ off,
@@ -135,7 +135,7 @@ class Regimes:
                 precision[i, j] += sign * weight[parameter - n]
         return precision
 
-    def local(self, point: Array, steps: Array) -> 'Local':
+    def linearisation(self, point: Array, steps: Array) -> 'Linearisation':
         """Return residual and Jacobian at a point (D,), by forward differences of `steps` (D,)."""
         points = np.repeat(point[None], point.size + 1, axis=0)
         steps = self._inward(point, steps)
@@ -146,7 +146,7 @@ class Regimes:
         rows = self._rows(outputs)
         base = rows[:, :1]
         end = states[self._last]
-        return Local(
+        return Linearisation(
             residual=rows[:, 0] - self._target,
             jacobian=(rows[:, 1:] - base) / taken,
             state=end[:, 0],
@@ -231,7 +231,7 @@ class Regimes:
 
 
 @dataclass(frozen=True)
-class Local:
+class Linearisation:
     """A window near one point: scaled residual (M,) and end state (n,), and their Jacobians."""
 
     residual: Array

@@ -11,8 +11,8 @@ from obs_ros import Model, Record, Variable
 from obs_ros.core.typing import Array
 from obs_ros.inference.assessment.identifiability import advice, weak_directions
 from obs_ros.inference.assessment.informed_subspace import marginal_information
-from obs_ros.inference.jumps.jump_search import Hypothesis, weigh
-from obs_ros.inference.jumps.piecewise import Layout, Regimes
+from obs_ros.inference.jumps.jump_search import Hypothesis, hypothesis_at
+from obs_ros.inference.jumps.piecewise import Layout, PiecewiseProblem
 from obs_ros.inference.prior import Prior
 
 T = 0.1 * np.arange(61)
@@ -39,8 +39,8 @@ def said(rate: Any, *p: float, known: float = 1.0) -> tuple[str, ...]:
     objective = window_of(model, Record(T, np.sin(T), np.zeros(61)), SIGMA)
     truth = {'x': 1.0, **{f'p{i + 1}': value for i, value in enumerate(p)}}
     z = objective.unknowns.point(truth)
-    regimes = Regimes(objective, Prior.box(objective.unknowns), Layout(z.size))
-    best = weigh(regimes, z)
+    problem = PiecewiseProblem(objective, Prior.box(objective.unknowns), Layout(z.size))
+    best = hypothesis_at(problem, z)
     covariance = known**2 * best.covariance[1:, 1:]
     return weak_directions(objective, z[1:], marginal_information(best, 1), covariance)
 
@@ -120,12 +120,12 @@ def lag(nodes: int, u: Array, sigma: float = SIGMA, start: float = 0.5) -> Hypot
     t = 0.1 * np.arange(nodes)
     objective = window_of(LAG, Record(t, u, np.zeros(nodes)), sigma)
     z = objective.unknowns.point({'x': start, 'k': 2.0, 'tau': 15.0})
-    return weigh(Regimes(objective, Prior.box(objective.unknowns), Layout(3)), z)
+    return hypothesis_at(PiecewiseProblem(objective, Prior.box(objective.unknowns), Layout(3)), z)
 
 
 def advised(best: Hypothesis, *chosen: int) -> str:
-    objective = best.regimes.objective
-    return advice(objective, best.local.state, np.array([2.0, 15.0]), np.array(chosen))
+    objective = best.problem.objective
+    return advice(objective, best.linearisation.state, np.array([2.0, 15.0]), np.array(chosen))
 
 
 @pytest.mark.parametrize('sigma', [0.01, 0.03, 0.1])

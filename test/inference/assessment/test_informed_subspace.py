@@ -14,8 +14,8 @@ from obs_ros.inference.assessment.informed_subspace import (
     InformedSubspace,
     marginal_information,
 )
-from obs_ros.inference.jumps.jump_search import Hypothesis, weigh
-from obs_ros.inference.jumps.piecewise import Layout, Regimes
+from obs_ros.inference.jumps.jump_search import Hypothesis, hypothesis_at
+from obs_ros.inference.jumps.piecewise import Layout, PiecewiseProblem
 from obs_ros.inference.prior import Prior
 from obs_ros.optimization.levenberg_marquardt import levenberg_marquardt
 
@@ -40,10 +40,12 @@ def fitted(
     y = np.column_stack([a * np.exp(-0.5 * T), b * np.exp(-0.7 * T)])
     y += SIGMA * np.random.default_rng([seed, 6]).standard_normal(y.shape)
     objective = window_of(DECAYS, Record(T, None, y), SIGMA, backend, **settings)
-    regimes = Regimes(objective, Prior.box(objective.unknowns), Layout(objective.dimension))
+    problem = PiecewiseProblem(
+        objective, Prior.box(objective.unknowns), Layout(objective.dimension)
+    )
     start = objective.unknowns.point({'a': a, 'b': b, 'pa': 0.5, 'pb': 0.7})
-    found = levenberg_marquardt(regimes, start[None], T.size, 60, Deadline())
-    return weigh(regimes, found.z[0])
+    found = levenberg_marquardt(problem, start[None], T.size, 60, Deadline())
+    return hypothesis_at(problem, found.z[0])
 
 
 def test_a_parameter_at_rest_is_held() -> None:
@@ -64,7 +66,7 @@ def test_what_moves_is_let_through(backend: str) -> None:
         gate = InformedSubspace.of(best)
         assert gate.held.shape == (0, 2)
         np.testing.assert_array_equal(gate.informed, np.eye(2))
-        jx, jp = best.local.jacobian[:, :2], best.local.jacobian[:, 2:]
+        jx, jp = best.linearisation.jacobian[:, :2], best.linearisation.jacobian[:, 2:]
         # The Schur complement of states that are all but free.
         apart = jp - jx @ np.linalg.solve(jx.T @ jx + 0.01 * np.eye(2), jx.T @ jp)
         np.testing.assert_allclose(gate.information, jp.T @ apart, rtol=1e-9)
@@ -80,15 +82,15 @@ def test_nothing_moves_and_nothing_is_told() -> None:
 
 def test_a_held_direction_stays_where_the_prior_has_it() -> None:
     best = fitted(1.0, 0.0, 3)
-    gate, prior = InformedSubspace.of(best), best.regimes.prior
+    gate, prior = InformedSubspace.of(best), best.problem.prior
     held = gate.holding(prior)
     form = gate.held[0] / np.linalg.norm(gate.held[0])
     along = np.concatenate([[0.0, 0.0], form])
     assert along @ held.precision @ along == pytest.approx(HOLD, rel=1e-6)
     across = np.concatenate([[0.0, 0.0], [form[1], -form[0]]])
     assert across @ held.precision @ across == pytest.approx(12.0)
-    regimes = Regimes(best.regimes.objective, held, best.layout)
-    found = levenberg_marquardt(regimes, best.point[None], T.size, 60, Deadline()).z[0]
+    problem = PiecewiseProblem(best.problem.objective, held, best.layout)
+    found = levenberg_marquardt(problem, best.point[None], T.size, 60, Deadline()).z[0]
     assert (found[2:] - prior.mean[2:]) @ form == pytest.approx(0.0, abs=1e-6)
     assert found[2] == pytest.approx(0.4, abs=0.1)  # what is told is as it was: 0.5 in its box
     np.testing.assert_array_equal(held.mean, prior.mean)
@@ -107,8 +109,8 @@ def test_a_plant_linear_in_its_unknowns_holds_nothing() -> None:
     u = square_wave(T)
     y = integrator_design(T, u) @ [1.0, 1.3, -0.4]
     objective = window_of(INTEGRATOR, Record(T, u, y), SIGMA)
-    regimes = Regimes(objective, Prior.box(objective.unknowns), Layout(3))
-    best = weigh(regimes, objective.unknowns.point({'x': 1.0, 'gain': 1.3, 'drift': -0.4}))
+    problem = PiecewiseProblem(objective, Prior.box(objective.unknowns), Layout(3))
+    best = hypothesis_at(problem, objective.unknowns.point({'x': 1.0, 'gain': 1.3, 'drift': -0.4}))
     assert InformedSubspace.of(best).held.shape == (0, 2)
 
 
@@ -129,7 +131,7 @@ def test_without_states_or_parameters_there_is_nothing_to_hold(settings: Any, si
 
 def test_marginal_information_against_the_inverse_of_the_covariance() -> None:
     best = fitted(1.0, 1.0)
-    jacobian: Array = best.local.jacobian
+    jacobian: Array = best.linearisation.jacobian
     full = np.linalg.inv(jacobian.T @ jacobian + np.diag([0.01, 0.01, 0.0, 0.0]))
     expected = np.linalg.inv(full[2:, 2:])
     np.testing.assert_allclose(marginal_information(best, 2), expected, rtol=1e-6)

@@ -15,15 +15,15 @@ from obs_ros.core.deadline import Deadline
 from obs_ros.core.typing import Array
 from obs_ros.inference.jumps.jump_search import (
     Hypothesis,
-    Race,
+    JumpSearch,
     _added,
     _beats,
     at_nodes,
+    hypothesis_at,
     inverse,
-    weigh,
     widened,
 )
-from obs_ros.inference.jumps.piecewise import Layout, Regimes
+from obs_ros.inference.jumps.piecewise import Layout, PiecewiseProblem
 from obs_ros.inference.prior import Prior
 from obs_ros.optimization.levenberg_marquardt import levenberg_marquardt
 
@@ -55,15 +55,15 @@ def still(window: Record, prior: Prior | None = None, model: Model = INTEGRATOR)
     """The best hypothesis without a jump."""
     objective = window_of(model, window, SIGMA)
     prior = prior or Prior.box(objective.unknowns)
-    return solved(Regimes(objective, prior, Layout(objective.dimension)), np.full(3, 0.5))
+    return solved(PiecewiseProblem(objective, prior, Layout(objective.dimension)), np.full(3, 0.5))
 
 
-def solved(regimes: Regimes, start: Array) -> Hypothesis:
-    point = levenberg_marquardt(regimes, start[None], T.size, 40, Deadline()).z
+def solved(problem: PiecewiseProblem, start: Array) -> Hypothesis:
+    point = levenberg_marquardt(problem, start[None], T.size, 40, Deadline()).z
     for _ in range(2):  # to the last digit
-        _, gradient, hessian = regimes.linearise(point, np.full_like(point, 1e-7), T.size)
+        _, gradient, hessian = problem.linearise(point, np.full_like(point, 1e-7), T.size)
         point = point - np.linalg.solve(hessian[0], gradient[0])
-    return weigh(regimes, point[0])
+    return hypothesis_at(problem, point[0])
 
 
 def log_evidence(window: Record, *shapes: Array, prior: Prior | None = None) -> float:
@@ -89,7 +89,7 @@ class TestEvidence:
 
     def test_of_another_prior(self) -> None:
         window = record()
-        e = [still(window, prior).evidence for prior in (None, TIGHT)]
+        e = [still(window, prior).neg2_log_evidence for prior in (None, TIGHT)]
         expected = [log_evidence(window, prior=prior) for prior in (None, TIGHT)]
         assert e[0] - e[1] == pytest.approx(expected[0] - expected[1], abs=1e-4)
 
@@ -98,7 +98,9 @@ class TestEvidence:
         window = record(jump)
         base = still(window, TIGHT)
         times = np.array([0.125, 0.4237, 0.875])
-        gains, sizes = Race(base, Deadline(), known=None)._screened(base, times, [GAIN, DRIFT])
+        gains, sizes = JumpSearch(base, Deadline(), known=None)._screened(
+            base, times, [GAIN, DRIFT]
+        )
         without = log_evidence(window, prior=TIGHT)
         # Screened jumps begin at nodes.
         for i, time in enumerate(10.0 * at_nodes(T, times)):
@@ -116,10 +118,10 @@ class TestEvidence:
 
     def test_of_a_second_jump_beside_one(self) -> None:
         window = record(0.6)
-        objective = still(window).regimes.objective
-        regimes = Regimes(objective, TIGHT, Layout(3, ((DRIFT,),)))
-        base = solved(regimes, np.array([0.55, 0.65, 0.3, 0.43, 0.6]))
-        gains, _ = Race(base, Deadline(), known=None)._screened(base, np.array([0.8]), [GAIN])
+        objective = still(window).problem.objective
+        problem = PiecewiseProblem(objective, TIGHT, Layout(3, ((DRIFT,),)))
+        base = solved(problem, np.array([0.55, 0.65, 0.3, 0.43, 0.6]))
+        gains, _ = JumpSearch(base, Deadline(), known=None)._screened(base, np.array([0.8]), [GAIN])
         # Its time is as free as its size: another column, of the slope there.
         h = 1e-6
         time = 10.0 * base.point[3]
@@ -129,7 +131,7 @@ class TestEvidence:
         before = np.zeros((6, 6))
         before[:3, :3] = TIGHT.precision
         before[3, 3] = before[4, 4] = before[5, 5] = 12.0
-        residual = base.local.residual
+        residual = base.linearisation.residual
         joint = columns.T @ columns + before
         score = columns[:, 5] @ residual
         schur = joint[5, 5] - joint[5, :5] @ np.linalg.solve(joint[:5, :5], joint[:5, 5])
@@ -140,8 +142,8 @@ class TestEvidence:
             prior = Prior(np.array([0.5, 0.64, mean]), TIGHT.precision)
             window = record()
             base = still(window, prior)
-            gain = Race(base, Deadline(), known=None)._earlier(base, DRIFT)
-            wider = widened(prior, base.regimes.objective, DRIFT)
+            gain = JumpSearch(base, Deadline(), known=None)._earlier(base, DRIFT)
+            wider = widened(prior, base.problem.objective, DRIFT)
             expected = log_evidence(window, prior=prior) - log_evidence(window, prior=wider)
             assert gain == pytest.approx(expected, abs=1e-3)
 
@@ -150,14 +152,18 @@ class TestEvidence:
         point = np.concatenate([base.point, [0.5], base.point[[GAIN, DRIFT]]])
         costs = []
         for events, places in ((((GAIN,),), [0, 1, 2, 3, 4]), (((GAIN, DRIFT),), range(6))):
-            regimes = Regimes(base.regimes.objective, base.regimes.prior, Layout(3, events))
-            costs.append(weigh(regimes, point[places]).cost - base.cost)
+            problem = PiecewiseProblem(
+                base.problem.objective, base.problem.prior, Layout(3, events)
+            )
+            costs.append(hypothesis_at(problem, point[places]).cost - base.cost)
         assert costs == pytest.approx([ONCE, ONCE + 2.0 * np.log(10.0)])
         # As likely as the time is long in which nobody looked.
         for gap, penalty in ((1.0, ONCE), (0.02, ONCE + 2.0 * np.log(50.0)), (1000.0, 0.0)):
-            prior = replace(base.regimes.prior, gap=gap)
-            regimes = Regimes(base.regimes.objective, prior, base.layout)
-            assert weigh(regimes, base.point, (GAIN,)).cost - base.cost == pytest.approx(penalty)
+            prior = replace(base.problem.prior, gap=gap)
+            problem = PiecewiseProblem(base.problem.objective, prior, base.layout)
+            assert hypothesis_at(problem, base.point, (GAIN,)).cost - base.cost == pytest.approx(
+                penalty
+            )
 
 
 def test_the_covariance_is_that_of_linear_least_squares() -> None:
@@ -192,14 +198,14 @@ class TestRace:
         """None of 40 windows, seeds 0 to 39: 1 in 100 for each parameter is allowed for."""
         for seed in range(40):
             base = still(record(seed=seed))
-            assert Race(base, Deadline(), known=None).run() is base
+            assert JumpSearch(base, Deadline(), known=None).run() is base
 
     @pytest.mark.parametrize('size', [-0.3, 0.2, 0.6])
     @pytest.mark.parametrize('time', [3.51, 4.23, 8.05])
     def test_one_jump(self, size: float, time: float) -> None:
         base = still(record(size, time))
-        race = Race(base, Deadline(), known=None)
-        best = race.run()
+        search = JumpSearch(base, Deadline(), known=None)
+        best = search.run()
         assert best.layout.events == ((DRIFT,),)
         assert best.parameters == {DRIFT}
         deviations = np.sqrt(np.diagonal(best.covariance))
@@ -208,13 +214,13 @@ class TestRace:
         jumped = best.point[4] - best.point[2]
         spread = best.covariance[4, 4] + best.covariance[2, 2] - 2.0 * best.covariance[4, 2]
         assert abs(jumped - size / 2.0) < 4.0 * spread**0.5
-        assert best.evidence < base.evidence
-        assert race.finished
+        assert best.neg2_log_evidence < base.neg2_log_evidence
+        assert search.finished
 
     def test_two_jumps(self) -> None:
         window = record(0.8, 2.81)
         y = window.y[:, 0] + 0.7 * changed(6.66, GAIN) * SIGMA / 2.0
-        best = Race(still(Record(T, U, y)), Deadline(), known=None).run()
+        best = JumpSearch(still(Record(T, U, y)), Deadline(), known=None).run()
         order = np.argsort(best.point[best.layout.times])
         assert [best.layout.events[i] for i in order] == [(DRIFT,), (GAIN,)]
         np.testing.assert_allclose(best.point[best.layout.times][order], [0.281, 0.666], atol=0.01)
@@ -222,39 +228,43 @@ class TestRace:
     def test_two_parameters_at_one_time(self) -> None:
         window = record(0.8, 4.81)
         y = window.y[:, 0] + 0.7 * changed(4.81, GAIN) * SIGMA / 2.0
-        best = Race(still(Record(T, U, y)), Deadline(), known=None).run()
+        best = JumpSearch(still(Record(T, U, y)), Deadline(), known=None).run()
         assert [set(event) for event in best.layout.events] == [{GAIN, DRIFT}]
         assert best.point[best.layout.times] == pytest.approx([0.481], abs=0.005)
 
     def test_a_jump_before_the_window(self) -> None:
         prior = Prior(np.array([0.5, 0.65, 0.8]), TIGHT.precision, gap=0.5)
         base = still(record(), prior)
-        best = Race(base, Deadline(), known=None).run()
+        best = JumpSearch(base, Deadline(), known=None).run()
         assert (best.before, best.layout.events) == ((DRIFT,), ())
         assert best.point[DRIFT] == pytest.approx(0.3, abs=0.02)
         assert best.jumps == 1
         # Where the window before abuts, nothing can have jumped since.
         base = still(record(), replace(prior, gap=0.0))
-        assert Race(base, Deadline(), known=None).run().before == ()
+        assert JumpSearch(base, Deadline(), known=None).run().before == ()
 
     def test_a_known_jump_begins_the_race(self) -> None:
         base = still(record(0.6))
-        regimes = Regimes(base.regimes.objective, base.regimes.prior, Layout(3, ((DRIFT,),)))
-        known = solved(regimes, np.array([0.55, 0.65, 0.3, 0.43, 0.6]))
-        race = Race(base, Deadline(), known=known)
-        assert race.best is known
-        assert race.run() is known
+        problem = PiecewiseProblem(
+            base.problem.objective, base.problem.prior, Layout(3, ((DRIFT,),))
+        )
+        known = solved(problem, np.array([0.55, 0.65, 0.3, 0.43, 0.6]))
+        search = JumpSearch(base, Deadline(), known=known)
+        assert search.best is known
+        assert search.run() is known
         # Where nothing jumped it loses.
         base = still(record(0.0))
-        regimes = Regimes(base.regimes.objective, base.regimes.prior, Layout(3, ((DRIFT,),)))
-        known = solved(regimes, np.array([0.55, 0.65, 0.3, 0.43, 0.6]))
-        assert Race(base, Deadline(), known=known).best is base
+        problem = PiecewiseProblem(
+            base.problem.objective, base.problem.prior, Layout(3, ((DRIFT,),))
+        )
+        known = solved(problem, np.array([0.55, 0.65, 0.3, 0.43, 0.6]))
+        assert JumpSearch(base, Deadline(), known=known).best is base
 
     def test_without_time_it_says_so(self) -> None:
         base = still(record(0.6))
-        race = Race(base, Deadline(0.0), known=None)
-        assert race.run() is base
-        assert not race.finished
+        search = JumpSearch(base, Deadline(0.0), known=None)
+        assert search.run() is base
+        assert not search.finished
 
     def test_other_parameters_that_explain_as_much(self) -> None:
         """Of a * b only the product matters, so that either may have jumped."""
@@ -269,10 +279,10 @@ class TestRace:
         )
         y = record(0.6).y[:, 0] - 1.3 * DESIGN[:, 1] * SIGMA / 2.0 + 1.2 * T  # a b = 0.8, 1.4
         base = still(Record(T, U, y), model=product)
-        race = Race(base, Deadline(), known=None)
-        best = race.run()
+        search = JumpSearch(base, Deadline(), known=None)
+        best = search.run()
         (event,) = best.layout.events
-        others = [other.parameters for other in race.alternatives()]
+        others = [other.parameters for other in search.alternatives()]
         assert len(event) == 1
         assert frozenset({GAIN, DRIFT} - set(event)) in others
         assert best.parameters not in others
@@ -292,27 +302,27 @@ class TestRace:
         y = record().y[:, 0] + 0.6 * changed(4.23, GAIN) * SIGMA / 2.0
         objective = window_of(model, Record(T, U, y), SIGMA)
         prior = Prior.box(objective.unknowns)
-        base = solved(Regimes(objective, prior, Layout(4)), np.full(4, 0.6))
+        base = solved(PiecewiseProblem(objective, prior, Layout(4)), np.full(4, 0.6))
         known = solved(
-            Regimes(objective, prior, Layout(4, ((1,),))),
+            PiecewiseProblem(objective, prior, Layout(4, ((1,),))),
             np.array([0.55, 0.5, 0.6, 0.3, 0.42, 0.8]),
         )
-        race = Race(base, Deadline(), known=known)
-        best = race.run()
-        sets = {best.parameters, *(other.parameters for other in race.alternatives())}
+        search = JumpSearch(base, Deadline(), known=known)
+        best = search.run()
+        sets = {best.parameters, *(other.parameters for other in search.alternatives())}
         assert {frozenset({1}), frozenset({2})} <= sets
         assert not any(3 in each for each in sets)
 
     def test_of_one_that_is_clear_there_are_no_alternatives(self) -> None:
-        race = Race(still(record(0.6)), Deadline(), known=None)
-        race.run()
-        assert race.alternatives() == []
+        search = JumpSearch(still(record(0.6)), Deadline(), known=None)
+        search.run()
+        assert search.alternatives() == []
 
 
 def test_before_an_earlier_second_jump_of_a_parameter_all_that_follows_moves_along() -> None:
-    objective = still(record(0.6)).regimes.objective
-    regimes = Regimes(objective, Prior.box(objective.unknowns), Layout(3, ((DRIFT,),)))
-    base = solved(regimes, np.array([0.55, 0.65, 0.3, 0.43, 0.6]))
+    objective = still(record(0.6)).problem.objective
+    problem = PiecewiseProblem(objective, Prior.box(objective.unknowns), Layout(3, ((DRIFT,),)))
+    base = solved(problem, np.array([0.55, 0.65, 0.3, 0.43, 0.6]))
     layout, point = _added(base, DRIFT, 0.2, -0.1)
     assert layout.events == ((DRIFT,), (DRIFT,))
     before, later = base.point[[2, 4]]
@@ -344,9 +354,9 @@ def test_time_and_size_are_covered(backend: str) -> None:
         y = lag_outputs(fine, u, 0.5, p)[::10] + 0.05 * rng.standard_normal(301)
         window = Record(fine[::10], u[::10], y)
         objective = window_of(LAG, window, 0.05, backend)
-        regimes = Regimes(objective, Prior.box(objective.unknowns), Layout(3))
-        base = levenberg_marquardt(regimes, np.array([[0.52, 0.4, 0.3]]), 301, 60, Deadline())
-        best = Race(weigh(regimes, base.z[0]), Deadline(), known=None).run()
+        problem = PiecewiseProblem(objective, Prior.box(objective.unknowns), Layout(3))
+        base = levenberg_marquardt(problem, np.array([[0.52, 0.4, 0.3]]), 301, 60, Deadline())
+        best = JumpSearch(hypothesis_at(problem, base.z[0]), Deadline(), known=None).run()
         if best.layout.events != ((2,),):
             wrong += 1
             continue
@@ -377,17 +387,17 @@ def test_hypotheses_that_diverge_lose_without_a_warning() -> None:
     objective = window_of(grows, Record(t, None, 1.0 / (1.05 - t)), SIGMA)
     prior = Prior.box(objective.unknowns)
     point = np.array([0.25, 0.25, 0.5, 1.0])  # p from 1 to 4 at half time
-    regimes = Regimes(objective, prior, Layout(2, ((1,),)))
-    squares = regimes.linearise(point[None], np.full((1, 4), 1e-7), 51)[0]
+    problem = PiecewiseProblem(objective, prior, Layout(2, ((1,),)))
+    squares = problem.linearise(point[None], np.full((1, 4), 1e-7), 51)[0]
     assert not np.isfinite(squares[0]) or squares[0] > 1e9
-    base = weigh(Regimes(objective, prior, Layout(2)), np.array([1 / 4.2, 0.25]))
-    assert Race(base, Deadline(), known=None).run().jumps == 0
+    base = hypothesis_at(PiecewiseProblem(objective, prior, Layout(2)), np.array([1 / 4.2, 0.25]))
+    assert JumpSearch(base, Deadline(), known=None).run().jumps == 0
 
 
 def test_colour_that_the_noise_is_known_to_have_costs_a_jump_nothing() -> None:
     noise = lfilter([0.8], [1.0, -0.6], np.random.default_rng(5).standard_normal(400))
     hypotheses: list[Any] = [
-        SimpleNamespace(squares=s, cost=c, evidence=e, trajectory=(None, noise[:, None]))
+        SimpleNamespace(squares=s, cost=c, neg2_log_evidence=e, trajectory=(None, noise[:, None]))
         for s, c, e in ((420.0, 420.0, 420.0), (400.0, 410.0, 415.0))
     ]
     without, jumped = hypotheses
@@ -403,8 +413,8 @@ def test_a_jump_before_the_window_is_not_tried_where_it_could_not_win() -> None:
             base = still(record(), prior)
             off = base.point - prior.mean
             if 15.0 < off @ prior.precision @ off < 40.0:
-                race = Race(base, Deadline(), known=None)
-                race.run()
-                tried.setdefault(gap, []).append(any(h.before for h in race.tried))
+                search = JumpSearch(base, Deadline(), known=None)
+                search.run()
+                tried.setdefault(gap, []).append(any(h.before for h in search.tried))
     assert all(tried[1.0])
     assert not any(tried[1e-9])

@@ -17,7 +17,7 @@ from plants import (
 
 from obs_ros import Record
 from obs_ros.core.typing import Array
-from obs_ros.inference.jumps.piecewise import Layout, Regimes, interval_of
+from obs_ros.inference.jumps.piecewise import Layout, PiecewiseProblem, interval_of
 from obs_ros.inference.prior import Prior
 
 T = 2.0 + 0.1 * np.arange(101)
@@ -26,12 +26,14 @@ SIGMA = 0.1
 K, TAU = 1, 2  # places in z, after x
 
 
-def regimes(
+def problem(
     *events: tuple[int, ...], backend: Any = 'numpy', y: Any = None, **settings: Any
-) -> Regimes:
+) -> PiecewiseProblem:
     record = Record(T, U, np.sin(T) if y is None else y)
     objective = window_of(LAG, record, SIGMA, backend, **settings)
-    return Regimes(objective, Prior.box(objective.unknowns), Layout(objective.dimension, events))
+    return PiecewiseProblem(
+        objective, Prior.box(objective.unknowns), Layout(objective.dimension, events)
+    )
 
 
 def share(seconds: float) -> float:
@@ -87,21 +89,21 @@ class TestRoll:
 
     def test_without_a_jump_it_is_the_model(self, backend: str) -> None:
         point = np.array([0.55, *boxes(2.0, 4.0)])
-        _, y = regimes(backend=backend).roll(point[None])
+        _, y = problem(backend=backend).roll(point[None])
         expected = lag_outputs(T, U, 1.0, self.piecewise((0.0, 2.0, 4.0)))
         np.testing.assert_allclose(y[:, 0, 0], expected, atol=1e-8)
 
     @pytest.mark.parametrize('moment', [2.03, 2.1, 6.24, 6.3, 6.37, 11.9, 11.99])
     def test_one_jump(self, backend: str, moment: float) -> None:
         point = np.array([0.55, *boxes(2.0, 4.0), share(moment), *boxes(tau=9.0)])
-        states, y = regimes((TAU,), backend=backend).roll(point[None])
+        states, y = problem((TAU,), backend=backend).roll(point[None])
         expected = lag_outputs(T, U, 1.0, self.piecewise((0.0, 2.0, 4.0), (moment, 2.0, 9.0)))
         np.testing.assert_allclose(y[:, 0, 0], expected, atol=1e-8)
         np.testing.assert_array_equal(states, y)
 
     def test_two_parameters_at_once(self, backend: str) -> None:
         point = np.array([0.55, *boxes(2.0, 4.0), share(5.55), *boxes(3.0, 9.0)])
-        _, y = regimes((K, TAU), backend=backend).roll(point[None])
+        _, y = problem((K, TAU), backend=backend).roll(point[None])
         expected = lag_outputs(T, U, 1.0, self.piecewise((0.0, 2.0, 4.0), (5.55, 3.0, 9.0)))
         np.testing.assert_allclose(y[:, 0, 0], expected, atol=1e-8)
 
@@ -110,7 +112,7 @@ class TestRoll:
         point = np.array(
             [0.55, *boxes(2.0, 4.0), share(first), *boxes(k=3.0), share(second), *boxes(tau=9.0)]
         )
-        _, y = regimes((K,), (TAU,), backend=backend).roll(point[None])
+        _, y = problem((K,), (TAU,), backend=backend).roll(point[None])
         middle = (3.0, 4.0) if first < second else (2.0, 9.0)
         pieces = ((0.0, 2.0, 4.0), (min(first, second), *middle), (max(first, second), 3.0, 9.0))
         expected = lag_outputs(T, U, 1.0, self.piecewise(*pieces))
@@ -121,13 +123,13 @@ class TestRoll:
             point = np.array(
                 [0.55, *boxes(2.0, 4.0), share(first), *boxes(k=3.0), share(second), *boxes(k=1.0)]
             )
-            _, y = regimes((K,), (K,)).roll(point[None])
+            _, y = problem((K,), (K,)).roll(point[None])
             pieces = ((0.0, 2.0, 4.0), (first, 3.0, 4.0), (second, 1.0, 4.0))
             expected = lag_outputs(T, U, 1.0, self.piecewise(*pieces))
             np.testing.assert_allclose(y[:, 0, 0], expected, atol=1e-8)
 
     def test_beside_fixed_values(self, backend: str) -> None:
-        only = regimes((0,), backend=backend, fixed={'x': 1.0, 'k': 2.0})
+        only = problem((0,), backend=backend, fixed={'x': 1.0, 'k': 2.0})
         point = np.array([*boxes(tau=4.0), share(6.24), *boxes(tau=9.0)])
         _, y = only.roll(point[None])
         expected = lag_outputs(T, U, 1.0, self.piecewise((0.0, 2.0, 4.0), (6.24, 2.0, 9.0)))
@@ -136,7 +138,7 @@ class TestRoll:
     def test_many_points_are_as_each_alone(self, backend: str) -> None:
         points = np.random.default_rng(1).uniform(0.2, 0.8, (5, 5))
         points[:, 3] = 0.4232 + 0.001 * np.arange(5)  # all between the same two nodes
-        rolled = regimes((TAU,), backend=backend)
+        rolled = problem((TAU,), backend=backend)
         states, y = rolled.roll(points)
         for i, point in enumerate(points):
             alone = rolled.roll(point[None])
@@ -145,7 +147,7 @@ class TestRoll:
         assert rolled.objective.evaluations == 10
 
     def test_it_is_continuous_in_the_time(self) -> None:
-        rolled = regimes((TAU,))
+        rolled = problem((TAU,))
         for node in (0.0, 0.5, 1.0):
             ys = []
             for off in (-1e-9, 1e-9):
@@ -155,7 +157,7 @@ class TestRoll:
 
     def test_of_a_plant_linear_in_its_parameters_it_is_exact(self) -> None:
         objective = window_of(INTEGRATOR, Record(T, U, U), SIGMA)
-        rolled = Regimes(objective, Prior.box(objective.unknowns), Layout(3, ((2,),)))
+        rolled = PiecewiseProblem(objective, Prior.box(objective.unknowns), Layout(3, ((2,),)))
         point = np.array([0.5, 0.75, 0.4, share(6.283), 0.9])  # drift from -0.2 to 0.8
         y = rolled.roll(point[None])[1][:, 0, 0]
         expected = integrator_design(T, U) @ [0.0, 1.5, -0.2] + np.maximum(T - 6.283, 0.0)
@@ -170,9 +172,9 @@ def test_jacobians_against_central_differences(backend: str) -> None:
     y = np.sin(T)
     y[::3] = NAN
     y[-4:] = NAN
-    rolled = regimes(*EVENTS, backend=backend, y=y)
-    local = rolled.local(POINT, np.full(8, 1e-7))
-    assert local.residual.shape == (np.isfinite(y).sum(),)
+    rolled = problem(*EVENTS, backend=backend, y=y)
+    linearisation = rolled.linearisation(POINT, np.full(8, 1e-7))
+    assert linearisation.residual.shape == (np.isfinite(y).sum(),)
     for i in range(8):
         ends, rows = [], []
         for step in (-1e-5, 1e-5):
@@ -182,17 +184,19 @@ def test_jacobians_against_central_differences(backend: str) -> None:
             ends.append(states[95, :, 0])  # the last one measured
             rows.append(outputs[np.isfinite(y), 0, 0] / SIGMA)
         slope = (rows[1] - rows[0]) / 2e-5
-        np.testing.assert_allclose(local.jacobian[:, i], slope, atol=1e-4 * np.abs(slope).max())
+        np.testing.assert_allclose(
+            linearisation.jacobian[:, i], slope, atol=1e-4 * np.abs(slope).max()
+        )
         slope = (ends[1] - ends[0]) / 2e-5
-        np.testing.assert_allclose(local.state_jacobian[:, i], slope, rtol=1e-4, atol=1e-4)
+        np.testing.assert_allclose(linearisation.state_jacobian[:, i], slope, rtol=1e-4, atol=1e-4)
 
 
 @pytest.mark.parametrize('time', [0.0, 0.42, 0.425, 0.43, 1.0])
 def test_differences_in_time_stay_in_the_interval(time: float) -> None:
     """At a node the slope is that of the interval before, which is the one that holds it."""
-    rolled = regimes((TAU,))
+    rolled = problem((TAU,))
     point = np.array([0.55, 0.4, 0.3, time, 0.9])
-    slope = rolled.local(point, np.full(5, 1e-7)).jacobian[:, 3]
+    slope = rolled.linearisation(point, np.full(5, 1e-7)).jacobian[:, 3]
     towards = 1e-5 if time == 0.0 else -1e-5
     moved = point.copy()
     moved[3] += towards
@@ -202,7 +206,7 @@ def test_differences_in_time_stay_in_the_interval(time: float) -> None:
 
 
 def test_squares_are_those_of_residuals_prior_and_sizes() -> None:
-    rolled = regimes(*EVENTS)
+    rolled = problem(*EVENTS)
     residual = (rolled.roll(POINT[None])[1][:, 0, 0] - np.sin(T)) / SIGMA
     prior = 0.01 * 0.05**2 + 12.0 * (0.1**2 + 0.2**2)
     # k by 0.2 and tau by 0.4, then k from there by -0.4.
@@ -218,7 +222,7 @@ def test_squares_are_those_of_residuals_prior_and_sizes() -> None:
         slope = (around[1] - around[0]) / 2e-5
         assert 2.0 * gradient[0, i] == pytest.approx(slope, rel=1e-4, abs=0.1)
     np.testing.assert_allclose(hessian[0], hessian[0].T)
-    only = rolled.local(POINT, np.full(8, 1e-7)).jacobian
+    only = rolled.linearisation(POINT, np.full(8, 1e-7)).jacobian
     added = hessian[0] - only.T @ only
     assert added[1, 1] == pytest.approx(24.0)  # its prior, and the jump from it
     assert added[4, 4] == pytest.approx(24.0)  # the jumps to and from it
@@ -227,13 +231,13 @@ def test_squares_are_those_of_residuals_prior_and_sizes() -> None:
 
 
 def test_the_size_of_a_jump_is_free_where_there_is_no_bound() -> None:
-    free = regimes((K,), bounds={'k': (0.2, np.inf)})
+    free = problem((K,), bounds={'k': (0.2, np.inf)})
     assert free.precision(np.array([0.5, 0.4, 0.3, 0.5, 0.6]))[4, 4] == pytest.approx(0.01)
     np.testing.assert_array_equal(free.walls, [[0, 0, 0, 0, 0], [1, np.inf, 1, 1, np.inf]])
 
 
 def test_walls_of_times_and_values() -> None:
-    np.testing.assert_array_equal(regimes(*EVENTS).walls, [np.zeros(8), np.ones(8)])
+    np.testing.assert_array_equal(problem(*EVENTS).walls, [np.zeros(8), np.ones(8)])
 
 
 def test_the_trajectory_has_gaps_where_nothing_was_measured() -> None:
@@ -242,7 +246,7 @@ def test_the_trajectory_has_gaps_where_nothing_was_measured() -> None:
     y[3, 0] = NAN
     y[7:9] = NAN
     objective = window_of(OSCILLATOR, Record(t, np.sin(t), y), 0.5)
-    rolled = Regimes(objective, Prior.box(objective.unknowns), Layout(4, ((2,),)))
+    rolled = PiecewiseProblem(objective, Prior.box(objective.unknowns), Layout(4, ((2,),)))
     point = np.array([0.6, 0.4, 0.5, 0.5, 0.3, 0.9])
     states, residuals = rolled.trajectory(point)
     assert states.shape == (31, 2)
@@ -250,9 +254,9 @@ def test_the_trajectory_has_gaps_where_nothing_was_measured() -> None:
     outputs = rolled.roll(point[None])[1][..., 0]
     np.testing.assert_allclose(residuals, (outputs - y) / 0.5)
     assert rolled.rows(point[None]).shape == (57, 1)
-    local = rolled.local(point, np.full(6, 1e-7))
-    np.testing.assert_allclose(local.residual, residuals[np.isfinite(y)], rtol=1e-12)
-    np.testing.assert_array_equal(local.state, states[-1])
+    linearisation = rolled.linearisation(point, np.full(6, 1e-7))
+    np.testing.assert_allclose(linearisation.residual, residuals[np.isfinite(y)], rtol=1e-12)
+    np.testing.assert_array_equal(linearisation.state, states[-1])
 
 
 def test_steps_of_a_time_are_not_rounded_away_in_seconds_since_1970() -> None:
@@ -262,7 +266,7 @@ def test_steps_of_a_time_are_not_rounded_away_in_seconds_since_1970() -> None:
     jacobians = []
     for record in (Record(T, U, np.sin(T)), late):
         objective = window_of(LAG, record, SIGMA)
-        rolled = Regimes(objective, Prior.box(objective.unknowns), Layout(3, ((TAU,),)))
-        jacobians.append(rolled.local(point, np.full(5, 1e-8)).jacobian)
+        rolled = PiecewiseProblem(objective, Prior.box(objective.unknowns), Layout(3, ((TAU,),)))
+        jacobians.append(rolled.linearisation(point, np.full(5, 1e-8)).jacobian)
     # The nodes themselves are rounded, by 2.4e-6 of their distance.
     np.testing.assert_allclose(*jacobians, rtol=1e-3, atol=1e-2)
