@@ -20,7 +20,7 @@ class Curve:
     ) -> None:
         self.curve, self.s, self.y, self.dimension = curve, s, y, dimension
         self.nodes = s.size
-        self.walls = np.array([[0.0] * dimension, [1.0] * dimension])
+        self.limits = np.array([[0.0] * dimension, [1.0] * dimension])
         self.evaluations = 0
 
     @property

@@ -162,7 +162,7 @@ class MovingHorizon:
         if not layout.events:
             return None
         problem = PiecewiseProblem(objective, prior, layout)
-        start = np.clip(point, *problem.walls)[None]
+        start = np.clip(point, *problem.limits)[None]
         solved = levenberg_marquardt(problem, start, objective.nodes, POLISH, deadline)
         return hypothesis_at(problem, solved.z[0]) if np.isfinite(solved.squares[0]) else None
 

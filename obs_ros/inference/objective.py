@@ -52,9 +52,9 @@ class Objective:
         return self.fitness == 'least_squares'
 
     @property
-    def walls(self) -> Array:
+    def limits(self) -> Array:
         """Least and largest values of z (2, d): 0 and 1, or infinite where there is no bound."""
-        return self.unknowns.walls
+        return self.unknowns.limits
 
     @property
     def nodes(self) -> int:

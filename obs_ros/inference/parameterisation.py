@@ -26,7 +26,7 @@ class Unknowns:
 
     index (d,) says which of the n + q values they are, lower and upper (d,) are the box in which
     searches begin, in the unknowns' units; given (n + q,) holds the values of the others. Searches
-    see the box as [0, 1]^d, and may leave it where walls (2, d) are infinite. On a log scale equal
+    see the box as [0, 1]^d, and may leave it where limits (2, d) are infinite. On a log scale equal
     steps there are equal ratios: growth (d,) is ln(upper / lower), 0 on a linear scale.
     """
 
@@ -35,7 +35,7 @@ class Unknowns:
     lower: Array
     upper: Array
     given: Array
-    walls: Array
+    limits: Array
     growth: Array
 
     @classmethod
@@ -72,13 +72,15 @@ class Unknowns:
         if not chosen:
             raise ValueError(f'nothing to estimate: every unknown of {quoted(model.name)} is fixed')
         given = np.full(len(model.variables), np.nan)
-        boxes, walls, growth = [], [], []
+        boxes, limits, growth = [], [], []
         for i, variable in enumerate(model.variables):
             if variable.name in chosen:
                 low, high = bounds.get(variable.name, (variable.lower, variable.upper))
                 check_bounds(variable.name, low, high, variable.scale)
                 boxes.append(_beginning(variable, low, high))
-                walls.append((0.0 if np.isfinite(low) else low, 1.0 if np.isfinite(high) else high))
+                limits.append(
+                    (0.0 if np.isfinite(low) else low, 1.0 if np.isfinite(high) else high)
+                )
                 growth.append(math.log(high / low) if variable.scale == 'log' else 0.0)
                 continue
             value = fixed.get(variable.name, variable.nominal)
@@ -96,7 +98,7 @@ class Unknowns:
             lower=lower,
             upper=upper,
             given=given,
-            walls=np.array(walls).T.copy(),
+            limits=np.array(limits).T.copy(),
             growth=np.array(growth),
         )
 
@@ -181,7 +183,7 @@ class Unknowns:
     def point(self, values: Mapping[str, float]) -> Array:
         """Return the point z (d,) nearest to named values; NaN becomes the middle of the box."""
         z = self.scaled(np.array([values[name] for name in self.names]))
-        return np.clip(np.where(np.isfinite(z), z, 0.5), *self.walls)
+        return np.clip(np.where(np.isfinite(z), z, 0.5), *self.limits)
 
 
 @accelerated

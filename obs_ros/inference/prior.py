@@ -58,7 +58,7 @@ class Prior:
 
 def box_variances(unknowns: Unknowns) -> Array:
     """Return the variances (q,) of estimated parameters of which only the bounds are known."""
-    bounded = np.isfinite(unknowns.walls[:, unknowns.n_states :]).all(axis=0)
+    bounded = np.isfinite(unknowns.limits[:, unknowns.n_states :]).all(axis=0)
     return np.where(bounded, BOX_VARIANCE, STATE_SD**2)
 
 
@@ -78,9 +78,9 @@ class Posterior:
         return self.objective.dimension
 
     @property
-    def walls(self) -> Array:
-        """See `Objective.walls`."""
-        return self.objective.walls
+    def limits(self) -> Array:
+        """See `Objective.limits`."""
+        return self.objective.limits
 
     @property
     def nodes(self) -> int:

@@ -87,7 +87,7 @@ def ga_search(
     )
     best, cost = np.full(objective.dimension, 0.5), np.inf
     if warm is not None:
-        # As it is: digits would round it, and it may lie outside the box where that has no wall.
+        # As it is: digits would round it, and it may lie outside the box where that has no limit.
         best, cost = warm, float(objective.costs(warm[None])[0])
         z[0] = np.clip(warm, 0.0, 1.0)
     population, costs = _begun(objective, z, settings, rng, deadline)

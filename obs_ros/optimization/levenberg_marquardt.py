@@ -68,7 +68,7 @@ def levenberg_marquardt(
     d = z.shape[1]
     freedom = max(1, objective.count(nodes) - d)
     least = objective.floor(nodes)
-    walls = objective.walls
+    limits = objective.limits
     batch = _Batch.of(z, *objective.linearise(z, np.full_like(z, FIRST_STEP), nodes))
     begun = usable(batch.squares, batch.hessian)
     stopped = [batch.take(~begun)]
@@ -82,11 +82,11 @@ def levenberg_marquardt(
             break
         variance = max(least, lowest) / freedom
         step, gain, full_gain = damped_steps(
-            batch.z, batch.gradient, batch.hessian, batch.damping, walls
+            batch.z, batch.gradient, batch.hessian, batch.damping, limits
         )
         batch.converged = full_gain < GAIN_SHARE * d * variance
         trial = batch.z + step
-        inside = ((trial > walls[0]) & (trial < walls[1])).all(axis=1)
+        inside = ((trial > limits[0]) & (trial < limits[1])).all(axis=1)
         over = (
             batch.converged
             | (inside & (gain <= STALLED_SHARE * d * variance))

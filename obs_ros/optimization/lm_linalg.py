@@ -64,12 +64,12 @@ def solved(hessian: Array, scale: Array, damping: float, right: Array, free: Boo
 
 @accelerated
 def damped_steps(
-    z: Array, gradient: Array, hessian: Array, damping: Array, walls: Array
+    z: Array, gradient: Array, hessian: Array, damping: Array, limits: Array
 ) -> tuple[Array, Array, Array]:
     """Return damped steps (P, d), their predicted gains (P,) and those of undamped steps (P,).
 
-    From points z (P, d) with J'r (P, d), J'J (P, d, d) and damping (P,), between walls (2, d). An
-    unknown at its wall that leans outward is frozen; a step is clipped to the walls.
+    From points z (P, d) with J'r (P, d), J'J (P, d, d) and damping (P,), between limits (2, d). An
+    unknown at its limit that leans outward is frozen; a step is clipped to the limits.
     """
     count, d = z.shape
     step = np.zeros((count, d))
@@ -81,14 +81,14 @@ def damped_steps(
             most = max(most, hessian[s, i, i])
         for i in range(d):
             scale[i] = max(hessian[s, i, i], SMALLEST_SCALE * most) + NOTHING
-            outward = (z[s, i] <= walls[0, i] and gradient[s, i] > 0.0) or (
-                z[s, i] >= walls[1, i] and gradient[s, i] < 0.0
+            outward = (z[s, i] <= limits[0, i] and gradient[s, i] > 0.0) or (
+                z[s, i] >= limits[1, i] and gradient[s, i] < 0.0
             )
             free[i] = not outward
         full = solved(hessian[s], scale, TINY_DAMPING, -gradient[s], free)
         damped = solved(hessian[s], scale, damping[s], -gradient[s], free)
         for i in range(d):
-            step[s, i] = min(max(z[s, i] + damped[i], walls[0, i]), walls[1, i]) - z[s, i]
+            step[s, i] = min(max(z[s, i] + damped[i], limits[0, i]), limits[1, i]) - z[s, i]
             full_gain[s] -= gradient[s, i] * full[i]
         for i in range(d):
             pull, after = 2.0 * gradient[s, i], gradient[s, i]

@@ -24,7 +24,7 @@ class Linearised(Protocol):
     """Squared residuals along the nodes of a window, with their derivatives."""
 
     @property
-    def walls(self) -> Array:
+    def limits(self) -> Array:
         """Least and largest values of z (2, d): 0 and 1, or infinite where there is no bound."""
 
     def count(self, nodes: int) -> int:

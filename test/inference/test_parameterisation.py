@@ -155,10 +155,10 @@ def test_without_a_bound_the_search_begins_near_the_nominal_value_and_may_leave(
         bounds={'p1': (-math.inf, math.inf), 'p2': (0.2, math.inf), 'h1': (-math.inf, 50.0)},
     )
     box = dict(zip(unknowns.names, zip(unknowns.lower, unknowns.upper, strict=True), strict=True))
-    walls = dict(zip(unknowns.names, unknowns.walls.T.tolist(), strict=True))
-    assert box['p1'] == (-9.0, 11.0) and walls['p1'] == [-math.inf, math.inf]
-    assert box['p2'] == (0.2, 11.0) and walls['p2'] == [0.0, math.inf]
-    assert box['h1'] == (40.0, 50.0) and walls['h1'] == [-math.inf, 1.0]
-    assert box['h3'] == (0.0, 100.0) and walls['h3'] == [0.0, 1.0]
+    limits = dict(zip(unknowns.names, unknowns.limits.T.tolist(), strict=True))
+    assert box['p1'] == (-9.0, 11.0) and limits['p1'] == [-math.inf, math.inf]
+    assert box['p2'] == (0.2, 11.0) and limits['p2'] == [0.0, math.inf]
+    assert box['h1'] == (40.0, 50.0) and limits['h1'] == [-math.inf, 1.0]
+    assert box['h3'] == (0.0, 100.0) and limits['h3'] == [0.0, 1.0]
     far = unknowns.point({'h1': 0.0, 'h2': 0.0, 'h3': 0.0, 'p1': 31.0, 'p2': 0.0, 'p3': 0.0})
     assert far.tolist() == [-4.0, 0.0, 0.0, 2.0, 0.0, 0.0]

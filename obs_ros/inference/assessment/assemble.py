@@ -334,12 +334,12 @@ def _at_bound(objective: Objective, z: Array) -> str:
     unknowns = objective.unknowns
     variables = [unknowns.model.variables[i] for i in unknowns.index]
     found = []
-    where = zip(unknowns.lower, unknowns.upper, z, unknowns.walls.T, strict=True)
-    for variable, (low, high, zi, wall) in zip(variables, where, strict=True):
+    where = zip(unknowns.lower, unknowns.upper, z, unknowns.limits.T, strict=True)
+    for variable, (low, high, zi, limit) in zip(variables, where, strict=True):
         unit = '' if variable.unit == '1' else f' {variable.unit}'
-        if zi <= wall[0] + AT_BOUND:
+        if zi <= limit[0] + AT_BOUND:
             found.append(f'{variable.name} is at its lower bound {low:g}{unit}')
-        elif zi >= wall[1] - AT_BOUND:
+        elif zi >= limit[1] - AT_BOUND:
             found.append(f'{variable.name} is at its upper bound {high:g}{unit}')
     return ', '.join(found)
 

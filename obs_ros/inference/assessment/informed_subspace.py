@@ -99,11 +99,11 @@ def _changes(hypothesis: Hypothesis, jp: Array, roots: Array) -> list[Array]:
     """Return changes (M, q) of the Jacobian jp for each standard deviation of the initial state."""
     z, problem = hypothesis.point, hypothesis.problem
     n, q = len(roots), jp.shape[1]
-    walls = problem.walls[:, :n]
+    limits = problem.limits[:, :n]
     moved = []
     for root in roots.T:
         # Towards the side with more room: beyond its bounds a state may mean nothing.
-        ahead, behind = (np.clip(z[:n] + s * root, *walls) - z[:n] for s in (1.0, -1.0))
+        ahead, behind = (np.clip(z[:n] + s * root, *limits) - z[:n] for s in (1.0, -1.0))
         moved.append(z[:n] + max(ahead, behind, key=lambda step: float(step @ step)))
     points = np.repeat(z[None], n * (1 + q), axis=0).reshape(n, 1 + q, z.size)
     points[:, :, :n] = np.array(moved)[:, None]

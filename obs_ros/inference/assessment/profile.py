@@ -30,7 +30,7 @@ def widened_by_profile(best: Hypothesis) -> tuple[Array, bool]:
     along = best.covariance / deviations  # column k: one standard deviation of unknown k
     points = z + OFF * np.vstack([along.T, -along.T])
     pinned = np.tile(np.arange(z.size), 2)
-    inside = ((points >= posterior.walls[0]) & (points <= posterior.walls[1])).all(axis=1)
+    inside = ((points >= posterior.limits[0]) & (points <= posterior.limits[1])).all(axis=1)
     points, pinned = points[inside], pinned[inside]
     if not pinned.size:
         return best.covariance, False
@@ -65,6 +65,6 @@ def _optimised(posterior: Posterior, points: Array, pinned: Array) -> Array:
             free[hold] = False
             scale = np.diagonal(hessians[k]) + NOTHING
             step = solved(hessians[k], scale, DAMPING, -gradients[k], free)
-            steps[k] = np.clip(points[k] + step, *posterior.walls) - points[k]
+            steps[k] = np.clip(points[k] + step, *posterior.limits) - points[k]
             points[k] += steps[k]
     return squares

@@ -232,7 +232,7 @@ class JumpSearch:
     ) -> Hypothesis | None:
         """Return the best hypothesis of a problem near a point; None if out of time."""
         nodes = problem.objective.nodes
-        start = np.clip(point, *problem.walls)[None]
+        start = np.clip(point, *problem.limits)[None]
         pursuit = _Pursuit(min(h.cost for h in self.tried), self._explained, lambda: self._futile)
         starts = levenberg_marquardt(
             problem, start, nodes, ITERATIONS, self._deadline, hopeless=pursuit.hopeless

@@ -75,9 +75,9 @@ class PiecewiseProblem:
         self._last = int(np.flatnonzero(grid.measured)[-1])
 
     @property
-    def walls(self) -> Array:
+    def limits(self) -> Array:
         """Least and largest values (2, D)."""
-        z = self.objective.walls
+        z = self.objective.limits
         columns = [z]
         for event in self.layout.events:
             columns += [np.array([[0.0], [1.0]]), z[:, list(event)]]

@@ -233,11 +233,11 @@ def test_squares_are_those_of_residuals_prior_and_sizes() -> None:
 def test_the_size_of_a_jump_is_free_where_there_is_no_bound() -> None:
     free = problem((K,), bounds={'k': (0.2, np.inf)})
     assert free.precision(np.array([0.5, 0.4, 0.3, 0.5, 0.6]))[4, 4] == pytest.approx(0.01)
-    np.testing.assert_array_equal(free.walls, [[0, 0, 0, 0, 0], [1, np.inf, 1, 1, np.inf]])
+    np.testing.assert_array_equal(free.limits, [[0, 0, 0, 0, 0], [1, np.inf, 1, 1, np.inf]])
 
 
 def test_walls_of_times_and_values() -> None:
-    np.testing.assert_array_equal(problem(*EVENTS).walls, [np.zeros(8), np.ones(8)])
+    np.testing.assert_array_equal(problem(*EVENTS).limits, [np.zeros(8), np.ones(8)])
 
 
 def test_the_trajectory_has_gaps_where_nothing_was_measured() -> None:
