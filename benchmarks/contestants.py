@@ -16,7 +16,7 @@ from obs_ros.inference.objective import Objective
 from obs_ros.optimization.initial_population import first_population
 from obs_ros.optimization.memetic import UNEVOLVED, MemeticSettings, Rounds
 from obs_ros.optimization.methods import Method
-from obs_ros.optimization.result import Found
+from obs_ros.optimization.result import Acceptance, Effort, Found
 
 FAR = 1e9  # stands for the residual of a candidate that diverged; scipy refuses infinities
 
@@ -63,9 +63,9 @@ def scipy_search(objective: Objective, rng: np.random.Generator, *_: Any) -> Fou
         z=found.x,
         cost=2.0 * float(found.cost),
         converged=bool(found.success),
-        accepted='scipy has converged' if found.success else '',
+        accepted=Acceptance.METHOD if found.success else None,
         white=None,
-        effort='1 start',
+        effort=Effort(1, 'start'),
     )
 
 

@@ -36,7 +36,7 @@ from obs_ros.inference.objective import Objective
 from obs_ros.inference.prior import Posterior, Prior
 from obs_ros.optimization.levenberg_marquardt import levenberg_marquardt
 from obs_ros.optimization.memetic import FULL_ITERATIONS
-from obs_ros.optimization.result import Found
+from obs_ros.optimization.result import Acceptance, Effort, Found
 from obs_ros.samples.range_check import without_absurd
 
 MOST_FOR_HOLDING = 20.0  # squares that a fit may lose for what its window does not tell
@@ -249,18 +249,18 @@ def _from_warm(
     count = posterior.count(nodes)
     spread = np.sqrt(2.0 * count / independent_share(correlation))
     limit = (count + EXCESS * spread) / inflation(correlation)
-    rule = 'the residual is as small as the noise'
+    rule = Acceptance.LIKE_NOISE
     if not solved.squares[0] <= limit:
         if continued is None or continued.squares > limit:
             return None
-        rule = 'a known jump explains the window'
+        rule = Acceptance.KNOWN_JUMP
     return Found(
         z=solved.z[0],
         cost=float(solved.squares[0]),
         converged=bool(solved.converged[0]),
         accepted=rule,
         white=None,
-        effort='1 round',
+        effort=Effort(1, 'round'),
     )
 
 

@@ -18,7 +18,7 @@ from obs_ros.optimization.initial_population import (
     first_population,
 )
 from obs_ros.optimization.problem import Problem
-from obs_ros.optimization.result import Found, counted
+from obs_ros.optimization.result import Acceptance, Effort, Found
 
 GATHERED = 1e-3  # extent of the population, in the unit box, that counts as converged
 
@@ -71,7 +71,7 @@ def chaotic_de_search(
         z=best,
         cost=cost,
         converged=gathered,
-        accepted='the population has gathered in one point' if gathered else '',
+        accepted=Acceptance.GATHERED if gathered else None,
         white=None,
-        effort=counted(evolution.generation - 1, 'generation'),
+        effort=Effort(evolution.generation - 1, 'generation'),
     )

@@ -19,7 +19,7 @@ from obs_ros.optimization.genetic_operators import among_best, offspring
 from obs_ros.optimization.initial_population import BLOCK, costs_in_time, first_population
 from obs_ros.optimization.levenberg_marquardt import levenberg_marquardt
 from obs_ros.optimization.problem import LeastSquares
-from obs_ros.optimization.result import Found, counted
+from obs_ros.optimization.result import Acceptance, Effort, Found
 
 Coding = Literal['base10', 'real']
 
@@ -102,13 +102,13 @@ def ga_search(
     elite = population.z[order[: settings.elite]]
     if costs[order[0]] < cost:
         best, cost = elite[0], float(costs[order[0]])
-    effort = counted(generation, 'generation')
+    effort = Effort(generation, 'generation')
     wanted = settings.polish and objective.is_least_squares and np.isfinite(cost)
     if wanted and not deadline.passed:
         others = population.z[rng.permutation(order[settings.elite :])[: settings.elite]]
         starts = np.vstack([best, elite, others])
         return _polished(objective, starts, best, cost, deadline, effort)
-    return Found(best, cost, converged=False, accepted='', white=None, effort=effort)
+    return Found(best, cost, converged=False, accepted=None, white=None, effort=effort)
 
 
 def _begun(
@@ -135,7 +135,7 @@ def _polished(
     best: Array,
     cost: float,
     deadline: Deadline,
-    effort: str,
+    effort: Effort,
 ) -> Found:
     """Take the starts (P, d) to their optima, and believe in the best if half of them end there."""
     nodes = objective.nodes
@@ -144,9 +144,8 @@ def _polished(
     d = objective.dimension
     variance = max(squares, objective.floor(nodes)) / max(1, objective.count(nodes) - d)
     same = ends.converged & (ends.squares - squares <= SAME_OPTIMUM * d * variance)
-    agreeing, accepted = int(np.count_nonzero(same)), ''
-    if converged and 2 * agreeing >= len(starts) and not deadline.passed:
-        accepted = f'{agreeing} of {len(starts)} polished candidates agree'
+    agree = converged and 2 * np.count_nonzero(same) >= len(starts) and not deadline.passed
+    accepted = Acceptance.POLISHED if agree else None
     if squares < cost:
         best, cost = ends.z[0], squares
     return Found(best, cost, converged, accepted, None, effort)

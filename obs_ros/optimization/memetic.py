@@ -29,7 +29,7 @@ from obs_ros.optimization.initial_population import (
 )
 from obs_ros.optimization.levenberg_marquardt import Starts, Trail, levenberg_marquardt
 from obs_ros.optimization.problem import LeastSquares
-from obs_ros.optimization.result import Found, counted
+from obs_ros.optimization.result import Acceptance, Effort, Found
 
 ELITE = 4  # evolved candidates handed on
 UNEVOLVED = 4  # candidates handed on as they were drawn: they find what the evolution left
@@ -108,7 +108,7 @@ class Rounds:
     settings: MemeticSettings
     warm: Array | None
     noise_known: bool
-    accepted: str = ''
+    accepted: Acceptance | None = None
     white: bool | None = None
     converged: bool = False
     best: Array = field(init=False)
@@ -151,7 +151,7 @@ class Rounds:
             converged=self.converged,
             accepted=self.accepted,
             white=self.white,
-            effort=counted(self.rounds, 'round'),
+            effort=Effort(self.rounds, 'round'),
         )
 
     def _first_candidates(self, number: int) -> Array:
@@ -280,9 +280,9 @@ class Rounds:
         agreeing = np.count_nonzero(np.array(self.bests) - self.squares <= same)
         if self.noise_known:
             if self.converged and like_noise(self.squares, self._freedom):
-                self.accepted = 'the residual is as small as the noise'
+                self.accepted = Acceptance.LIKE_NOISE
             elif agreeing >= 2:
-                self.accepted = 'two rounds agree'
+                self.accepted = Acceptance.ROUNDS
             return
         fast = self.settings.acceptance == 'fast' and self._agreeing(last, self.squares) >= 2
         if not fast and agreeing < 2:
@@ -291,8 +291,7 @@ class Rounds:
         negligible = NEGLIGIBLE**2 * self.objective.signal * self.objective.count(nodes)
         self.white = self.squares <= negligible or is_white(self.objective.residuals(self.best))
         if self.white:
-            self.accepted = 'two survivors agree' if fast else 'two rounds agree'
-            self.accepted += ' and the residual is white'
+            self.accepted = Acceptance.WHITE_SURVIVORS if fast else Acceptance.WHITE_ROUNDS
         elif agreeing >= 2:
             # More rounds would find it again: what is left is no fault of the search.
-            self.accepted = 'two rounds agree'
+            self.accepted = Acceptance.ROUNDS

@@ -1,27 +1,53 @@
-"""What a search found."""
+"""The point that a search found, and why it is believed to be the optimum."""
 
 from dataclasses import dataclass
+from enum import StrEnum
+from typing import NamedTuple
 
 from obs_ros.core.typing import Array
+
+
+class Acceptance(StrEnum):
+    """The rule by which a point is believed to be the optimum, in words."""
+
+    LIKE_NOISE = 'the residual is as small as the noise'
+    KNOWN_JUMP = 'a known jump explains the window'
+    ROUNDS = 'two rounds agree'
+    WHITE_ROUNDS = 'two rounds agree and the residual is white'
+    WHITE_SURVIVORS = 'two survivors agree and the residual is white'
+    GATHERED = 'the population has gathered in one point'
+    POLISHED = 'half of the polished candidates agree'
+    METHOD = 'the search method has converged'
+
+
+class Effort(NamedTuple):
+    """How much a search spent, such as 2 rounds."""
+
+    number: int
+    unit: str
+
+    def __str__(self) -> str:
+        """Return '1 round', '2 rounds'."""
+        return f'{self.number} {self.unit if self.number == 1 else self.units}'
+
+    @property
+    def units(self) -> str:
+        """Return the unit's plural."""
+        return f'{self.unit}s'
 
 
 @dataclass(frozen=True)
 class Found:
     """Best point z (d,) of the unit box and its cost.
 
-    `converged`: the last local search saw nothing left to gain; `accepted` names the rule by which
-    the point is believed to be the optimum, empty if none holds; `white`: whether its residual
-    looks like noise, None where nobody looked; `effort` says what was spent, such as '2 rounds'.
+    `converged`: the last local search saw nothing left to gain; `accepted`: the rule by which the
+    point is believed to be the optimum, None if none holds; `white`: whether its residual looks
+    like noise, None where nobody looked.
     """
 
     z: Array
     cost: float
     converged: bool
-    accepted: str
+    accepted: Acceptance | None
     white: bool | None
-    effort: str
-
-
-def counted(number: int, thing: str) -> str:
-    """Return '1 thing', '2 things'."""
-    return f'{number} {thing}' if number == 1 else f'{number} {thing}s'
+    effort: Effort

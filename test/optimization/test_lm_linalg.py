@@ -5,7 +5,9 @@ import pytest
 from plants import tank_record
 
 from obs_ros import solve_window
+from obs_ros.horizon.solve import Solver
 from obs_ros.inference import parameterisation
+from obs_ros.models import load_model
 from obs_ros.optimization import lm_linalg
 
 
@@ -50,7 +52,14 @@ def test_a_better_predicted_gain_damps_less_and_a_nan_is_rejected() -> None:
 def test_everything_is_compiled_before_the_clock_starts() -> None:
     """A second signature would be compiled within the first solve's deadline."""
     pytest.importorskip('numba')
-    lm_linalg.prepare()
+    functions = (
+        lm_linalg.damped_steps,
+        lm_linalg.judged,
+        lm_linalg.solved,
+        parameterisation._perturbed,
+    )
+    Solver.of(load_model('three_tank')).prepare()
+    compiled = [set(function.signatures) for function in functions]  # others' tests may add some
     for options in (
         {},
         {'bounds': {'p1': (0.0, np.inf)}},
@@ -58,10 +67,4 @@ def test_everything_is_compiled_before_the_clock_starts() -> None:
     ):
         fixed = {'h1': 50.0, 'h2': 40.0} if 'states' in options else None
         solve_window('three_tank', tank_record(), fixed=fixed, deadline=1.0, **options)
-    for function in (
-        lm_linalg.damped_steps,
-        lm_linalg.judged,
-        lm_linalg.solved,
-        parameterisation._perturbed,
-    ):
-        assert len(function.signatures) == 1, function.signatures
+    assert [set(function.signatures) for function in functions] == compiled

@@ -286,7 +286,7 @@ def _judge(
     objective: Objective, found: Found, z: Array, fit: Fit, in_time: bool
 ) -> tuple[Outcome, str]:
     if not found.accepted:
-        effort = 'time' if not in_time else found.effort.split()[1].removesuffix('s') + 's'
+        effort = 'time' if not in_time else found.effort.units
         return Outcome.DEADLINE, (
             f'allow more {effort}, or shorten the window: '
             f'best of {objective.evaluations} candidates in {found.effort}, not confirmed'

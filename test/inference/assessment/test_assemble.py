@@ -19,7 +19,7 @@ from obs_ros.inference.parameterisation import Unknowns
 from obs_ros.inference.prior import Prior
 from obs_ros.integration.backends import kernels_for
 from obs_ros.integration.grid import Grid
-from obs_ros.optimization.result import Found
+from obs_ros.optimization.result import Acceptance, Effort, Found
 
 T = np.linspace(0.0, 2.0, 31)
 SCALE = np.array([0.1, 10.0])
@@ -27,9 +27,9 @@ FOUND = Found(
     z=np.array([0.7, 0.4, 0.5, 0.3]),
     cost=50.0,
     converged=True,
-    accepted='rule',
+    accepted=Acceptance.METHOD,
     white=None,
-    effort='3 rounds',
+    effort=Effort(3, 'round'),
 )
 # Scaled, 1 in size and white: of two neighbours every other pair agrees in sign.
 SIGNS = np.resize([1.0, 1.0, -1.0, -1.0], 31)[:, None]
@@ -194,15 +194,15 @@ def test_the_state_belongs_to_the_last_node_with_an_output() -> None:
 
 def test_converged_names_its_rule() -> None:
     found = estimate()
-    assert (found.outcome, found.message) == (Outcome.CONVERGED, 'rule')
+    assert (found.outcome, found.message) == (Outcome.CONVERGED, Acceptance.METHOD.value)
 
 
 def test_not_confirmed() -> None:
-    found = estimate(accepted='')
+    found = estimate(accepted=None)
     assert found.outcome is Outcome.DEADLINE
     assert found.message.startswith('allow more rounds, or shorten the window: best of ')
     assert found.message.endswith(' in 3 rounds, not confirmed')
-    found = estimate(accepted='', in_time=False)
+    found = estimate(accepted=None, in_time=False)
     assert found.message.startswith('allow more time, or shorten the window: best of ')
 
 
@@ -245,11 +245,12 @@ def test_a_residual_that_is_not_white() -> None:
 @pytest.mark.parametrize(
     ('z', 'text'),
     [
-        ([0.7, 0.0, 0.5, 0.3], ': velocity is at its lower bound -3 m/s; rule'),
-        ([0.7, 1.0, 0.5, 0.3], ': velocity is at its upper bound 3 m/s; rule'),
+        ([0.7, 0.0, 0.5, 0.3], ': velocity is at its lower bound -3 m/s; ' + Acceptance.METHOD),
+        ([0.7, 1.0, 0.5, 0.3], ': velocity is at its upper bound 3 m/s; ' + Acceptance.METHOD),
         (
             [0.0, 0.4, 1.0, 0.3],
-            ': position is at its lower bound -3, stiffness is at its upper bound 2; rule',
+            ': position is at its lower bound -3, stiffness is at its upper bound 2; '
+            + Acceptance.METHOD,
         ),
     ],
 )
