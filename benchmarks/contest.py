@@ -18,7 +18,8 @@ from obs_ros.core.deadline import Deadline
 from obs_ros.core.model import names
 from obs_ros.core.residual_tests import TAIL
 from obs_ros.core.typing import Array
-from obs_ros.horizon.solve import Solver
+from obs_ros.horizon.settings import EstimationSettings
+from obs_ros.horizon.solver import Solver
 from obs_ros.optimization.memetic import MemeticSettings
 
 SAME_OPTIMUM = 0.1025  # times unknowns, of the noise's variance
@@ -178,12 +179,12 @@ def timed(case: Case, window: Drawn, way: Way, seed: int) -> tuple[Estimate, flo
     found: list[Estimate] = []
 
     def call() -> None:
-        solver = Solver.of(
-            case.model,
+        settings = EstimationSettings(
             search=CONTESTANTS.get(way.search, way.search),
             search_options=way.options,
             noise=window.noise if way.noise_known else None,
         )
+        solver = Solver.of(case.model, settings)
         limit = Deadline() if way.seconds is None else ProcessDeadline(way.seconds)
         rng = np.random.default_rng([seed, SEARCH_STREAM])
         found.append(solver.solve(window.record, rng, limit))

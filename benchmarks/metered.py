@@ -12,7 +12,8 @@ from obs_ros import Estimate, Record
 from obs_ros.core.deadline import Deadline
 from obs_ros.core.model import Model
 from obs_ros.core.typing import Array, IntArray
-from obs_ros.horizon.solve import Solver
+from obs_ros.horizon.settings import EstimationSettings
+from obs_ros.horizon.solver import Solver
 from obs_ros.integration.backends import Kernels
 from obs_ros.integration.grid import Grid
 
@@ -79,7 +80,7 @@ class Spent:
 
 def spent(model: Model, record: Record, seed: int, **settings: Any) -> Spent:
     """Solve a window cold, to the end; the solver's settings as of `solve_window`."""
-    solver = MeteredSolver.of(model, **settings)
+    solver = MeteredSolver.of(model, EstimationSettings(**settings))
     found: list[Estimate] = []
     rng = np.random.default_rng([seed, 0])
     seconds = cpu_seconds(lambda: found.append(solver.solve(record, rng, Deadline())))

@@ -28,7 +28,7 @@ from benchmarks.tank_windows import blank_record, noisy, random_window, simulate
 from benchmarks.zoo import CASES, draw
 from obs_ros import Record
 from obs_ros.core.record import Sample
-from obs_ros.horizon.solve import random_generator
+from obs_ros.core.rng import random_generator
 from obs_ros.integration.backends import kernels_for
 from obs_ros.integration.grid import Grid
 from obs_ros.models.three_tank import THREE_TANK

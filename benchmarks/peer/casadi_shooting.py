@@ -69,7 +69,7 @@ class Program:
     def __init__(self, problem: Problem) -> None:
         model, record = problem.model, problem.record
         n, q, k = len(model.states), len(model.parameters), record.t.size
-        low, width = problem.objective.unknowns.lower, problem.width
+        low, width = problem.objective.unknowns.scale.lower, problem.width
         x, p = casadi.MX.sym('x', n, k), casadi.MX.sym('p', q)
         y = casadi.MX.sym('y', record.y.shape[1], k)
         states = low[:n] + width[:n] * x

@@ -71,7 +71,7 @@ def scaled_plant(problem: Problem) -> do_mpc.model.Model:
     """Return the plant in discrete time: unknowns in the unit box, outputs in units of noise."""
     model, record = problem.model, problem.record
     n = len(model.states)
-    low, width = problem.objective.unknowns.lower, problem.width
+    low, width = problem.objective.unknowns.scale.lower, problem.width
     plant = do_mpc.model.Model('discrete', 'SX')
     x = plant.set_variable('_x', 'x', (n, 1))
     p = plant.set_variable('_p', 'p', (len(model.parameters), 1))
@@ -86,7 +86,7 @@ def scaled_plant(problem: Problem) -> do_mpc.model.Model:
 def first_residuals(problem: Problem, x: casadi.SX, previous: casadi.SX) -> casadi.SX:
     """Return the residuals of the first sample, whose measurements lead `previous`."""
     n = len(problem.model.states)
-    low, width = problem.objective.unknowns.lower, problem.width
+    low, width = problem.objective.unknowns.scale.lower, problem.width
     _, output = functions(problem.model, problem.record.u[0], 1.0)
     outputs = output(low[:n] + width[:n] * x, np.zeros(len(problem.model.parameters)))
     return outputs / problem.noise - previous[: outputs.size1()]

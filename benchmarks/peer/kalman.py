@@ -102,7 +102,9 @@ class Plant:
         x0, p = problem.objective.unknowns.values(z)
         states, _ = problem.objective.kernels.trajectories(self.grid, x0, p)
         after = z.copy()
-        after[:, :n] = (states[1].T - problem.objective.unknowns.lower[:n]) / problem.width[:n]
+        after[:, :n] = (states[1].T - problem.objective.unknowns.scale.lower[:n]) / problem.width[
+            :n
+        ]
         return after
 
     def outputs(self, z: Array) -> Array:

@@ -77,12 +77,12 @@ class Problem:
     @property
     def width(self) -> Array:
         """Widths (d,) of the box, whose scales are all linear."""
-        assert not self.objective.unknowns.growth.any()
-        return self.objective.unknowns.upper - self.objective.unknowns.lower
+        assert not self.objective.unknowns.scale.growth.any()
+        return self.objective.unknowns.scale.width
 
     def values(self, z: Array) -> Array:
         """Return the unknowns (d,) at a point (d,), in their units."""
-        return self.objective.unknowns.unscaled(z)
+        return self.objective.unknowns.scale.values(z)
 
     def at_end(self, z: Array) -> Filtered:
         """Return states and parameters at the end of the window of a point (d,)."""

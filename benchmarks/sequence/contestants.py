@@ -10,12 +10,15 @@ from benchmarks.sequence.plants import Run
 from obs_ros import Estimate, Record, Sample
 from obs_ros.core.deadline import Deadline
 from obs_ros.core.model import names
+from obs_ros.core.rng import random_generator
 from obs_ros.horizon.moving_horizon import MovingHorizon
-from obs_ros.horizon.solve import Solver, random_generator
-from obs_ros.inference.assessment.assemble import Uncertainty, report
+from obs_ros.horizon.settings import EstimationSettings
+from obs_ros.horizon.solver import Solver
+from obs_ros.inference.assessment.assemble import report
 from obs_ros.inference.assessment.informed_subspace import marginal_information
+from obs_ros.inference.assessment.uncertainty import Uncertainty
 from obs_ros.inference.jumps.jump_search import JUMP_PROBABILITY, Hypothesis, hypothesis_at
-from obs_ros.inference.jumps.piecewise import Layout, PiecewiseProblem
+from obs_ros.inference.jumps.piecewise import PiecewiseProblem
 from obs_ros.inference.prior import Prior, box_variances
 from obs_ros.observers.base import OBSERVERS, load_observer
 
@@ -33,7 +36,9 @@ def ours(
 ) -> list[Estimate]:
     """Solve as `SlidingWindowObserver` does; noise times `factor` is given, or none."""
     noise = None if factor is None else given_noise(run, factor)
-    windows = MovingHorizon(Solver.of(run.plant.model, noise=noise), learn_noise=learn_noise)
+    windows = MovingHorizon(
+        Solver.of(run.plant.model, EstimationSettings(noise=noise)), learn_noise=learn_noise
+    )
     return [
         windows.solve(record, random_generator(0, i), Deadline(None))
         for i, record in enumerate(run.records(period))
@@ -42,7 +47,7 @@ def ours(
 
 def alone(run: Run, period: float) -> list[Estimate]:
     """Solve every window by itself, as `solve_window`."""
-    solver = Solver.of(run.plant.model, noise=given_noise(run))
+    solver = Solver.of(run.plant.model, EstimationSettings(noise=given_noise(run)))
     return [
         solver.solve(record, random_generator(0, i), Deadline(None))
         for i, record in enumerate(run.records(period))
@@ -53,7 +58,7 @@ class Chained:
     """Solves windows with a prior from the one just before, however much they overlap."""
 
     def __init__(self, run: Run, period: float) -> None:
-        self.solver = Solver.of(run.plant.model, noise=given_noise(run))
+        self.solver = Solver.of(run.plant.model, EstimationSettings(noise=given_noise(run)))
         self.walk = JUMP_PROBABILITY * period / run.plant.duration
 
     def prior(self, best: Hypothesis) -> Prior:
@@ -78,20 +83,14 @@ class Chained:
         self, record: Record, prior: Prior, previous: Estimate | None, rng: np.random.Generator
     ) -> tuple[Estimate, Hypothesis]:
         solver, deadline = self.solver, Deadline(None)
-        objective = solver.pose(record, None, noise_known=True)
-        assert not isinstance(objective, Estimate), objective.message
+        window = solver.pose(record, prior=prior, noise_known=True)
         warm = solver.warm_start(record, previous)
-        found = solver.search(objective, rng, deadline, warm, noise_known=True, prior=prior)
-        best = hypothesis_at(
-            PiecewiseProblem(objective, prior, Layout(objective.dimension)), found.z
-        )
-        told = marginal_information(best, solver.unknowns.n_states)
+        window, found = solver.fit(window, window.posterior, rng, deadline, warm)
+        best = hypothesis_at(PiecewiseProblem(window.objective, window.prior), found.z)
+        information = marginal_information(best, solver.unknowns.n_states)
         # A misfit is no reason to withhold: that the contestant believes its prior is the point.
-        uncertainty = Uncertainty(best, best.covariance, told)
-        estimate = report(
-            record, objective, found, uncertainty, noise_known=True, in_time=True, solve_time=0.0
-        )
-        return estimate, best
+        uncertainty = Uncertainty(best, best.covariance, information)
+        return report(window, found, uncertainty, in_time=True, solve_time=0.0), best
 
 
 class Pulled(Chained):

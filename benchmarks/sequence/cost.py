@@ -14,11 +14,12 @@ from benchmarks.sequence.plants import Run
 from benchmarks.sequence.scenes import Scene, run_of
 from obs_ros import Estimate, Record
 from obs_ros.core.deadline import Deadline
+from obs_ros.core.rng import random_generator
 from obs_ros.core.typing import Array
 from obs_ros.horizon.moving_horizon import MovingHorizon
-from obs_ros.horizon.solve import Solver, random_generator
-from obs_ros.inference.assessment.assemble import Uncertainty
+from obs_ros.horizon.solver import Solver
 from obs_ros.inference.assessment.informed_subspace import marginal_information
+from obs_ros.inference.assessment.uncertainty import Uncertainty
 from obs_ros.inference.jumps.jump_search import Hypothesis, JumpSearch
 
 Solve = Callable[[int, Record], Estimate]
@@ -73,7 +74,9 @@ def sequence(run: Run, *, race: bool = True, gate: bool = True) -> Solve:
                     mock.patch.object(JumpSearch, 'run', lambda own, **_: own.best)
                 )
             if not gate:
-                changed.enter_context(mock.patch('obs_ros.horizon.moving_horizon._gated', ungated))
+                changed.enter_context(
+                    mock.patch('obs_ros.horizon.moving_horizon.hold_uninformed', ungated)
+                )
             return windows.solve(record, random_generator(0, i), Deadline(None))
 
     return solve

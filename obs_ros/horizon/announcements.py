@@ -12,7 +12,7 @@ import numpy as np
 from obs_ros.core.estimate import Jump
 from obs_ros.core.record import Record
 from obs_ros.core.typing import Array
-from obs_ros.inference.assessment.assemble import Uncertainty
+from obs_ros.inference.assessment.uncertainty import Uncertainty
 from obs_ros.inference.jumps.jump_search import Hypothesis
 from obs_ros.inference.jumps.piecewise import interval_of
 from obs_ros.inference.parameterisation import Unknowns
@@ -39,8 +39,8 @@ class Sizes:
     def add(self, unknowns: Unknowns, place: int, ends: Array, covariance: Array) -> None:
         """Add a parameter that jumped between two `ends` (2,), in boxes, of this covariance."""
         name = unknowns.names[place]
-        slopes = unknowns.slopes(ends, place) * (-1.0, 1.0)
-        self.sizes[name] = float(np.diff(unknowns.unscaled(ends, place))[0])
+        slopes = unknowns.scale.slopes(ends, place) * (-1.0, 1.0)
+        self.sizes[name] = float(np.diff(unknowns.scale.values(ends, place))[0])
         self.stddev[name] = _root(slopes @ covariance @ slopes)
         spread = _root(covariance[0, 0] + covariance[1, 1] - 2.0 * covariance[0, 1])
         self.clear |= bool(abs(ends[1] - ends[0]) > CLEAR * spread)

@@ -1,16 +1,24 @@
-"""What earlier windows know of the parameters, and what has jumped since."""
+"""The arrival cost: the parameters' distribution by earlier windows, and the jumps since.
 
+A window hands on mean and covariance of its parameters, not of its state: the state at the start of
+the next one is free. Between windows a parameter walks, p_k+1 = p_k + w, with a variance that grows
+with the time between; a jump adds the variance of its box.
+"""
+
+from collections.abc import Iterable
 from dataclasses import dataclass
 
 import numpy as np
 
+from obs_ros.core.estimate import Jump
 from obs_ros.core.typing import Array
+from obs_ros.horizon.announcements import SAME_TIME
 from obs_ros.inference.jumps.jump_search import JUMP_PROBABILITY
 from obs_ros.inference.parameterisation import Unknowns
 from obs_ros.inference.prior import Prior, box_variances
 
-FORGOTTEN = 1e6  # times the box's variance
-KEPT = 1000  # windows; overlapping ones end close to each other
+KEPT = 1000  # windows at most, a bound on memory; overlapping ones end close to each other
+FORGOTTEN = 1e6  # times the box's variance: a walk of infinite speed
 
 
 @dataclass(frozen=True)
@@ -28,6 +36,10 @@ class KnownJump:
 
     time: float
     parameters: frozenset[int]
+
+    def is_like(self, other: 'KnownJump', near: float) -> bool:
+        """Whether both are of the same parameters, at most `near` (s) apart."""
+        return self.parameters == other.parameters and abs(self.time - other.time) <= near
 
 
 class ArrivalCost:
@@ -47,9 +59,22 @@ class ArrivalCost:
         self._entries.append(entry)
         del self._entries[:-KEPT]
 
-    def jumped(self, jump: KnownJump) -> None:
-        """Forget the windows that did not know of a jump before their end."""
-        self._entries = [entry for entry in self._entries if entry.end <= jump.time]
+    def update_jumps(self, jumps: Iterable[Jump], start: float, end: float) -> None:
+        """Take over the jumps that the window from `start` to `end` (s) found.
+
+        They replace those known inside it. Windows that ended before a new one was known of are
+        forgotten if they end after it, and so are jumps and windows that none will need again.
+        """
+        places = {name: i for i, name in enumerate(self._unknowns.names)}
+        near = SAME_TIME * (end - start)
+        earlier = self.jumps
+        self.jumps = [known for known in earlier if known.time < start]
+        for jump in jumps:
+            found = KnownJump(jump.time, frozenset(places[name] for name in jump.sizes))
+            if not any(found.is_like(known, near) for known in earlier):
+                self._entries = [entry for entry in self._entries if entry.end <= found.time]
+            self.jumps.append(found)
+        self.prune(start, end - start)
 
     def last_before(self, start: float) -> WindowPosterior | None:
         """Return the newest window that ended by `start` (s)."""
@@ -65,9 +90,9 @@ class ArrivalCost:
         return None if newest is None else self._since(newest, start, duration, newest.end)
 
     def most_informative_prior(self, start: float, duration: float) -> Prior | None:
-        """Return the same by the window that knew most, of those that ended in the last `duration`.
+        """Return the prior by the most informative window of the last `duration` (s).
 
-        They have seen mostly the same samples, cut elsewhere. None if it is the newest.
+        Such windows have seen mostly the same samples, cut elsewhere. None if it is the newest.
         """
         newest = self.last_before(start)
         if newest is None:
@@ -75,9 +100,9 @@ class ArrivalCost:
         n = self._unknowns.n_states
         latest = [e for e in self._entries if newest.end - duration < e.end <= start]
         priors = [self._since(entry, start, duration, newest.end) for entry in reversed(latest)]
-        known = [float(np.linalg.slogdet(prior.precision[n:, n:])[1]) for prior in priors]
-        surest = int(np.argmax(known))
-        return priors[surest] if surest else None
+        informed = [float(np.linalg.slogdet(prior.precision[n:, n:])[1]) for prior in priors]
+        best = int(np.argmax(informed))
+        return priors[best] if best else None
 
     def _since(self, entry: WindowPosterior, start: float, duration: float, known: float) -> Prior:
         """Return the prior at `start` by what one of the latest windows knew.

@@ -1,4 +1,4 @@
-"""What is trusted: the sensors of a window, and windows that follow one that nothing explains."""
+"""Probation: sensors that are stuck, and windows that follow one that the model cannot explain."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
@@ -9,10 +9,10 @@ from obs_ros.core.estimate import Estimate, Outcome
 from obs_ros.core.model import Model, names
 from obs_ros.core.record import Record
 from obs_ros.core.typing import Array
-from obs_ros.inference.assessment.assemble import NEGLIGIBLE
+from obs_ros.inference.assessment.fit import NEGLIGIBLE
 from obs_ros.samples.stuck_sensor import stuck, words
 
-EARNED = 20  # windows in a row
+EARNED = 20  # windows in a row that fit: fewer happen by chance near rest
 
 
 @dataclass(frozen=True)
@@ -45,19 +45,20 @@ def without_stuck(
 
 
 class Probation:
-    """Where the very first windows contradict the model, later ones that fit prove little.
+    """Withholds confidence from a model that the very first windows contradict.
 
-    Near rest, parameters can imitate nearly anything: an input in other units, say. So trust has
-    to be earned then, by `EARNED` windows in a row. Once trusted, a window that does not fit is an
+    Near rest, parameters can imitate nearly anything: an input in other units, say. So trust has to
+    be earned then, by `windows` in a row that fit. Once trusted, a window that does not fit is an
     event of its own, and casts no doubt on others.
     """
 
-    def __init__(self) -> None:
+    def __init__(self, windows: int = EARNED) -> None:
+        self._windows = windows
         self._trusted = False
         self._since: float | None = None  # the end (s) of the last window that did not fit
         self._earned = 0
 
-    def weigh(self, estimate: Estimate, fits: bool) -> Estimate:
+    def judge(self, estimate: Estimate, fits: bool) -> Estimate:
         """Return the estimate as it is to be believed; `fits` within the noise that is known."""
         if self._trusted:
             return estimate
@@ -65,7 +66,7 @@ class Probation:
             self._since, self._earned = estimate.t1, 0
             return estimate
         self._earned += 1
-        self._trusted = self._since is None or self._earned > EARNED
+        self._trusted = self._since is None or self._earned > self._windows
         if self._trusted:
             return estimate
         return replace(

@@ -1,11 +1,12 @@
-"""How noisy the outputs are: given, or what the windows so far have left unexplained.
+"""The noise of the outputs: given, or learned from the residuals of accepted windows.
 
-Noise that is correlated from sample to sample passes for a jump, and for more information than
-there is: its correlation is learned too.
+Correlated noise passes for a jump, and for more information than there is: its lag-1 correlation is
+learned too.
 """
 
 from collections import deque
 from collections.abc import Mapping
+from dataclasses import dataclass
 
 import numpy as np
 
@@ -14,20 +15,34 @@ from obs_ros.core.typing import Array
 from obs_ros.inference.objective import ROUNDING
 from obs_ros.integration.grid import Grid
 
-REMEMBERED = 20  # accepted windows
-PATIENCE = 3  # windows in a row that none else is like
+MEDIAN_BEND = 0.6745 * 6**0.5  # median of the second differences of unit white noise
+
+
+@dataclass(frozen=True)
+class NoiseSettings:
+    """Limits in learning the noise.
+
+    - `remembered`: accepted windows whose median is taken; more would follow a change too late.
+    - `patience`: windows in a row unlike the others after which the noise has changed.
+    """
+
+    remembered: int = 20
+    patience: int = 3
+
+
+LEARNING = NoiseSettings()
 
 
 class Noise:
     """Standard deviations of the outputs, learned from accepted windows where they are not given.
 
-    With `learned` even those that are given are only where it begins.
+    With `learned` even the given ones are only starting values.
     """
 
     def __init__(self, given: Mapping[str, float], outputs: tuple[str, ...], learned: bool) -> None:
         fixed = [np.nan if learned else given.get(name, np.nan) for name in outputs]
         self._given = np.array(fixed)
-        self._recent: deque[tuple[Array, Whiteness]] = deque(maxlen=REMEMBERED)
+        self._recent: deque[tuple[Array, Whiteness]] = deque(maxlen=LEARNING.remembered)
         self._odd: list[tuple[Array, Whiteness]] = []
 
     def scale(self) -> Array | None:
@@ -55,10 +70,22 @@ class Noise:
     def doubt(self, variances: Array, colour: Whiteness) -> None:
         """Note a window unlike the others; when several in a row are, begin anew with them."""
         self._odd.append((variances, colour))
-        if len(self._odd) >= PATIENCE:
+        if len(self._odd) >= LEARNING.patience:
             self._recent.clear()
             self._recent.extend(self._odd)
             self._odd.clear()
+
+
+def noise_guess(y: Array) -> float:
+    """Guess the noise of one output (K,) from its second differences, which a slow signal lacks."""
+    y = y[np.isfinite(y)]
+    if y.size < 3:
+        return 1.0
+    bends = np.sort(np.abs(np.diff(y, 2)))
+    for guess in (bends[bends.size // 2], np.std(y)):
+        if guess > ROUNDING * np.abs(y).max():
+            return float(guess) / MEDIAN_BEND
+    return 1.0
 
 
 def variances_left(residuals: Array, grid: Grid, unknowns: int) -> Array:

@@ -1,5 +1,6 @@
-"""How far a candidate's outputs are from the measured ones: what a search minimises."""
+"""The cost that a search minimises: how far a candidate's outputs are from the measured ones."""
 
+from dataclasses import dataclass, field, replace
 from typing import Literal, get_args
 
 import numpy as np
@@ -15,31 +16,47 @@ FITNESSES: tuple[str, ...] = get_args(Fitness)
 ROUNDING = 1e-9  # relative residual that counts as none
 
 
-class Objective:
-    """Costs of points z (B, d) of the unit box, on one window.
+@dataclass
+class Counter:
+    """Candidates rolled out so far, over whatever part of a window."""
 
-    `least_squares`: sum of squared residuals in units of the outputs' scales; `euclidean` (Yang
-    2020, f_t1): sum over the outputs of the norm of their residuals; `correlation` (f_t2, eq. 14):
-    number of outputs less the sum of their Pearson correlations with the measured ones, where those
-    vary. A candidate
-    that diverges costs +inf. `evaluations` counts the candidates rolled out so far, over whatever
-    part of the window.
+    candidates: int = 0
+
+
+@dataclass(frozen=True, eq=False)
+class Objective:
+    """Costs J(z) of points z (B, d) of the unit box, on one window.
+
+    With residuals e_ki = (h_i(t_k, x_k, u_k, p) - y_ki) / s_i, s_i the scale of output i:
+
+    - `least_squares`: J = sum_ki e_ki^2, -2 log likelihood of white Gaussian noise of deviation s_i
+      but for a constant;
+    - `euclidean` (Yang 2020, f_t1): J = sum_i sqrt(sum_k e_ki^2);
+    - `correlation` (Yang 2020, f_t2, eq. 14): J = sum_i (1 - Pearson correlation of output i with
+      its measurements), over the outputs that vary.
+
+    A candidate that diverges costs +inf. Copies share their `counter`. Raises ValueError for
+    another fitness.
     """
 
-    def __init__(
-        self,
-        kernels: Kernels,
-        grid: Grid,
-        unknowns: Unknowns,
-        fitness: Fitness = 'least_squares',
-    ) -> None:
-        if fitness not in FITNESSES:
-            raise ValueError(f'fitness {fitness!r} is none of {", ".join(FITNESSES)}')
-        self.kernels = kernels
-        self.grid = grid
-        self.unknowns = unknowns
-        self.fitness = fitness
-        self.evaluations = 0
+    kernels: Kernels
+    grid: Grid
+    unknowns: Unknowns
+    fitness: Fitness = 'least_squares'
+    counter: Counter = field(default_factory=Counter)
+
+    def __post_init__(self) -> None:
+        if self.fitness not in FITNESSES:
+            raise ValueError(f'fitness {self.fitness!r} is none of {", ".join(FITNESSES)}')
+
+    def rescaled(self, factors: Array) -> 'Objective':
+        """Return the same objective with the outputs' scales (r,) multiplied by `factors` (r,)."""
+        return replace(self, grid=self.grid.rescaled(factors))
+
+    @property
+    def evaluations(self) -> int:
+        """Number of candidates rolled out so far, by this objective and its copies."""
+        return self.counter.candidates
 
     @property
     def dimension(self) -> int:
@@ -100,7 +117,7 @@ class Objective:
         towards the middle of the box.
         """
         starts, d = z.shape
-        self.evaluations += starts * (d + 1)
+        self.counter.candidates += starts * (d + 1)
         x0, p, steps = self.unknowns.perturbed(z, np.where(z > 0.5, -h, h))
         gram = self.kernels.grams(self.grid, nodes, x0, p, d + 1)
         gradient = gram[:, 0, 1:] / steps
@@ -118,11 +135,11 @@ class Objective:
         return states[:, :, 0], weight * (outputs[:, :, 0] - self.grid.y)
 
     def _squares(self, z: Array, gates: IntArray) -> Array:
-        self.evaluations += len(z)
+        self.counter.candidates += len(z)
         return self.kernels.squares(self.grid, gates, *self.unknowns.values(z))
 
     def _trajectories(self, z: Array) -> tuple[Array, Array]:
-        self.evaluations += len(z)
+        self.counter.candidates += len(z)
         return self.kernels.trajectories(self.grid, *self.unknowns.values(z))
 
     def _correlation_costs(self, z: Array, nodes: int) -> Array:

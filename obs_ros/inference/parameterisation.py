@@ -1,4 +1,4 @@
-"""What is estimated: some states and parameters of a model, each in its box; the rest is given."""
+"""The unknowns of an estimation as points z of the unit box, and the values that are given."""
 
 import math
 from collections.abc import Iterable, Mapping
@@ -13,30 +13,64 @@ from obs_ros.core.registry import suggest
 from obs_ros.core.texts import quoted
 from obs_ros.core.typing import Array, IntArray
 
-REACH = 10.0  # of the nominal value, or units, where there is no bound
-SMALLEST_STEP = 16  # units in the last place
+REACH = 10.0  # of the nominal value, or units: where a search begins that has no bound
+SMALLEST_STEP = 16  # units in the last place: smaller ones would be rounding
 EVERY = slice(None)
 EPSILON = float(np.finfo(np.float64).eps)
 TINY = float(np.finfo(np.float64).tiny)
 
 
 @dataclass(frozen=True)
-class Unknowns:
-    """The estimated ones among a model's n initial states and q parameters.
+class Scale:
+    """The boxes of d unknowns, in their units, and how places z in [0, 1] become values.
 
-    index (d,) says which of the n + q values they are, lower and upper (d,) are the box in which
-    searches begin, in the unknowns' units; given (n + q,) holds the values of the others. Searches
-    see the box as [0, 1]^d, and may leave it where limits (2, d) are infinite. On a log scale equal
-    steps there are equal ratios: growth (d,) is ln(upper / lower), 0 on a linear scale.
+    On a linear scale the value is lower + z (upper - lower). On a log scale, where growth is
+    ln(upper / lower) instead of 0, it is lower exp(z growth): equal steps are equal ratios.
+    lower, upper and growth have shape (d,).
+    """
+
+    lower: Array
+    upper: Array
+    growth: Array
+
+    @cached_property
+    def width(self) -> Array:
+        """Widths (d,) of the boxes."""
+        return self.upper - self.lower
+
+    def values(self, z: Array, i: int | slice = EVERY) -> Array:
+        """Return the values of unknown i at places z of its box, or of all at points z (..., d)."""
+        linear = self.lower[i] + z * self.width[i]
+        # Rounding must not leave the upper bound behind.
+        powers = np.minimum(self.lower[i] * np.exp(z * self.growth[i]), self.upper[i])
+        return np.where(self.growth[i] > 0.0, powers, linear)
+
+    def slopes(self, z: Array, i: int | slice = EVERY) -> Array:
+        """Return d value / d z there, in the unknowns' units per box."""
+        return np.where(self.growth[i] > 0.0, self.growth[i] * self.values(z, i), self.width[i])
+
+    def places(self, values: Array) -> Array:
+        """Return the points (..., d) of the unit box at which the unknowns have these values."""
+        log = self.growth > 0.0
+        ratio = np.where(log, np.maximum(values, TINY) / np.where(log, self.lower, 1.0), 1.0)
+        logarithmic = np.log(ratio) / np.where(log, self.growth, 1.0)
+        return np.where(log, logarithmic, (values - self.lower) / self.width)
+
+
+@dataclass(frozen=True)
+class Unknowns:
+    """The estimated ones, d, among a model's n initial states and q parameters.
+
+    index (d,) says which of the n + q values they are, `scale` in which boxes searches begin;
+    given (n + q,) holds the values of the others. Searches see the boxes as [0, 1]^d, and may
+    leave them where limits (2, d) are infinite.
     """
 
     model: Model
     index: IntArray
-    lower: Array
-    upper: Array
+    scale: Scale
     given: Array
     limits: Array
-    growth: Array
 
     @classmethod
     def of(
@@ -95,11 +129,9 @@ class Unknowns:
         return cls(
             model=model,
             index=np.array(index),
-            lower=lower,
-            upper=upper,
+            scale=Scale(lower, upper, np.array(growth)),
             given=given,
             limits=np.array(limits).T.copy(),
-            growth=np.array(growth),
         )
 
     @property
@@ -120,7 +152,7 @@ class Unknowns:
         """
         variables = [self.model.variables[i] for i in self.index[self.n_states :]]
         walks = [np.nan if v.walk is None else v.walk for v in variables]
-        return np.array(walks) / (self.upper - self.lower)[self.n_states :]
+        return np.array(walks) / self.scale.width[self.n_states :]
 
     @property
     def names(self) -> tuple[str, ...]:
@@ -130,30 +162,9 @@ class Unknowns:
     def values(self, z: Array) -> tuple[Array, Array]:
         """Return initial states (n, B) and parameters (q, B) of points z (B, d) of the unit box."""
         everything = np.repeat(self.given[:, None], len(z), axis=1)
-        everything[self.index] = self.unscaled(z).T
+        everything[self.index] = self.scale.values(z).T
         n = len(self.model.states)
         return everything[:n], everything[n:]
-
-    def unscaled(self, z: Array, i: int | slice = EVERY) -> Array:
-        """Return the values of unknown i at places z of its box, or of all at points z (..., d)."""
-        lower, growth = self.lower[i], self.growth[i]
-        linear = lower + z * (self.upper[i] - lower)
-        # Rounding must not leave the upper bound behind.
-        powers = np.minimum(lower * np.exp(z * growth), self.upper[i])
-        return np.where(growth > 0.0, powers, linear)
-
-    def slopes(self, z: Array, i: int | slice = EVERY) -> Array:
-        """Return how fast those values grow there, in the unknowns' units per box."""
-        growth = self.growth[i]
-        width = self.upper[i] - self.lower[i]
-        return np.where(growth > 0.0, growth * self.unscaled(z, i), width)
-
-    def scaled(self, values: Array) -> Array:
-        """Return the points (d,) of the unit box at which the unknowns have these values (d,)."""
-        linear = (values - self.lower) / (self.upper - self.lower)
-        log = self.growth > 0.0
-        ratio = np.where(log, np.maximum(values, TINY) / np.where(log, self.lower, 1.0), 1.0)
-        return np.where(log, np.log(ratio) / np.where(log, self.growth, 1.0), linear)
 
     def check_initial(self, values: Mapping[str, float]) -> None:
         """Raise ValueError unless the values to start from are finite and of what is estimated."""
@@ -176,27 +187,21 @@ class Unknowns:
         z_i, of h (P, d). Rounding changes the steps.
         """
         n = len(self.model.states)
-        box = self.lower, self.upper, self.growth
-        lanes, steps = _perturbed(z, h, *box, self.index, self.given)
+        places = self.scale.values(z), self.scale.slopes(z), self.scale.growth
+        lanes, steps = _perturbed(h, *places, self.index, self.given)
         return lanes[:n], lanes[n:], steps
 
     def point(self, values: Mapping[str, float]) -> Array:
         """Return the point z (d,) nearest to named values; NaN becomes the middle of the box."""
-        z = self.scaled(np.array([values[name] for name in self.names]))
+        z = self.scale.places(np.array([values[name] for name in self.names]))
         return np.clip(np.where(np.isfinite(z), z, 0.5), *self.limits)
 
 
 @accelerated
 def _perturbed(
-    z: Array,
-    h: Array,
-    lower: Array,
-    upper: Array,
-    growth: Array,
-    index: IntArray,
-    given: Array,
+    h: Array, points: Array, slopes: Array, growth: Array, index: IntArray, given: Array
 ) -> tuple[Array, Array]:
-    starts, d = z.shape
+    starts, d = points.shape
     lanes = np.empty((given.size, starts * (d + 1)))
     steps = np.empty((starts, d))
     for row in range(given.size):
@@ -204,17 +209,13 @@ def _perturbed(
     for s in range(starts):
         first = s * (d + 1)
         for i in range(d):
-            width = upper[i] - lower[i]
-            point = lower[i] + z[s, i] * width
-            if growth[i] > 0.0:
-                point = min(lower[i] * math.exp(z[s, i] * growth[i]), upper[i])
-                width = growth[i] * point
+            point = points[s, i]
             for lane in range(first, first + d + 1):
                 lanes[index[i], lane] = point
             # In a very narrow box a step must still change the value.
-            step = max(abs(h[s, i]) * width, SMALLEST_STEP * EPSILON * abs(point))
+            step = max(abs(h[s, i]) * slopes[s, i], SMALLEST_STEP * EPSILON * abs(point))
             lanes[index[i], first + 1 + i] = point + (step if h[s, i] > 0.0 else -step)
-            steps[s, i] = (lanes[index[i], first + 1 + i] - point) / width
+            steps[s, i] = (lanes[index[i], first + 1 + i] - point) / slopes[s, i]
             if growth[i] > 0.0:
                 steps[s, i] = math.log1p(growth[i] * steps[s, i]) / growth[i]
     return lanes, steps

@@ -10,8 +10,8 @@ import numpy as np
 from obs_ros.core.estimate import Estimate, Outcome
 from obs_ros.core.model import Model, checked_noise, inside, names
 from obs_ros.core.record import Sample
+from obs_ros.core.rng import random_generator
 from obs_ros.core.typing import Array
-from obs_ros.horizon.solve import random_generator
 from obs_ros.inference.parameterisation import Unknowns
 from obs_ros.integration.backends import Backend, check_backend
 from obs_ros.integration.path import Path
@@ -283,7 +283,9 @@ def _initial_values(unknowns: Unknowns, given: Mapping[str, float]) -> Array:
     """Return states and parameters (n + q,) to start from."""
     model = unknowns.model
     values = unknowns.given.copy()
-    for i, low, high in zip(unknowns.index, unknowns.lower, unknowns.upper, strict=True):
+    for i, low, high in zip(
+        unknowns.index, unknowns.scale.lower, unknowns.scale.upper, strict=True
+    ):
         nominal = model.variables[i].nominal
         middle = 0.5 * (low + high)
         values[i] = middle if nominal is None else min(max(nominal, low), high)

@@ -8,8 +8,10 @@ from obs_ros.core.deadline import Deadline
 from obs_ros.core.estimate import Estimate
 from obs_ros.core.model import Model
 from obs_ros.core.record import Record, Sample
+from obs_ros.core.rng import random_generator
 from obs_ros.horizon.moving_horizon import MovingHorizon
-from obs_ros.horizon.solve import Solver, random_generator
+from obs_ros.horizon.settings import EstimationSettings
+from obs_ros.horizon.solver import Solver
 from obs_ros.models import load_model
 from obs_ros.samples.range_check import limits
 from obs_ros.samples.window import SlidingWindow
@@ -22,7 +24,7 @@ class SlidingWindowObserver:
     see `MovingHorizon`. With `learn_noise` the noise that is given is only a starting value. Of
     windows that close before `estimate` is called, only the newest is kept; the others are
     counted as `skipped`. `capacity` bounds the samples kept of each stream; `settings` are those of
-    `solve_window`, from `search` to `backend`.
+    `EstimationSettings`.
 
     Raises ValueError for settings that are wrong, with the name and the value.
     """
@@ -41,7 +43,7 @@ class SlidingWindowObserver:
         **settings: Any,
     ) -> None:
         self.model = load_model(model)
-        self._solver = Solver.of(self.model, **settings)
+        self._solver = Solver.of(self.model, EstimationSettings(**settings))
         self._learn_noise = learn_noise
         self._window = SlidingWindow(
             duration,

@@ -229,7 +229,7 @@ def test_a_peer_solves_a_short_window_or_stops_in_time(name, short_window):
 
 def test_the_oracle_stops_at_the_target_and_when_the_time_is_over():
     problem = Problem.of(SHORT, 3)
-    z = (problem.truth - problem.objective.unknowns.lower) / problem.width
+    z = (problem.truth - problem.objective.unknowns.scale.lower) / problem.width
     cost = float(problem.objective.costs(z[None])[0])
     below = Oracle(problem, cost - 1.0, 60.0)
     assert below.costs(z[None]) == pytest.approx(cost)
@@ -242,7 +242,7 @@ def test_the_oracle_stops_at_the_target_and_when_the_time_is_over():
 
 def test_the_truth_at_a_windows_end_is_where_the_true_start_leads():
     problem = Problem.of('Lorenz 5', 3)
-    z = (problem.truth - problem.objective.unknowns.lower) / problem.width
+    z = (problem.truth - problem.objective.unknowns.scale.lower) / problem.width
     found = problem.at_end(z)
     np.testing.assert_allclose(found.state, problem.end, atol=1e-2)
     np.testing.assert_allclose(found.parameters, problem.truth[3:])

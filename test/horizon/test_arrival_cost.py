@@ -7,6 +7,7 @@ import numpy as np
 import pytest
 from plants import INTEGRATOR
 
+from obs_ros.core.estimate import Jump
 from obs_ros.horizon.arrival_cost import KEPT, ArrivalCost, KnownJump, WindowPosterior
 from obs_ros.inference.parameterisation import Unknowns
 from obs_ros.inference.prior import Prior
@@ -139,12 +140,14 @@ def test_a_jump_since_then_widens_what_jumped_to_its_box() -> None:
 
 def test_a_new_jump_forgets_windows_that_did_not_know_of_it() -> None:
     sequence = history(20.0, 25.0, 30.0)
-    sequence.jumped(KnownJump(25.0, GAIN))
-    assert taken(sequence.prior(40.0, DURATION)) == pytest.approx(25.0)
-    sequence.jumped(KnownJump(24.9, GAIN))
-    assert taken(sequence.prior(40.0, DURATION)) == pytest.approx(20.0)
-    sequence.jumped(KnownJump(5.0, GAIN))
-    assert sequence.prior(40.0, DURATION) is None
+    # The third is the second again, found a little earlier.
+    for time, newest in ((25.0, 25.0), (24.4, 20.0), (24.0, 20.0), (5.0, None)):
+        sizes = {UNKNOWNS.names[1]: 0.1}
+        jump = Jump(time=time, time_stddev=0.1, sizes=sizes, stddev=sizes, new=True)
+        sequence.update_jumps([jump], time - 5.0, time + 5.0)
+        assert sequence.jumps[-1] == KnownJump(time, GAIN)
+        prior = sequence.prior(40.0, DURATION)
+        assert (None if prior is None else taken(prior)) == pytest.approx(newest)
 
 
 def test_pruning_keeps_what_later_windows_need() -> None:

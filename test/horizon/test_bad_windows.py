@@ -10,9 +10,11 @@ from scipy.integrate import solve_ivp
 from obs_ros import Model, Outcome, Record, Sample, Variable, solve_window
 from obs_ros.core.deadline import Deadline
 from obs_ros.core.linear_algebra import cholesky, eigen, inverted
+from obs_ros.core.rng import random_generator
 from obs_ros.core.typing import Array
 from obs_ros.horizon.moving_horizon import MovingHorizon
-from obs_ros.horizon.solve import Solver, random_generator
+from obs_ros.horizon.settings import EstimationSettings
+from obs_ros.horizon.solver import Solver
 from obs_ros.observers.base import load_observer
 
 pytestmark = pytest.mark.filterwarnings('error')
@@ -85,7 +87,9 @@ def test_solve_window_and_windows_say_it_as_an_outcome(model: Model, backend: An
         for noise in noises(model) if backend == 'numba' else noises(model)[:1]:
             estimate = solve_window(model, record, noise=noise, backend=backend)
             assert isinstance(estimate.outcome, Outcome), kind
-            windows = MovingHorizon(Solver.of(model, noise=noise, backend=backend))
+            windows = MovingHorizon(
+                Solver.of(model, EstimationSettings(noise=noise, backend=backend))
+            )
             for i in range(2):
                 windows.solve(record, random_generator(0, i), Deadline())
         for search in ('chaotic_de', 'ga'):

@@ -9,9 +9,11 @@ from scipy.signal import lfilter
 
 from obs_ros import Model, Outcome, Record
 from obs_ros.core.deadline import Deadline
+from obs_ros.core.rng import random_generator
 from obs_ros.core.typing import Array
 from obs_ros.horizon.moving_horizon import MovingHorizon
-from obs_ros.horizon.solve import Solver, random_generator
+from obs_ros.horizon.settings import EstimationSettings
+from obs_ros.horizon.solver import Solver
 from obs_ros.integration.backends import Kernels, kernels_for
 
 MOST = 8.0  # times a window of the same plant that fits
@@ -81,7 +83,7 @@ def misfits(record: Record, rng: np.random.Generator) -> dict[str, Array]:
 
 
 def steps(model: Model, record: Record, noise: Any) -> int:
-    solver = CountingSolver.of(model, noise=noise)
+    solver = CountingSolver.of(model, EstimationSettings(noise=noise))
     estimate = solver.solve(record, random_generator(1), Deadline())
     assert estimate.outcome is not Outcome.DEADLINE
     return int(solver.kernels.steps)
@@ -89,7 +91,7 @@ def steps(model: Model, record: Record, noise: Any) -> int:
 
 def steps_in_sequence(model: Model, record: Record, noise: Any) -> int:
     """Of six windows, each as long as half of the record."""
-    solver = CountingSolver.of(model, noise=noise)
+    solver = CountingSolver.of(model, EstimationSettings(noise=noise))
     windows, half = MovingHorizon(solver), record.t.size // 2
     for i, first in enumerate(np.linspace(0, half, 6).astype(int)):
         part = slice(first, first + half)

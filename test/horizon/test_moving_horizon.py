@@ -18,9 +18,11 @@ from scipy.signal import lfilter
 
 from obs_ros import Estimate, Model, Outcome, Record, Sample, Variable
 from obs_ros.core.deadline import Deadline
+from obs_ros.core.rng import random_generator
 from obs_ros.core.typing import Array
 from obs_ros.horizon.moving_horizon import MovingHorizon
-from obs_ros.horizon.solve import Solver, random_generator
+from obs_ros.horizon.settings import EstimationSettings
+from obs_ros.horizon.solver import Solver
 from obs_ros.observers.sliding_window import SlidingWindowObserver
 
 SIGMA = 0.05
@@ -51,7 +53,7 @@ def part(record: Record, first: float, last: float) -> Record:
 
 def windows_for(model: Model = LAG, *, learn_noise: bool = False, **settings: Any) -> MovingHorizon:
     settings = {'noise': {'y': SIGMA}, **settings}
-    solver = Solver.of(model, **settings)
+    solver = Solver.of(model, EstimationSettings(**settings))
     solver.prepare()
     return MovingHorizon(solver, learn_noise=learn_noise)
 

@@ -16,39 +16,39 @@ def found(t1: float) -> Estimate:
 
 
 def test_windows_that_fit_from_the_start_are_trusted():
-    doubt = Probation()
+    probation = Probation()
     for k, fits in enumerate((True, False, True)):
         estimate = found(k)
-        assert doubt.weigh(estimate, fits) is estimate
+        assert probation.judge(estimate, fits) is estimate
 
 
 def test_after_a_first_window_that_does_not_fit_trust_is_earned_by_many_in_a_row():
-    doubt = Probation()
+    probation = Probation()
     estimate = found(10.0)
-    assert doubt.weigh(estimate, False) is estimate, 'it says so itself'
+    assert probation.judge(estimate, False) is estimate, 'it says so itself'
     for k in range(EARNED):
-        doubted = doubt.weigh(found(20.0 + k), True)
+        doubted = probation.judge(found(20.0 + k), True)
         assert doubted.outcome is Outcome.MODEL_MISMATCH and not doubted.jumps
         assert 'the window that ended at 10 s contradicted the model' in doubted.message
         assert np.isnan([*doubted.stddev.values(), *doubted.initial_stddev.values()]).all()
         assert doubted.state == {'x': 3.0}
-    assert doubt.weigh(estimate, True) is estimate
-    doubt.weigh(found(1.0), False)
-    assert doubt.weigh(estimate, True) is estimate, 'once earned, it stays'
+    assert probation.judge(estimate, True) is estimate
+    probation.judge(found(1.0), False)
+    assert probation.judge(estimate, True) is estimate, 'once earned, it stays'
 
 
 def test_trust_is_earned_by_twenty_in_a_row():
-    doubt = Probation()
-    doubt.weigh(found(0.0), False)
-    outcomes = [doubt.weigh(found(1.0 + k), True).outcome for k in range(21)]
+    probation = Probation()
+    probation.judge(found(0.0), False)
+    outcomes = [probation.judge(found(1.0 + k), True).outcome for k in range(21)]
     assert outcomes == [*[Outcome.MODEL_MISMATCH] * 20, Outcome.CONVERGED]
 
 
 def test_doubt_starts_anew_with_every_window_that_does_not_fit():
-    doubt = Probation()
+    probation = Probation()
     for k in range(EARNED):
-        doubt.weigh(found(k), k not in (0, EARNED - 1))
-    assert 'ended at 19 s' in doubt.weigh(found(99.0), True).message
+        probation.judge(found(k), k not in (0, EARNED - 1))
+    assert 'ended at 19 s' in probation.judge(found(99.0), True).message
 
 
 @pytest.mark.parametrize('scale', [None, np.array([0.01, 0.01])])

@@ -11,7 +11,7 @@ from scipy.optimize import least_squares
 
 from obs_ros import Estimate, Model, Outcome, Record, Variable, solve_window
 from obs_ros.core.typing import Array
-from obs_ros.horizon.solve import noise_guess
+from obs_ros.inference.noise import noise_guess
 
 TANKS = {'h1': 50.0, 'h2': 40.0, 'h3': 45.0, 'p1': 0.6, 'p2': 0.5, 'p3': 0.7}
 

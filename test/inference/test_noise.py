@@ -5,7 +5,7 @@ from plants import INTEGRATOR, NAN, OSCILLATOR
 
 from obs_ros import Record
 from obs_ros.core.residual_tests import Whiteness, whiteness
-from obs_ros.inference.noise import PATIENCE, REMEMBERED, Noise, variances_left
+from obs_ros.inference.noise import LEARNING, Noise, variances_left
 from obs_ros.integration.grid import Grid
 
 OUTPUTS = ('y1', 'y2')
@@ -45,11 +45,11 @@ def test_the_median_of_the_last_windows() -> None:
     for deviation in (0.1, 0.3, 50.0):
         noise.accept(variances(deviation, 1.0 / deviation), WHITE)
     np.testing.assert_allclose(noise.scale(), [0.3, 1.0 / 0.3])
-    for _ in range(REMEMBERED):
+    for _ in range(LEARNING.remembered):
         noise.accept(variances(7.0, 8.0), WHITE)
     np.testing.assert_allclose(noise.scale(), [7.0, 8.0])
     # Of twenty, ten others are not yet the median.
-    for _ in range(REMEMBERED // 2 - 1):
+    for _ in range(LEARNING.remembered // 2 - 1):
         noise.accept(variances(1.0, 1.0), WHITE)
     np.testing.assert_allclose(noise.scale(), [7.0, 8.0])
     for _ in range(2):
@@ -61,7 +61,7 @@ def test_a_few_odd_windows_teach_nothing() -> None:
     noise = Noise({}, OUTPUTS, learned=False)
     noise.accept(variances(1.0, 1.0), WHITE)
     for _ in range(5):
-        for _ in range(PATIENCE - 1):
+        for _ in range(LEARNING.patience - 1):
             noise.doubt(variances(5.0, 5.0), WHITE)
         np.testing.assert_allclose(noise.scale(), [1.0, 1.0])
         noise.accept(variances(1.0, 1.0), WHITE)  # they were not in a row
@@ -70,7 +70,7 @@ def test_a_few_odd_windows_teach_nothing() -> None:
 
 def test_when_several_in_a_row_are_odd_learning_begins_anew() -> None:
     noise = Noise({}, OUTPUTS, learned=False)
-    for _ in range(REMEMBERED):
+    for _ in range(LEARNING.remembered):
         noise.accept(variances(1.0, 1.0), WHITE)
     for deviation in (5.0, 6.0, 7.0):
         noise.doubt(variances(deviation, 1.0), WHITE)

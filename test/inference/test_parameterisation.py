@@ -20,7 +20,7 @@ def test_by_default_all_initial_states_and_parameters_in_the_models_order() -> N
     unknowns = Unknowns.of(THREE_TANK)
     assert unknowns.names == ('h1', 'h2', 'h3', 'p1', 'p2', 'p3')
     assert unknowns.dimension == 6
-    np.testing.assert_array_equal(unknowns.upper, [100, 100, 100, 1, 1, 1])
+    np.testing.assert_array_equal(unknowns.scale.upper, [100, 100, 100, 1, 1, 1])
 
 
 def test_a_choice_of_names_keeps_the_models_order_and_the_rest_is_given() -> None:
@@ -106,7 +106,7 @@ def test_on_a_log_scale_equal_steps_are_equal_ratios() -> None:
     z[:, 3] = 0.0, 0.5, 1.0
     p = unknowns.values(z)[1]
     np.testing.assert_allclose(p, [[0.5, 2.0, 8.0], [0.25] * 3, [0.25] * 3], rtol=1e-15)
-    np.testing.assert_allclose(unknowns.unscaled(z[:, 3], 3), p[0], rtol=0.0)
+    np.testing.assert_allclose(unknowns.scale.values(z[:, 3], 3), p[0], rtol=0.0)
     middle = dict(zip(unknowns.names, [1.0, 1.0, 1.0, 2.0, 0.25, 1.0], strict=True))
     assert unknowns.point(middle)[3:].tolist() == pytest.approx([0.5, 0.25, 1.0])
     outside = {**middle, 'p1': -1.0}
@@ -119,9 +119,9 @@ def test_slopes_are_those_of_the_values_and_steps_those_taken() -> None:
     x0, p, steps = unknowns.perturbed(z, h)
     taken = np.concatenate([x0, p])
     moved = np.diag(taken[:, 1:] - taken[:, :1])
-    np.testing.assert_allclose(moved / steps[0], unknowns.slopes(z)[0], rtol=1e-5)
-    np.testing.assert_allclose(unknowns.scaled(taken[:, 4])[3] - 0.3, steps[0, 3], rtol=1e-8)
-    assert unknowns.slopes(z[:, 3], 3) == unknowns.slopes(z)[:, 3]
+    np.testing.assert_allclose(moved / steps[0], unknowns.scale.slopes(z)[0], rtol=1e-5)
+    np.testing.assert_allclose(unknowns.scale.places(taken[:, 4])[3] - 0.3, steps[0, 3], rtol=1e-8)
+    assert unknowns.scale.slopes(z[:, 3], 3) == unknowns.scale.slopes(z)[:, 3]
 
 
 @pytest.mark.parametrize('pair', [(0.0, 1.0), (-1.0, 1.0), (0.5, math.inf)])
@@ -145,7 +145,7 @@ def test_a_step_changes_the_value_in_a_box_however_narrow(half: float, h: float)
     taken = np.concatenate([x0, p])
     moved = np.diag(taken[:, 1:] - taken[:, :1])
     assert (np.sign(moved) == np.sign(h)).all()
-    np.testing.assert_allclose(steps[0] * (unknowns.upper - unknowns.lower), moved, rtol=1e-12)
+    np.testing.assert_allclose(steps[0] * unknowns.scale.width, moved, rtol=1e-12)
 
 
 def test_without_a_bound_the_search_begins_near_the_nominal_value_and_may_leave() -> None:
@@ -154,7 +154,13 @@ def test_without_a_bound_the_search_begins_near_the_nominal_value_and_may_leave(
         parameters=['p1', 'p2', 'p3'],
         bounds={'p1': (-math.inf, math.inf), 'p2': (0.2, math.inf), 'h1': (-math.inf, 50.0)},
     )
-    box = dict(zip(unknowns.names, zip(unknowns.lower, unknowns.upper, strict=True), strict=True))
+    box = dict(
+        zip(
+            unknowns.names,
+            zip(unknowns.scale.lower, unknowns.scale.upper, strict=True),
+            strict=True,
+        )
+    )
     limits = dict(zip(unknowns.names, unknowns.limits.T.tolist(), strict=True))
     assert box['p1'] == (-9.0, 11.0) and limits['p1'] == [-math.inf, math.inf]
     assert box['p2'] == (0.2, 11.0) and limits['p2'] == [0.0, math.inf]

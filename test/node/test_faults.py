@@ -27,7 +27,7 @@ from rosgraph_msgs.msg import Clock
 
 from obs_ros.core.estimate import Outcome
 from obs_ros.horizon.moving_horizon import MovingHorizon
-from obs_ros.horizon.solve import Solver
+from obs_ros.horizon.solver import Solver
 from obs_ros.ros import diagnostics
 from obs_ros.ros.estimator import Estimator
 from obs_ros.ros.messages import time_message

@@ -5,7 +5,7 @@ import pytest
 from plants import tank_record
 
 from obs_ros import solve_window
-from obs_ros.horizon.solve import Solver
+from obs_ros.horizon.solver import Solver
 from obs_ros.inference import parameterisation
 from obs_ros.models import load_model
 from obs_ros.optimization import lm_linalg

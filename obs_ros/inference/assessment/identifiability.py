@@ -27,7 +27,7 @@ GATES = 25  # lengths looked at, each a fifth longer than the one before
 def undetermined(unknowns: Unknowns) -> Array:
     """Return the standard deviations (d,), in boxes, above which unknowns are not determined."""
     with np.errstate(divide='ignore'):  # on a linear scale there is no such share
-        return np.minimum(UNDETERMINED, LARGEST_SHARE / unknowns.growth)
+        return np.minimum(UNDETERMINED, LARGEST_SHARE / unknowns.scale.growth)
 
 
 def weak_directions(
@@ -41,9 +41,11 @@ def weak_directions(
     unknowns = objective.unknowns
     n = unknowns.n_states
     point = np.concatenate([np.full(n, 0.5), values])
-    size = np.maximum(np.abs(unknowns.unscaled(point)) / unknowns.slopes(point), SMALLEST_VALUE)[n:]
+    size = np.maximum(
+        np.abs(unknowns.scale.values(point)) / unknowns.scale.slopes(point), SMALLEST_VALUE
+    )[n:]
     # A power product means nothing where a value may change its sign.
-    definite = (unknowns.lower[n:] >= 0.0) | (unknowns.upper[n:] <= 0.0)
+    definite = (unknowns.scale.lower[n:] >= 0.0) | (unknowns.scale.upper[n:] <= 0.0)
     eigenvalues, vectors = eigen(information)
     weak = vectors[:, eigenvalues * UNDETERMINED**2 < 1.0].T
     found = []
@@ -78,9 +80,9 @@ def advice(objective: Objective, state: Array, p: Array, chosen: IntArray) -> st
         measured=np.ones(NODES, dtype=bool),
     )
     lanes = np.repeat(np.concatenate([state, p])[:, None], 1 + unknowns.dimension, axis=1)
-    z = unknowns.scaled(lanes[unknowns.index, 0])
+    z = unknowns.scale.places(lanes[unknowns.index, 0])
     step = np.where(z > 0.5, -1e-7, 1e-7)
-    lanes[unknowns.index, 1 + np.arange(unknowns.dimension)] += step * unknowns.slopes(z)
+    lanes[unknowns.index, 1 + np.arange(unknowns.dimension)] += step * unknowns.scale.slopes(z)
     _, y = objective.kernels.trajectories(ahead, lanes[:n_model], lanes[n_model:])
     with np.errstate(invalid='ignore'):  # the model may diverge ahead
         jacobian = weight[:, :, None] * (y[:, :, 1:] - y[:, :, :1]) / step

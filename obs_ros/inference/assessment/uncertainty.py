@@ -1,18 +1,60 @@
-"""How far an estimate can be trusted: standard deviations from the Fisher information.
+"""Uncertainty of an estimate: covariance of its unknowns, and standard deviations of its values.
 
-The covariance is the inverse of J'J / sigma^2, J the Jacobian of the outputs, plus what was known
-before. At a bound it stays that of the free unknowns: freezing them makes intervals far too short;
-an interval is to be clipped to the box instead.
+The covariance is the inverse of the information J' J + P: J the Jacobian of the scaled residuals,
+which makes J' J the Fisher information of white Gaussian noise, and P the precision of the prior
+(Gauss-Newton approximation; Ljung 1999, section 9.4). At a bound it stays that of the free
+unknowns, as freezing them makes intervals far too short; clip an interval to the box instead.
 """
 
 from dataclasses import dataclass
 
 import numpy as np
 
+from obs_ros.core.estimate import Jump
 from obs_ros.core.model import Model
-from obs_ros.core.typing import Array
+from obs_ros.core.typing import Array, BoolArray
+from obs_ros.inference.assessment.fit import Fit
 from obs_ros.inference.assessment.identifiability import UNDETERMINED, undetermined
 from obs_ros.inference.jumps.jump_search import Hypothesis
+
+
+@dataclass(frozen=True)
+class Uncertainty:
+    """A window's hypothesis with the joint covariance (D, D) of its point.
+
+    - `information` (q, q): that about the estimated parameters, the initial state unknown;
+    - `finished`: there was time to look for jumps;
+    - `bent`: the window is so far from linear that the covariance holds for single unknowns only;
+    - `correlation`: the noise's at lag 1, which the covariance accounts for already;
+    - `determined_alone` (q,): parameters that some window has determined by itself. Of the others
+      nothing is known, whatever many windows seem to add up to along a bent valley.
+    """
+
+    hypothesis: Hypothesis
+    covariance: Array
+    information: Array
+    jumps: tuple[Jump, ...] = ()
+    finished: bool = True
+    bent: bool = False
+    correlation: float = 0.0
+    determined_alone: BoolArray | None = None
+
+    @property
+    def drifting(self) -> bool:
+        """Whether jumps at several times look like the steps of a ramp."""
+        return len(self.hypothesis.layout.events) > 1
+
+    @property
+    def fit(self) -> Fit:
+        """The hypothesis's residual beside the noise, given or learned."""
+        best = self.hypothesis
+        return Fit.of(
+            best.problem.objective,
+            best.squares,
+            best.trajectory[1],
+            noise_known=True,
+            correlation=self.correlation,
+        )
 
 
 @dataclass(frozen=True)
@@ -49,14 +91,14 @@ class Deviations:
         for name, where in places.items():
             everything = np.zeros(len(unknowns.model.variables))
             boxes = np.sqrt(np.maximum(np.diagonal(covariance)[where], 0.0))
-            slopes = unknowns.slopes(hypothesis.point[where])
+            slopes = unknowns.scale.slopes(hypothesis.point[where])
             everything[unknowns.index] = np.where(boxes <= limit, boxes * slopes, np.nan)
             found[name] = everything
         g = hypothesis.linearisation.state_jacobian
         state = np.sqrt(np.maximum(((g @ covariance) * g).sum(axis=1), 0.0))
         boxes = np.full(n, np.inf)
         estimated = unknowns.index < n
-        boxes[unknowns.index[estimated]] = (unknowns.upper - unknowns.lower)[estimated]
+        boxes[unknowns.index[estimated]] = unknowns.scale.width[estimated]
         return cls(
             initial=found['initial'][:n],
             state=np.where(state <= UNDETERMINED * boxes, state, np.nan),

@@ -63,9 +63,9 @@ class PiecewiseProblem:
     each jump's size, which is as likely large as the box is wide.
     """
 
-    def __init__(self, objective: Objective, prior: Prior, layout: Layout) -> None:
+    def __init__(self, objective: Objective, prior: Prior, layout: Layout | None = None) -> None:
         self.objective = objective
-        self.layout = layout
+        self.layout = layout or Layout(objective.dimension)
         self.prior = prior
         self._mask = objective.grid.weight > 0.0
         grid = objective.grid
@@ -172,7 +172,7 @@ class PiecewiseProblem:
         """
         objective, layout = self.objective, self.layout
         grid, kernels, unknowns = objective.grid, objective.kernels, objective.unknowns
-        objective.evaluations += len(points)
+        objective.counter.candidates += len(points)
         x, p = unknowns.values(points[:, : layout.dimension])
         if not layout.events:
             return kernels.trajectories(grid, x, p)
@@ -188,7 +188,7 @@ class PiecewiseProblem:
                 early = max(early, float(share.max()))
                 for i, parameter in enumerate(layout.events[event]):
                     place, row = layout.times[event] + 1 + i, rows[parameter]
-                    value = unknowns.unscaled(points[:, place], parameter)
+                    value = unknowns.scale.values(points[:, place], parameter)
                     mixed[row] += share * (value - after[row])
                     after[row] = value
             # A jump at a node leaves the whole interval before it to the value before.

@@ -175,7 +175,7 @@ def _width(unknowns: Unknowns, i: int) -> float:
     """Return the width of the box of the model's unknown i, for one not estimated its bounds'."""
     at = np.flatnonzero(unknowns.index == i)
     if at.size:
-        return float(unknowns.upper[at[0]] - unknowns.lower[at[0]])
+        return float(unknowns.scale.width[at[0]])
     variable = unknowns.model.variables[i]
     width = variable.upper - variable.lower
     return width if math.isfinite(width) else max(1.0, abs(variable.nominal or 0.0))

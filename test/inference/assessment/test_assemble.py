@@ -11,12 +11,15 @@ from scipy.stats import chi2
 from obs_ros import Estimate, Outcome, Record
 from obs_ros.core.estimate import Jump
 from obs_ros.core.typing import Array
-from obs_ros.inference.assessment.assemble import Uncertainty, empty, output_rms, report
+from obs_ros.inference.assessment.assemble import empty, report
+from obs_ros.inference.assessment.fit import root_mean_square
+from obs_ros.inference.assessment.uncertainty import Uncertainty
 from obs_ros.inference.jumps.jump_search import hypothesis_at
-from obs_ros.inference.jumps.piecewise import Layout, PiecewiseProblem
+from obs_ros.inference.jumps.piecewise import PiecewiseProblem
 from obs_ros.inference.objective import Objective
 from obs_ros.inference.parameterisation import Unknowns
 from obs_ros.inference.prior import Prior
+from obs_ros.inference.window_state import WindowState
 from obs_ros.integration.backends import kernels_for
 from obs_ros.integration.grid import Grid
 from obs_ros.optimization.result import Acceptance, Effort, Found
@@ -36,30 +39,25 @@ SIGNS = np.resize([1.0, 1.0, -1.0, -1.0], 31)[:, None]
 NOISE = SIGNS * np.array([1.0, -1.0]) * SCALE
 
 
-def problem(noise: Any = NOISE, z: Array = FOUND.z, **settings: Any) -> tuple[Record, Objective]:
-    """An objective whose residuals at z are `-noise`."""
+def problem(
+    noise: Any = NOISE, z: Array = FOUND.z, *, noise_known: bool = False, **settings: Any
+) -> WindowState:
+    """A window whose residuals at z are `-noise`."""
     kernels, unknowns = kernels_for(OSCILLATOR, 'numpy'), Unknowns.of(OSCILLATOR, **settings)
     blank = Record(T, np.sin(T), np.zeros((31, 2)))
     z = z[: unknowns.dimension]
     values = unknowns.values(z[None])
     y = kernels.trajectories(Grid.of(OSCILLATOR, blank, SCALE), *values)[1][..., 0]
     record = Record(T, np.sin(T), y + noise, stamp=77)
-    return record, Objective(kernels, Grid.of(OSCILLATOR, record, SCALE), unknowns)
+    objective = Objective(kernels, Grid.of(OSCILLATOR, record, SCALE), unknowns)
+    return WindowState(record, objective, Prior.box(unknowns), noise_known)
 
 
 def estimate(
     noise_known: bool = False, noise: Any = NOISE, in_time: bool = True, **changes: Any
 ) -> Estimate:
-    record, objective = problem(noise, changes.get('z', FOUND.z))
-    return report(
-        record,
-        objective,
-        replace(FOUND, **changes),
-        None,
-        noise_known=noise_known,
-        in_time=in_time,
-        solve_time=0.25,
-    )
+    window = problem(noise, changes.get('z', FOUND.z), noise_known=noise_known)
+    return report(window, replace(FOUND, **changes), None, in_time=in_time, solve_time=0.25)
 
 
 def certain(
@@ -69,21 +67,15 @@ def certain(
     **changes: Any,
 ) -> Estimate:
     """With the given standard deviations of z, in boxes, whatever the window says."""
-    record, objective = problem(noise)
-    piecewise = PiecewiseProblem(objective, Prior.box(objective.unknowns), Layout(4))
+    window = problem(noise, noise_known=noise_known)
     covariance = np.diag(deviations) ** 2
     uncertainty = Uncertainty(
-        hypothesis_at(piecewise, FOUND.z), covariance, np.diag(1.0 / np.diag(covariance)[2:])
+        hypothesis_at(PiecewiseProblem(window.objective, window.prior), FOUND.z),
+        covariance,
+        np.diag(1.0 / np.diag(covariance)[2:]),
     )
-    return report(
-        record,
-        objective,
-        FOUND,
-        replace(uncertainty, **changes),
-        noise_known=noise_known,
-        in_time=True,
-        solve_time=0.25,
-    )
+    uncertainty = replace(uncertainty, **changes)
+    return report(window, FOUND, uncertainty, in_time=True, solve_time=0.25)
 
 
 def test_values_by_name() -> None:
@@ -269,23 +261,14 @@ def test_a_state_at_its_bound_is_said_before_every_other_reason() -> None:
 
 
 def test_what_is_fixed_is_never_at_a_bound() -> None:
-    record, objective = problem(fixed={'push': 2.0})
-    found = report(
-        record,
-        objective,
-        replace(FOUND, z=FOUND.z[:3]),
-        None,
-        noise_known=False,
-        in_time=True,
-        solve_time=0.0,
-    )
+    window = problem(fixed={'push': 2.0})
+    found = report(window, replace(FOUND, z=FOUND.z[:3]), None, in_time=True, solve_time=0.0)
     assert found.parameters['push'] == 2.0
     assert found.outcome is Outcome.CONVERGED
 
 
 def test_an_empty_estimate_has_every_name_and_no_value() -> None:
-    record, _ = problem()
-    found = empty(OSCILLATOR, record, Outcome.DIVERGED, 'why')
+    found = empty(OSCILLATOR, problem().record, Outcome.DIVERGED, 'why')
     assert not found.usable
     assert (found.outcome, found.message, found.stamp) == (Outcome.DIVERGED, 'why', 77)
     assert (found.t0, found.t1) == (0.0, 2.0)
@@ -302,4 +285,4 @@ def test_an_empty_estimate_has_every_name_and_no_value() -> None:
 
 def test_rms_of_an_output_never_measured_is_zero() -> None:
     residuals = np.array([[3.0, NAN], [NAN, NAN], [4.0, NAN]])
-    np.testing.assert_allclose(output_rms(residuals), [np.sqrt(12.5), 0.0])
+    np.testing.assert_allclose(root_mean_square(residuals), [np.sqrt(12.5), 0.0])

@@ -40,9 +40,7 @@ def fitted(
     y = np.column_stack([a * np.exp(-0.5 * T), b * np.exp(-0.7 * T)])
     y += SIGMA * np.random.default_rng([seed, 6]).standard_normal(y.shape)
     objective = window_of(DECAYS, Record(T, None, y), SIGMA, backend, **settings)
-    problem = PiecewiseProblem(
-        objective, Prior.box(objective.unknowns), Layout(objective.dimension)
-    )
+    problem = PiecewiseProblem(objective, Prior.box(objective.unknowns))
     start = objective.unknowns.point({'a': a, 'b': b, 'pa': 0.5, 'pb': 0.7})
     found = levenberg_marquardt(problem, start[None], T.size, 60, Deadline())
     return hypothesis_at(problem, found.z[0])

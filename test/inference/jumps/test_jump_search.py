@@ -55,7 +55,7 @@ def still(window: Record, prior: Prior | None = None, model: Model = INTEGRATOR)
     """The best hypothesis without a jump."""
     objective = window_of(model, window, SIGMA)
     prior = prior or Prior.box(objective.unknowns)
-    return solved(PiecewiseProblem(objective, prior, Layout(objective.dimension)), np.full(3, 0.5))
+    return solved(PiecewiseProblem(objective, prior), np.full(3, 0.5))
 
 
 def solved(problem: PiecewiseProblem, start: Array) -> Hypothesis:

@@ -1,0 +1,280 @@
+"""A model with its settings: poses windows, fits them, and solves them one by one."""
+
+import time
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
+from functools import partial
+from typing import Any
+
+import numpy as np
+
+from obs_ros.core.deadline import Deadline
+from obs_ros.core.estimate import Estimate, Outcome
+from obs_ros.core.model import Model, checked_noise, names
+from obs_ros.core.record import Record
+from obs_ros.core.registry import suggest
+from obs_ros.core.typing import Array
+from obs_ros.horizon.settings import EstimationSettings
+from obs_ros.horizon.warm_start import propagated
+from obs_ros.inference.assessment.assemble import empty, report
+from obs_ros.inference.assessment.fit import root_mean_square
+from obs_ros.inference.assessment.informed_subspace import marginal_information
+from obs_ros.inference.assessment.uncertainty import Uncertainty
+from obs_ros.inference.jumps.jump_search import hypothesis_at
+from obs_ros.inference.jumps.piecewise import PiecewiseProblem
+from obs_ros.inference.noise import noise_guess, variances_left
+from obs_ros.inference.objective import FITNESSES, Objective
+from obs_ros.inference.parameterisation import Unknowns
+from obs_ros.inference.prior import Posterior, Prior
+from obs_ros.inference.window_state import WindowState
+from obs_ros.integration.backends import Kernels, check_backend, kernels_for
+from obs_ros.integration.grid import Grid
+from obs_ros.optimization import lm_linalg
+from obs_ros.optimization.levenberg_marquardt import Trail, levenberg_marquardt
+from obs_ros.optimization.memetic import FULL_ITERATIONS, PATIENCE, SAME_OPTIMUM
+from obs_ros.optimization.methods import Method, method_for
+from obs_ros.optimization.result import Found
+from obs_ros.samples.range_check import without_absurd
+
+
+class TooFewSamples(ValueError):
+    """A window has too few measured values for its unknowns; the text says how many it needs."""
+
+
+@dataclass(frozen=True)
+class PosingSettings:
+    """Limits in posing a window whose noise is not given.
+
+    - `values_per_unknown`: measured values that each unknown needs: a residual of fewer could not
+      tell noise from a wrong fit.
+    - `unequal`: ratio of the outputs' residuals, in their guessed scales, above which the outputs
+      are weighted anew; below, efficiency gains less than 1 %.
+    - `reweightings`: rounds of that at most; two are usual.
+    """
+
+    values_per_unknown: int = 4
+    unequal: float = 1.2
+    reweightings: int = 3
+
+
+POSING = PosingSettings()
+
+
+@dataclass(frozen=True)
+class Solver:
+    """A model with its checked settings: solves windows by themselves, poses and fits the others.
+
+    `noise` is what the settings give, `method_settings` are of the method's own type.
+    """
+
+    unknowns: Unknowns
+    method: Method
+    method_settings: Any
+    noise: Mapping[str, float]
+    settings: EstimationSettings
+
+    @classmethod
+    def of(cls, model: Model, settings: EstimationSettings | None = None) -> 'Solver':
+        """Check the settings; raises ValueError with the name and the value that is wrong."""
+        settings = settings or EstimationSettings()
+        unknowns = Unknowns.of(
+            model, settings.parameters, settings.states, settings.fixed, settings.bounds
+        )
+        method, method_settings = method_for(settings.search, settings.search_options)
+        fitness = settings.fitness
+        if fitness not in FITNESSES:
+            raise ValueError(f'unknown fitness {fitness!r}: {suggest(fitness, FITNESSES)}')
+        if method.needs_squares and fitness != 'least_squares':
+            raise ValueError(
+                f'search {settings.search!r} minimises least squares, not {fitness!r}: '
+                "use search='chaotic_de' for that"
+            )
+        noise = checked_noise(model, settings.noise)
+        check_backend(settings.backend)
+        unknowns.check_initial(settings.initial)
+        return cls(unknowns, method, method_settings, noise, settings)
+
+    @property
+    def model(self) -> Model:
+        """The plant."""
+        return self.unknowns.model
+
+    @property
+    def kernels(self) -> Kernels:
+        """The model's rollouts; compiled at the first call, which may take some seconds."""
+        return kernels_for(self.model, self.settings.backend)
+
+    def prepare(self) -> float:
+        """Compile whatever is not compiled yet; return the seconds that it took."""
+        begin = time.perf_counter()
+        _ = self.kernels
+        self.unknowns.prepare()
+        lm_linalg.prepare()
+        return time.perf_counter() - begin
+
+    @np.errstate(all='ignore')  # data or model may overflow: what is not finite says so itself
+    def solve(
+        self,
+        record: Record,
+        rng: np.random.Generator,
+        deadline: Deadline,
+        previous: Estimate | None = None,
+    ) -> Estimate:
+        """Estimate one window; see `solve_window`."""
+        record, absurd = without_absurd(record)
+        try:
+            estimate = self._solve(record, rng, deadline, previous)
+        except TooFewSamples as error:
+            estimate = empty(self.model, record, Outcome.TOO_FEW_SAMPLES, str(error))
+        if not absurd:
+            return estimate
+        said = f'{absurd} values beyond any signal of this window count as not measured'
+        return replace(estimate, message=f'{estimate.message}; {said}')
+
+    def _solve(
+        self,
+        record: Record,
+        rng: np.random.Generator,
+        deadline: Deadline,
+        previous: Estimate | None,
+    ) -> Estimate:
+        begun = time.perf_counter()
+        squares = self.method.needs_squares
+        known = squares and len(self.noise) == len(self.model.outputs)
+        window = self.pose(record, noise_known=known)
+        warm = self.warm_start(record, previous)
+        window, found = self.fit(window, window.objective, rng, deadline, warm)
+        if not np.isfinite(found.cost):
+            return self.diverged(window)
+        uncertainty = None
+        if squares:
+            if not known:
+                window, found = rescaled_to_residuals(window, found)
+            best = hypothesis_at(PiecewiseProblem(window.objective, window.prior), found.z)
+            information = marginal_information(best, self.unknowns.n_states)
+            uncertainty = Uncertainty(best, best.covariance, information)
+        return report(
+            window,
+            found,
+            uncertainty,
+            in_time=not deadline.passed,
+            solve_time=time.perf_counter() - begun,
+        )
+
+    def pose(
+        self,
+        record: Record,
+        scale: Array | None = None,
+        prior: Prior | None = None,
+        *,
+        noise_known: bool,
+        correlation: float = 0.0,
+    ) -> WindowState:
+        """Return a window's objective and prior, outputs in units of `scale` (r,).
+
+        `scale` None means the noise, given or guessed; 1 for fitnesses other than squares. `prior`
+        None means that the unknowns may lie anywhere in their boxes. Raises TooFewSamples.
+        """
+        grid = Grid.of(self.model, record, self._scale(record) if scale is None else scale)
+        objective = Objective(self.kernels, grid, self.unknowns, self.settings.fitness)
+        values, dimension = objective.count(objective.nodes), objective.dimension
+        needed = dimension if noise_known else POSING.values_per_unknown * dimension
+        if values < needed:
+            raise TooFewSamples(
+                'take a longer window, estimate less, or give the noise: '
+                f'{values} measured values for {dimension} unknowns, at least {needed} are needed'
+            )
+        prior = prior or Prior.box(self.unknowns)
+        return WindowState(record, objective, prior, noise_known, correlation)
+
+    def warm_start(self, record: Record, previous: Estimate | None) -> Array | None:
+        """Return the point (d,) that the previous estimate expects, or else the initial values.
+
+        None where there is neither.
+        """
+        if previous is None or not previous.usable:
+            initial = self.settings.initial
+            given = dict.fromkeys(self.unknowns.names, np.nan) | dict(initial)
+            return self.unknowns.point(given) if initial else None
+        if tuple(previous.state) != names(self.model.states):
+            raise ValueError(
+                f'the previous estimate is not of model {self.model.name!r}: '
+                f'its states are {", ".join(previous.state)}'
+            )
+        start = propagated(self.kernels, previous, record)
+        return self.unknowns.point({**previous.parameters, **start})
+
+    def fit(
+        self,
+        window: WindowState,
+        problem: Objective | Posterior,
+        rng: np.random.Generator,
+        deadline: Deadline,
+        warm: Array | None,
+    ) -> tuple[WindowState, Found]:
+        """Search the optimum of the window's objective or posterior, the `problem`.
+
+        Where the noise is guessed, outputs are weighted by their residuals: the window that is
+        returned has other scales.
+        """
+        known = window.noise_known
+        found = self.method.search(problem, rng, deadline, self.method_settings, warm, known)
+        if self.method.needs_squares and not known and np.isfinite(found.cost):
+            return self._reweighted(window, found, deadline)
+        return window, found
+
+    def diverged(self, window: WindowState) -> Estimate:
+        """Return the estimate of a window in which every candidate diverged."""
+        return empty(
+            self.model,
+            window.record,
+            Outcome.DIVERGED,
+            "narrow the bounds, or shorten the model's max_step: "
+            f'all {window.objective.evaluations} candidates diverged',
+        )
+
+    def _scale(self, record: Record) -> Array:
+        """Return scales (r,) of the outputs: noise, given or guessed; 1 for other fitnesses."""
+        if self.settings.fitness != 'least_squares':
+            return np.ones(len(self.model.outputs))
+        outputs = zip(names(self.model.outputs), record.y.T, strict=False)
+        return np.array([self.noise.get(name) or noise_guess(y) for name, y in outputs])
+
+    def _reweighted(
+        self, window: WindowState, found: Found, deadline: Deadline
+    ) -> tuple[WindowState, Found]:
+        """Weight the outputs by their own residuals where the guess of their noise was off."""
+        guessed = np.array([name not in self.noise for name in names(self.model.outputs)])
+        objective = window.objective
+        share = SAME_OPTIMUM * objective.dimension / objective.count(objective.nodes)
+        for _ in range(POSING.reweightings if guessed.any() and guessed.size > 1 else 0):
+            if deadline.passed:
+                break
+            rms = root_mean_square(window.objective.residuals(found.z))
+            off = np.where(guessed & (rms > 0.0), rms, 1.0)
+            if off.max() < POSING.unequal * off.min():
+                break
+            window = window.rescaled(off)
+            polished = levenberg_marquardt(
+                window.objective,
+                found.z[None],
+                objective.nodes,
+                FULL_ITERATIONS,
+                deadline,
+                hopeless=partial(_hardly_fall, Trail(PATIENCE), share),
+            )
+            found = replace(found, z=polished.z[0], cost=float(polished.squares[0]))
+        return window, found
+
+
+def _hardly_fall(trail: Trail, share: float, squares: float) -> bool:
+    """Whether squares have fallen by less than this share of them in the latest rollouts."""
+    return trail.gain(squares) < share * squares
+
+
+def rescaled_to_residuals(window: WindowState, found: Found) -> tuple[WindowState, Found]:
+    """Scale the outputs by the residuals of a fit; return the fit with its cost in that."""
+    objective = window.objective
+    left = variances_left(objective.residuals(found.z), objective.grid, objective.dimension)
+    window = window.rescaled(np.sqrt(left) / objective.grid.scale)
+    return window, replace(found, cost=float(window.objective.costs(found.z[None])[0]))

@@ -1,0 +1,237 @@
+"""The stages between the prior of a window and its report: fit, jumps, informed subspace.
+
+Each is a function of frozen data that returns new data; the deadline is all that they share.
+"""
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from obs_ros.core.deadline import Deadline
+from obs_ros.core.residual_tests import independent_share, inflation
+from obs_ros.core.typing import Array, BoolArray
+from obs_ros.horizon.solver import Solver, rescaled_to_residuals
+from obs_ros.inference.assessment.identifiability import undetermined
+from obs_ros.inference.assessment.informed_subspace import InformedSubspace
+from obs_ros.inference.assessment.profile import widened_by_profile
+from obs_ros.inference.assessment.uncertainty import Uncertainty
+from obs_ros.inference.jumps.jump_search import (
+    Hypothesis,
+    JumpSearch,
+    hypothesis_at,
+    inverse,
+    may_jump,
+)
+from obs_ros.inference.jumps.piecewise import Layout, PiecewiseProblem
+from obs_ros.inference.noise import variances_left
+from obs_ros.inference.prior import Posterior, Prior
+from obs_ros.inference.window_state import WindowState
+from obs_ros.optimization.levenberg_marquardt import levenberg_marquardt
+from obs_ros.optimization.memetic import FULL_ITERATIONS
+from obs_ros.optimization.result import Acceptance, Effort, Found
+
+
+@dataclass(frozen=True)
+class StageSettings:
+    """Limits of the stages.
+
+    - `polish`: iterations of a local search that starts near its optimum;
+    - `excess`: standard deviations of the squares above which a warm start alone is not believed;
+    - `price_of_holding`: squares that a fit may lose where the prior holds the uninformed
+      directions; a larger loss shows that the window is far from linear there;
+    - `nothing_new`: share of its variance before that every parameter keeps in a window that has
+      told nothing.
+    """
+
+    polish: int = 40
+    excess: float = 5.0
+    price_of_holding: float = 20.0
+    nothing_new: float = 0.95
+
+
+STAGES = StageSettings()
+
+
+@dataclass(frozen=True)
+class Explanation:
+    """The best hypothesis on a window, its near-equals, and whether there was time to look."""
+
+    hypothesis: Hypothesis
+    alternatives: Sequence[Hypothesis]
+    finished: bool
+
+
+def fit(
+    window: WindowState,
+    solver: Solver,
+    warm: Array | None,
+    continued: Hypothesis | None,
+    rng: np.random.Generator,
+    deadline: Deadline,
+) -> tuple[WindowState, Found]:
+    """Return the optimum without jumps inside; the window's scales are the noise afterwards.
+
+    `warm` (d,) is a start, `continued` the hypothesis that earlier jumps are as they were.
+    """
+    found = None
+    if window.noise_known and warm is not None:
+        found = _from_warm(window, warm, continued, deadline)
+    if found is None:
+        window, found = solver.fit(window, window.posterior, rng, deadline, warm)
+    if np.isfinite(found.cost) and not window.noise_known:
+        window, found = rescaled_to_residuals(window, found)
+        z, squares = _polished(window.posterior, found.z, deadline)
+        found = replace(found, z=z, cost=squares)
+    return window, found
+
+
+def explain(
+    window: WindowState, found: Found, continued: Hypothesis | None, deadline: Deadline
+) -> tuple[WindowState, Explanation]:
+    """Return the hypothesis that explains the window: parameters that jumped, or none."""
+    still = hypothesis_at(PiecewiseProblem(window.objective, window.prior), found.z)
+    search = JumpSearch(still, deadline, known=continued, correlation=window.correlation)
+    best = search.run() if found.accepted else still
+    if best.jumps and not window.noise_known:
+        window, best = _in_own_noise(window, best, deadline)
+    return window, Explanation(best, search.alternatives(), search.finished)
+
+
+def hold_uninformed(best: Hypothesis, deadline: Deadline) -> Uncertainty:
+    """Return the hypothesis with its uncertainty; the prior holds what the window does not tell."""
+    problem = best.problem
+    n = problem.objective.unknowns.n_states
+    if best.layout.events:
+        final = best.layout.final(best.point)[n:]
+        return Uncertainty(best, best.covariance, inverse(best.covariance[np.ix_(final, final)]))
+    subspace = InformedSubspace.of(best)
+    if not len(subspace.held):
+        covariance, bent = widened_by_profile(best)
+        return Uncertainty(best, covariance, subspace.information, bent=bent)
+    holding = Posterior(problem.objective, subspace.holding(problem.prior))
+    held = hypothesis_at(problem, _polished(holding, best.point, deadline)[0], best.before)
+    if not held.squares < best.squares + STAGES.price_of_holding:
+        held = best  # far from linear: there is no such fit where the prior has it
+    return Uncertainty(held, subspace.covariance(held), subspace.information)
+
+
+def recall(uncertainty: Uncertainty, prior: Prior | None, deadline: Deadline) -> Uncertainty:
+    """Return what a more informative prior makes of a window that tells nothing, if that fits."""
+    best = uncertainty.hypothesis
+    if prior is None:
+        return uncertainty
+    problem = PiecewiseProblem(best.problem.objective, prior, best.layout)
+    other = hypothesis_at(problem, _polished(problem, best.point, deadline)[0])
+    if other.cost < best.cost + STAGES.price_of_holding:
+        return hold_uninformed(other, deadline)
+    return uncertainty
+
+
+def tells_nothing(uncertainty: Uncertainty) -> bool:
+    """Whether a window without any jump has made no parameter much surer than it was before."""
+    if uncertainty.hypothesis.jumps:
+        return False
+    problem = uncertainty.hypothesis.problem
+    steady = may_jump(problem.objective.unknowns)
+    before = np.diagonal(inverse(problem.prior.precision))[steady]
+    return bool((np.diagonal(uncertainty.covariance)[steady] > STAGES.nothing_new * before).all())
+
+
+def determined_alone(uncertainty: Uncertainty) -> BoolArray:
+    """Return which parameters (q,) a window determines without any that came before.
+
+    A window with a jump inside says so of none.
+    """
+    best = uncertainty.hypothesis
+    unknowns = best.problem.objective.unknowns
+    n = unknowns.n_states
+    if best.layout.events:
+        return np.zeros(unknowns.dimension - n, dtype=np.bool_)
+    box = Prior.box(unknowns).precision[n:, n:]
+    variances = np.diagonal(inverse(uncertainty.information + box))
+    return np.asarray(np.sqrt(variances) < undetermined(unknowns)[n:])
+
+
+def continued_jumps(
+    window: WindowState, explained: Hypothesis, warm: Array, deadline: Deadline
+) -> Hypothesis | None:
+    """Return the hypothesis that the jumps of an earlier window are as it `explained` them.
+
+    None if none of them lies in this one. `warm` (d,) is where this window is expected to begin.
+    """
+    layout, point = _moved(explained, window, warm)
+    if not layout.events:
+        return None
+    problem = PiecewiseProblem(window.objective, window.prior, layout)
+    z, squares = _polished(problem, np.clip(point, *problem.limits), deadline)
+    return hypothesis_at(problem, z) if np.isfinite(squares) else None
+
+
+def _polished(
+    problem: Posterior | PiecewiseProblem, start: Array, deadline: Deadline
+) -> tuple[Array, float]:
+    """Return the optimum (D,) near a start (D,), and its squares."""
+    nodes = problem.objective.nodes
+    solved = levenberg_marquardt(problem, start[None], nodes, STAGES.polish, deadline)
+    return solved.z[0], float(solved.squares[0])
+
+
+def _from_warm(
+    window: WindowState, warm: Array, continued: Hypothesis | None, deadline: Deadline
+) -> Found | None:
+    """Return the fit from a warm start alone, where it or the known jumps explain the window."""
+    posterior, correlation = window.posterior, window.correlation
+    nodes = posterior.nodes
+    solved = levenberg_marquardt(posterior, warm[None], nodes, FULL_ITERATIONS, deadline)
+    count = posterior.count(nodes)
+    spread = np.sqrt(2.0 * count / independent_share(correlation))
+    limit = (count + STAGES.excess * spread) / inflation(correlation)
+    rule = Acceptance.LIKE_NOISE
+    if not solved.squares[0] <= limit:
+        if continued is None or continued.squares > limit:
+            return None
+        rule = Acceptance.KNOWN_JUMP
+    return Found(
+        z=solved.z[0],
+        cost=float(solved.squares[0]),
+        converged=bool(solved.converged[0]),
+        accepted=rule,
+        white=None,
+        effort=Effort(1, 'round'),
+    )
+
+
+def _moved(explained: Hypothesis, window: WindowState, warm: Array) -> tuple[Layout, Array]:
+    """Return the layout and the point of an earlier window's jumps that lie in this one too.
+
+    `warm` (d,) is where this window is expected to begin, but for what has not jumped yet.
+    """
+    objective = window.objective
+    old, new = explained.problem.objective.grid.t, objective.grid.t
+    z, events, tail = warm.copy(), [], []
+    layout, point = explained.layout, explained.point
+    n = objective.unknowns.n_states
+    z[n:] = point[n : layout.dimension]
+    jumped = layout.jumped(point)
+    for event in dict.fromkeys(event for event, *_ in jumped):
+        moment = old[0] + point[layout.times[event]] * (old[-1] - old[0])
+        values = [(i, point[after]) for e, i, _, after in jumped if e == event]
+        if moment <= new[0]:
+            for i, value in values:
+                z[i] = value
+        elif moment < new[-1]:
+            events.append(tuple(i for i, _ in values))
+            tail += [(moment - new[0]) / (new[-1] - new[0]), *(value for _, value in values)]
+    return Layout(layout.dimension, tuple(events)), np.concatenate([z, tail])
+
+
+def _in_own_noise(
+    window: WindowState, best: Hypothesis, deadline: Deadline
+) -> tuple[WindowState, Hypothesis]:
+    """Return window and hypothesis in units of the noise that the hypothesis leaves."""
+    grid = window.objective.grid
+    left = variances_left(best.trajectory[1], grid, best.point.size)
+    window = window.rescaled(np.sqrt(left) / grid.scale)
+    problem = PiecewiseProblem(window.objective, best.problem.prior, best.layout)
+    return window, hypothesis_at(problem, _polished(problem, best.point, deadline)[0], best.before)

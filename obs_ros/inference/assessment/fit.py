@@ -1,0 +1,82 @@
+"""How the residual of a fit compares with noise: its size, and its colour."""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from obs_ros.core.residual_tests import (
+    Whiteness,
+    independent_share,
+    inflation,
+    inflation_by,
+    like_noise,
+    too_small,
+    whiteness,
+)
+from obs_ros.core.typing import Array
+from obs_ros.inference.objective import Objective
+
+NEGLIGIBLE = 1e-6  # of the signal, root mean square: a smaller residual is rounding, not noise
+
+
+@dataclass(frozen=True)
+class Fit:
+    """Squares of a residual in units of the noise, compared with what noise would leave.
+
+    `freedom`: as many independent squares would vary as much; `inflation`: how much the
+    correlation of the residual raises variances beyond those of the known noise.
+    """
+
+    squares: float
+    freedom: float
+    colour: Whiteness
+    inflation: float
+    noise_known: bool
+    negligible: bool
+
+    @classmethod
+    def of(
+        cls,
+        objective: Objective,
+        squares: float,
+        residuals: Array,
+        *,
+        noise_known: bool,
+        correlation: float = 0.0,
+    ) -> 'Fit':
+        """Judge scaled residuals (K, r); NaN = not measured.
+
+        Their scale is that of noise of this lag-1 correlation, enlarged to what white noise must
+        have to disturb as much.
+        """
+        freedom = max(1, objective.count(objective.nodes) - objective.dimension)
+        share = independent_share(correlation)
+        return cls(
+            squares=squares * inflation(correlation) * share,
+            freedom=freedom * share,
+            colour=whiteness(residuals),
+            inflation=inflation_by(residuals, correlation),
+            noise_known=noise_known,
+            negligible=squares <= NEGLIGIBLE**2 * objective.signal * freedom,
+        )
+
+    @property
+    def ratio(self) -> float:
+        """Root mean square of the residual, in units of the noise."""
+        return float(np.sqrt(self.squares / self.freedom))
+
+    @property
+    def too_large(self) -> bool:
+        """Whether noise of the known size would hardly leave so much."""
+        return self.noise_known and not like_noise(self.squares, self.freedom)
+
+    @property
+    def too_small(self) -> bool:
+        """Whether noise of the known size would hardly leave so little."""
+        return self.noise_known and too_small(self.squares, self.freedom)
+
+
+def root_mean_square(residuals: Array) -> Array:
+    """Return the root mean square (r,) of residuals (K, r); NaN = not measured, 0 if all are."""
+    count = np.maximum(1, np.isfinite(residuals).sum(axis=0))
+    return np.asarray(np.sqrt(np.nansum(residuals**2, axis=0) / count))

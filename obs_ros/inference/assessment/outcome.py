@@ -1,0 +1,168 @@
+"""The outcome of a window: an ordered table of findings, each with its outcome and its remedy."""
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import NamedTuple
+
+import numpy as np
+
+from obs_ros.core.estimate import Outcome
+from obs_ros.core.model import Model, Variable
+from obs_ros.core.typing import Array
+from obs_ros.inference.assessment.fit import Fit
+from obs_ros.inference.parameterisation import Unknowns
+from obs_ros.optimization.result import Found
+
+AT_BOUND = 1e-9  # of the box: nearer to a bound is rounding
+MOMENT = 0.02  # of the samples, which a state may spend at its bound
+
+
+@dataclass(frozen=True)
+class Findings:
+    """All that the outcome of a window depends on.
+
+    `searched`: there was time to look for jumps; `drifting`: jumps at several times look like a
+    ramp; `undetermined` names what has no standard deviation, `unidentified` says so in words and
+    with advice; `bounds` says which unknowns lie at a bound, `resting` which states do for long.
+    """
+
+    found: Found
+    fit: Fit
+    candidates: int
+    in_time: bool
+    searched: bool
+    drifting: bool
+    jumps: int
+    squares: bool
+    undetermined: tuple[str, ...]
+    unidentified: str
+    bounds: str
+    resting: str
+
+
+class Rule(NamedTuple):
+    """A finding, the outcome that it makes, and its message, remedy first."""
+
+    applies: Callable[[Findings], bool]
+    outcome: Outcome
+    message: Callable[[Findings], str]
+
+
+# The first rule that applies decides.
+RULES = (
+    Rule(
+        lambda w: not w.searched,
+        Outcome.DEADLINE,
+        lambda w: 'allow more time, or shorten the window: none was left to look for jumps',
+    ),
+    Rule(
+        lambda w: w.drifting and bool(w.found.accepted),
+        Outcome.MODEL_MISMATCH,
+        lambda w: (
+            f'shorten the window: {w.jumps} jumps in it, or a drifting parameter; '
+            'standard deviations are withheld'
+        ),
+    ),
+    Rule(
+        lambda w: not w.found.accepted,
+        Outcome.DEADLINE,
+        lambda w: (
+            f'allow more {w.found.effort.units if w.in_time else "time"}, or shorten the '
+            f'window: best of {w.candidates} candidates in {w.found.effort}, not confirmed'
+        ),
+    ),
+    Rule(
+        lambda w: w.fit.too_large,
+        Outcome.MODEL_MISMATCH,
+        lambda w: (
+            'check the noise, the model and its fixed values, or shorten the window: '
+            f'the residual is {w.fit.ratio:.3g} times the noise, given or learned'
+        ),
+    ),
+    Rule(
+        lambda w: w.fit.too_small,
+        Outcome.MODEL_MISMATCH,
+        lambda w: (
+            f'check the noise if it is given: the residual is only {w.fit.ratio:.3g} times '
+            'the noise, given or learned; standard deviations are too large'
+        ),
+    ),
+    Rule(
+        lambda w: w.squares and not w.fit.colour.white and not w.fit.negligible,
+        Outcome.MODEL_MISMATCH,
+        lambda w: (
+            'look for what the model leaves out, a parameter that moved inside the window, '
+            'or coarse rounding: the residual is not white, its lag-1 correlation is '
+            f'{w.fit.colour.correlation:.2g}'
+        ),
+    ),
+    Rule(
+        lambda w: bool(w.undetermined),
+        Outcome.NOT_IDENTIFIABLE,
+        lambda w: w.unidentified,
+    ),
+    Rule(
+        lambda w: bool(w.bounds),
+        Outcome.AT_BOUND,
+        lambda w: f'check the bounds, or the model: {w.bounds}; {w.found.accepted}',
+    ),
+    Rule(
+        lambda w: bool(w.resting),
+        Outcome.AT_BOUND,
+        lambda w: f'{w.found.accepted}',
+    ),
+    Rule(
+        lambda w: True,
+        Outcome.CONVERGED,
+        lambda w: f'{w.found.accepted}',
+    ),
+)
+
+
+def judged(findings: Findings) -> tuple[Outcome, str]:
+    """Return the outcome of the first rule that applies, and its message.
+
+    States that rest at a bound are said first, whatever the outcome: there the model may not hold.
+    """
+    rule = next(rule for rule in RULES if rule.applies(findings))
+    message = rule.message(findings)
+    if findings.resting:
+        message = f'{findings.resting}: check the bounds, or the model; {message}'
+    return rule.outcome, message
+
+
+def states_at_bound(model: Model, states: Array) -> str:
+    """Say which states (K, n) lie at a bound, or beyond it, for more than a moment."""
+    found = []
+    for variable, path in zip(model.states, states.T, strict=True):
+        reach = AT_BOUND * (variable.upper - variable.lower)
+        margin = reach if np.isfinite(reach) else 0.0
+        for side, bound, beyond in (
+            ('lower', variable.lower, path <= variable.lower + margin),
+            ('upper', variable.upper, path >= variable.upper - margin),
+        ):
+            if np.isfinite(bound) and np.mean(beyond) > MOMENT:
+                found.append(
+                    f'{variable.name} lies at its {side} bound {_measured(bound, variable)}'
+                )
+    return ', '.join(found)
+
+
+def unknowns_at_bound(unknowns: Unknowns, z: Array) -> str:
+    """Say which unknowns z (d,) lie at a bound of their box, and at which."""
+    found = []
+    places = zip(
+        unknowns.index, z, *unknowns.limits, unknowns.scale.lower, unknowns.scale.upper, strict=True
+    )
+    for i, zi, least, most, lower, upper in places:
+        variable = unknowns.model.variables[i]
+        if zi <= least + AT_BOUND:
+            found.append(f'{variable.name} is at its lower bound {_measured(lower, variable)}')
+        elif zi >= most - AT_BOUND:
+            found.append(f'{variable.name} is at its upper bound {_measured(upper, variable)}')
+    return ', '.join(found)
+
+
+def _measured(value: float, variable: Variable) -> str:
+    """Return a value with its unit."""
+    return f'{value:g}' if variable.unit == '1' else f'{value:g} {variable.unit}'

@@ -1,0 +1,42 @@
+"""One window with all that is known before it is fitted."""
+
+from dataclasses import dataclass, replace
+
+from obs_ros.core.record import Record
+from obs_ros.core.typing import Array
+from obs_ros.inference.objective import Objective
+from obs_ros.inference.prior import Posterior, Prior
+
+
+@dataclass(frozen=True, eq=False)
+class WindowState:
+    """A posed window: its record, its objective and the prior of its unknowns.
+
+    `noise_known`: the objective's scales are the outputs' noise, given or learned; otherwise they
+    are guesses. `correlation`: the noise's at lag 1, which the scales make up for.
+    """
+
+    record: Record
+    objective: Objective
+    prior: Prior
+    noise_known: bool
+    correlation: float = 0.0
+
+    @property
+    def start(self) -> float:
+        """Time (s) of the first sample."""
+        return float(self.record.t[0])
+
+    @property
+    def duration(self) -> float:
+        """Time (s) from the first sample to the last."""
+        return float(self.record.t[-1] - self.record.t[0])
+
+    @property
+    def posterior(self) -> Posterior:
+        """The squares of residuals and prior, which a fit minimises."""
+        return Posterior(self.objective, self.prior)
+
+    def rescaled(self, factors: Array) -> 'WindowState':
+        """Return the window with the outputs' scales (r,) multiplied by `factors` (r,)."""
+        return replace(self, objective=self.objective.rescaled(factors))
