@@ -14,8 +14,9 @@ from obs_ros.horizon.moving_horizon import MovingHorizon
 from obs_ros.horizon.solve import Solver, random_generator
 from obs_ros.inference.assessment.assemble import Uncertainty, report
 from obs_ros.inference.assessment.informed_subspace import marginal_information
-from obs_ros.inference.jumps.jump_search import JUMP_PROBABILITY, Hypothesis, hypothesis_at
-from obs_ros.inference.jumps.piecewise import Layout, PiecewiseProblem
+from obs_ros.inference.jumps.hypothesis import Hypothesis, hypothesis_at
+from obs_ros.inference.jumps.piecewise import PiecewiseProblem
+from obs_ros.inference.jumps.settings import JUMP_SETTINGS
 from obs_ros.inference.prior import Prior, box_variances
 from obs_ros.observers.base import OBSERVERS, load_observer
 
@@ -54,7 +55,7 @@ class Chained:
 
     def __init__(self, run: Run, period: float) -> None:
         self.solver = Solver.of(run.plant.model, noise=given_noise(run))
-        self.walk = JUMP_PROBABILITY * period / run.plant.duration
+        self.walk = JUMP_SETTINGS.prior_probability * period / run.plant.duration
 
     def prior(self, best: Hypothesis) -> Prior:
         """Return what the window before tells: mean and covariance, plus ours's random walk."""
@@ -82,9 +83,7 @@ class Chained:
         assert not isinstance(objective, Estimate), objective.message
         warm = solver.warm_start(record, previous)
         found = solver.search(objective, rng, deadline, warm, noise_known=True, prior=prior)
-        best = hypothesis_at(
-            PiecewiseProblem(objective, prior, Layout(objective.dimension)), found.z
-        )
+        best = hypothesis_at(PiecewiseProblem(objective, prior), found.z)
         told = marginal_information(best, solver.unknowns.n_states)
         # A misfit is no reason to withhold: that the contestant believes its prior is the point.
         uncertainty = Uncertainty(best, best.covariance, told)

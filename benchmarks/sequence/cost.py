@@ -19,7 +19,8 @@ from obs_ros.horizon.moving_horizon import MovingHorizon
 from obs_ros.horizon.solve import Solver, random_generator
 from obs_ros.inference.assessment.assemble import Uncertainty
 from obs_ros.inference.assessment.informed_subspace import marginal_information
-from obs_ros.inference.jumps.jump_search import Hypothesis, JumpSearch
+from obs_ros.inference.jumps.hypothesis import Hypothesis
+from obs_ros.inference.jumps.jump_search import JumpSearch
 
 Solve = Callable[[int, Record], Estimate]
 

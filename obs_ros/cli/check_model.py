@@ -20,8 +20,8 @@ from obs_ros.core.typing import Array
 from obs_ros.inference.assessment.identifiability import advice, weak_directions
 from obs_ros.inference.assessment.informed_subspace import InformedSubspace
 from obs_ros.inference.assessment.uncertainty import Deviations
-from obs_ros.inference.jumps.jump_search import hypothesis_at
-from obs_ros.inference.jumps.piecewise import Layout, PiecewiseProblem
+from obs_ros.inference.jumps.hypothesis import hypothesis_at
+from obs_ros.inference.jumps.piecewise import PiecewiseProblem
 from obs_ros.inference.objective import Objective
 from obs_ros.inference.parameterisation import Unknowns
 from obs_ros.inference.prior import Prior
@@ -210,7 +210,7 @@ def identifiable(kernels: Kernels, trial: Trial, noise: dict[str, float]) -> lis
     objective = Objective(kernels, Grid.of(model, trial.record, scale), unknowns)
     z = unknowns.point(dict(zip(unknowns.names, (*trial.x0, *trial.p), strict=True)))
     prior = Prior.box(unknowns)
-    best = hypothesis_at(PiecewiseProblem(objective, prior, Layout(objective.dimension)), z)
+    best = hypothesis_at(PiecewiseProblem(objective, prior), z)
     gate, n = InformedSubspace.of(best), unknowns.n_states
     covariance = gate.covariance(best)
     deviations = Deviations.of(best, covariance, 1.0)

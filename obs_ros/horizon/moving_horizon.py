@@ -11,6 +11,7 @@ import numpy as np
 
 from obs_ros.core.deadline import Deadline
 from obs_ros.core.estimate import Estimate, Jump, Outcome
+from obs_ros.core.linear_algebra import scaled_inverse
 from obs_ros.core.model import names
 from obs_ros.core.record import Record
 from obs_ros.core.residual_tests import independent_share, inflation
@@ -23,14 +24,9 @@ from obs_ros.inference.assessment.assemble import Uncertainty, empty, report, st
 from obs_ros.inference.assessment.identifiability import undetermined
 from obs_ros.inference.assessment.informed_subspace import InformedSubspace
 from obs_ros.inference.assessment.profile import widened_by_profile
-from obs_ros.inference.jumps.jump_search import (
-    Hypothesis,
-    JumpSearch,
-    hypothesis_at,
-    inverse,
-    may_jump,
-)
-from obs_ros.inference.jumps.piecewise import Layout, PiecewiseProblem
+from obs_ros.inference.jumps.hypothesis import Hypothesis, hypothesis_at
+from obs_ros.inference.jumps.jump_search import JumpSearch
+from obs_ros.inference.jumps.piecewise import PiecewiseProblem, may_jump
 from obs_ros.inference.noise import Noise, variances_left
 from obs_ros.inference.objective import Objective
 from obs_ros.inference.prior import Posterior, Prior
@@ -120,9 +116,7 @@ class MovingHorizon:
                 Posterior(objective, prior), found.z[None], objective.nodes, POLISH, deadline
             )
             found = replace(found, z=polished.z[0], cost=float(polished.squares[0]))
-        still = hypothesis_at(
-            PiecewiseProblem(objective, prior, Layout(objective.dimension)), found.z
-        )
+        still = hypothesis_at(PiecewiseProblem(objective, prior), found.z)
         search = JumpSearch(still, deadline, known=continued, correlation=correlation)
         best = search.run() if found.accepted else still
         if best.jumps and not known:
@@ -158,10 +152,10 @@ class MovingHorizon:
         """Return the hypothesis that what jumped in the previous window jumped as it says there."""
         if self._explained is None or warm is None:
             return None
-        layout, point = _moved(self._explained, objective, warm)
-        if not layout.events:
+        events, point = _moved(self._explained, objective, warm)
+        if not events:
             return None
-        problem = PiecewiseProblem(objective, prior, layout)
+        problem = PiecewiseProblem(objective, prior, events)
         start = np.clip(point, *problem.limits)[None]
         solved = levenberg_marquardt(problem, start, objective.nodes, POLISH, deadline)
         return hypothesis_at(problem, solved.z[0]) if np.isfinite(solved.squares[0]) else None
@@ -214,7 +208,7 @@ def told_alone(uncertainty: Uncertainty) -> BoolArray:
     unknowns = uncertainty.hypothesis.problem.objective.unknowns
     n = unknowns.n_states
     box = Prior.box(unknowns).precision[n:, n:]
-    variances = np.diagonal(inverse(uncertainty.information + box))
+    variances = np.diagonal(scaled_inverse(uncertainty.information + box))
     return np.asarray(np.sqrt(variances) < undetermined(unknowns)[n:])
 
 
@@ -222,14 +216,14 @@ def tells_nothing(uncertainty: Uncertainty) -> bool:
     """Whether a window without a jump has made no parameter much surer than it was before."""
     best = uncertainty.hypothesis
     steady = may_jump(best.problem.objective.unknowns)
-    before = np.diagonal(inverse(best.problem.prior.precision))[steady]
+    before = np.diagonal(scaled_inverse(best.problem.prior.precision))[steady]
     return bool((np.diagonal(uncertainty.covariance)[steady] > NOTHING_NEW * before).all())
 
 
 def _recalled(uncertainty: Uncertainty, prior: Prior, deadline: Deadline) -> Uncertainty:
     """Return what a surer prior makes of a window that tells nothing, if that fits the window."""
     best = uncertainty.hypothesis
-    problem = PiecewiseProblem(best.problem.objective, prior, best.layout)
+    problem = replace(best.problem, prior=prior)
     nodes = best.problem.objective.nodes
     solved = levenberg_marquardt(problem, best.point[None], nodes, POLISH, deadline)
     other = hypothesis_at(problem, solved.z[0])
@@ -264,8 +258,10 @@ def _from_warm(
     )
 
 
-def _moved(explained: Hypothesis, objective: Objective, warm: Array) -> tuple[Layout, Array]:
-    """Return the layout and the point of an earlier window's jumps that lie in this one too.
+def _moved(
+    explained: Hypothesis, objective: Objective, warm: Array
+) -> tuple[tuple[tuple[int, ...], ...], Array]:
+    """Return the events and the point of an earlier window's jumps that lie in this one too.
 
     `warm` (d,) is where this window is expected to begin, but for what has not jumped yet.
     """
@@ -284,7 +280,7 @@ def _moved(explained: Hypothesis, objective: Objective, warm: Array) -> tuple[La
         elif moment < new[-1]:
             events.append(tuple(i for i, _ in values))
             tail += [(moment - new[0]) / (new[-1] - new[0]), *(value for _, value in values)]
-    return Layout(layout.dimension, tuple(events)), np.concatenate([z, tail])
+    return tuple(events), np.concatenate([z, tail])
 
 
 def _with_own_noise(best: Hypothesis, deadline: Deadline) -> Hypothesis:
@@ -292,9 +288,9 @@ def _with_own_noise(best: Hypothesis, deadline: Deadline) -> Hypothesis:
     problem, objective = best.problem, best.problem.objective
     left = variances_left(best.trajectory[1], objective.grid, best.point.size)
     objective.grid = objective.grid.rescaled(np.sqrt(left) / objective.grid.scale)
-    problem = PiecewiseProblem(objective, problem.prior, problem.layout)
+    problem = replace(problem, objective=objective)
     solved = levenberg_marquardt(problem, best.point[None], objective.nodes, POLISH, deadline)
-    return hypothesis_at(problem, solved.z[0], best.before)
+    return hypothesis_at(problem, solved.z[0], best.earlier)
 
 
 def _gated(best: Hypothesis, deadline: Deadline) -> Uncertainty:
@@ -303,14 +299,16 @@ def _gated(best: Hypothesis, deadline: Deadline) -> Uncertainty:
     n = objective.unknowns.n_states
     if best.layout.events:
         final = best.layout.final(best.point)[n:]
-        return Uncertainty(best, best.covariance, inverse(best.covariance[np.ix_(final, final)]))
+        return Uncertainty(
+            best, best.covariance, scaled_inverse(best.covariance[np.ix_(final, final)])
+        )
     gate = InformedSubspace.of(best)
     if not len(gate.held):
         covariance, bent = widened_by_profile(best)
         return Uncertainty(best, covariance, gate.information, bent=bent)
     holding = Posterior(objective, gate.holding(prior))
     solved = levenberg_marquardt(holding, best.point[None], objective.nodes, POLISH, deadline)
-    held = hypothesis_at(best.problem, solved.z[0], best.before)
+    held = hypothesis_at(best.problem, solved.z[0], best.earlier)
     if not held.squares < best.squares + MOST_FOR_HOLDING:
         held = best  # far from linear: there is no such fit where the prior has it
     return Uncertainty(held, gate.covariance(held), gate.information)

@@ -17,8 +17,8 @@ from obs_ros.core.typing import Array
 from obs_ros.horizon.warm_start import propagated
 from obs_ros.inference.assessment.assemble import Uncertainty, empty, output_rms, report
 from obs_ros.inference.assessment.informed_subspace import marginal_information
-from obs_ros.inference.jumps.jump_search import hypothesis_at
-from obs_ros.inference.jumps.piecewise import Layout, PiecewiseProblem
+from obs_ros.inference.jumps.hypothesis import hypothesis_at
+from obs_ros.inference.jumps.piecewise import PiecewiseProblem
 from obs_ros.inference.noise import variances_left
 from obs_ros.inference.objective import FITNESSES, ROUNDING, Fitness, Objective
 from obs_ros.inference.parameterisation import Unknowns
@@ -197,7 +197,7 @@ class Solver:
             if not known:
                 found = rescaled_to_residuals(objective, found)
             prior = Prior.box(self.unknowns)
-            problem = PiecewiseProblem(objective, prior, Layout(objective.dimension))
+            problem = PiecewiseProblem(objective, prior)
             best = hypothesis_at(problem, found.z)
             n = self.unknowns.n_states
             uncertainty = Uncertainty(best, best.covariance, marginal_information(best, n))

@@ -20,7 +20,7 @@ from obs_ros.core.residual_tests import (
 from obs_ros.core.typing import Array, BoolArray
 from obs_ros.inference.assessment.identifiability import advice, weak_directions
 from obs_ros.inference.assessment.uncertainty import Deviations
-from obs_ros.inference.jumps.jump_search import Hypothesis
+from obs_ros.inference.jumps.hypothesis import Hypothesis
 from obs_ros.inference.objective import Objective
 from obs_ros.inference.prior import BOX_VARIANCE
 from obs_ros.optimization.result import Found

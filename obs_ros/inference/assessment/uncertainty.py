@@ -12,7 +12,7 @@ import numpy as np
 from obs_ros.core.model import Model
 from obs_ros.core.typing import Array
 from obs_ros.inference.assessment.identifiability import UNDETERMINED, undetermined
-from obs_ros.inference.jumps.jump_search import Hypothesis
+from obs_ros.inference.jumps.hypothesis import Hypothesis
 
 
 @dataclass(frozen=True)

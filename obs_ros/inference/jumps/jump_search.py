@@ -6,149 +6,22 @@ window narrows the prior. The least E wins.
 
 import math
 from collections.abc import Callable, Iterable, Iterator, Sequence
-from dataclasses import dataclass, replace
-from functools import cached_property
+from dataclasses import replace
 
 import numpy as np
 
 from obs_ros.core.deadline import Deadline
-from obs_ros.core.linear_algebra import eigen
+from obs_ros.core.linear_algebra import scaled_inverse
 from obs_ros.core.residual_tests import independent_share, inflation, inflation_by, like_noise
 from obs_ros.core.typing import Array
-from obs_ros.inference.jumps.piecewise import (
-    TIME_PRECISION,
-    Layout,
-    Linearisation,
-    PiecewiseProblem,
-)
+from obs_ros.inference.jumps.hypothesis import Hypothesis, hypothesis_at
+from obs_ros.inference.jumps.piecewise import Layout, PiecewiseProblem, may_jump
+from obs_ros.inference.jumps.settings import JUMP_SETTINGS
 from obs_ros.inference.objective import Objective
-from obs_ros.inference.parameterisation import Unknowns
 from obs_ros.inference.prior import Prior, box_variances
 from obs_ros.optimization.levenberg_marquardt import Trail, levenberg_marquardt
 
-JUMP_PROBABILITY = 0.01  # for each parameter and window
-PER_JUMP = 2.0 * math.log(1.0 / JUMP_PROBABILITY)
-PER_FURTHER = 2.0 * math.log(10.0)  # for each further parameter that jumps at the same time
-TIMES = 8  # at which a jump is sought at first
-# The screening is linear: what misses by less than this is solved exactly.
-HOPEFUL, HOPEFUL_WHEN_KNOWN = -2.0, -6.0
-RIVALS = 3  # parameters solved exactly, besides which others are that much less likely
-RIVAL_MARGIN = 12.0
-SIMILAR = 6.0  # of evidence: such sets are named as well
-MOST_JUMPS = 4
-ITERATIONS = 40
-# A solution is given up that could not catch up with the best if every rollout to come gained as
-# much as the latest few have; and, of a window that nothing explains, one that hardly gains.
-LATEST = 6  # rollouts
-OUT_OF_REACH = 60.0  # of the cost: more than what the logarithms of evidence make up for
-HARDLY = 0.01  # of the squares
-# Rollouts for each unknown, spent on a window that nothing explains yet: the most that keeps such
-# windows within 8 times the cost of those that fit (test_cost.py).
-MOST_UNEXPLAINED = 28
-PROBE = 1e-7  # box, difference step where the derivative is all that is wanted
-# Difference steps move the outputs by this many standard deviations, or nearly so.
-STEP, FITTING, STEPS_TRIED = 0.3, 4.0, 4
-FIRST_STEP, SMALLEST_STEP, LARGEST_STEP = 1e-5, 1e-11, 1e-3  # box
-NOTHING = 1e-200
-
-
-@dataclass(frozen=True)
-class Hypothesis:
-    """A window explained: best point (D,) of a layout, with its evidence and information.
-
-    `before` holds the places of parameters that jumped between the last window known and this one;
-    `covariance` (D, D) is the joint one of the point, in boxes and windows; `cost` the squares of
-    residuals, prior and penalties.
-    """
-
-    problem: PiecewiseProblem
-    before: tuple[int, ...]
-    point: Array
-    linearisation: Linearisation
-    covariance: Array
-    cost: float
-    neg2_log_evidence: float
-
-    @property
-    def layout(self) -> Layout:
-        """Where what lies in the point."""
-        return self.problem.layout
-
-    @cached_property
-    def squares(self) -> float:
-        """Sum of squared residuals, without those of the prior."""
-        return float(self.linearisation.residual @ self.linearisation.residual)
-
-    @cached_property
-    def trajectory(self) -> tuple[Array, Array]:
-        """States (K, n) and scaled residuals (K, r); NaN = not measured."""
-        return self.problem.trajectory(self.point)
-
-    @property
-    def jumps(self) -> int:
-        """Number of jumps of single parameters."""
-        return len(self.before) + sum(map(len, self.layout.events))
-
-    @property
-    def parameters(self) -> frozenset[int]:
-        """Places of the parameters that jumped."""
-        return frozenset(self.before).union(*self.layout.events)
-
-
-def hypothesis_at(
-    problem: PiecewiseProblem, point: Array, before: tuple[int, ...] = ()
-) -> Hypothesis:
-    """Return the hypothesis that `point` (D,) is the best one of `problem`."""
-    linearisation = differentiated(problem, point)
-    precision = problem.precision(point)
-    off = point - problem.mean(point)
-    occam = precision + np.diag(_time_precision(problem.layout))
-    information = linearisation.jacobian.T @ linearisation.jacobian + occam
-    penalty = per_earlier_jump(problem.prior.gap) * len(before) if before else 0.0
-    for event in problem.layout.events:
-        penalty += PER_JUMP + PER_FURTHER * (len(event) - 1)
-    gain = np.linalg.slogdet(information)[1] - np.linalg.slogdet(occam)[1]
-    cost = float(linearisation.residual @ linearisation.residual + off @ precision @ off) + penalty
-    return Hypothesis(
-        problem=problem,
-        before=before,
-        point=point,
-        linearisation=linearisation,
-        covariance=inverse(information),
-        cost=cost,
-        neg2_log_evidence=cost + float(gain),
-    )
-
-
-def per_earlier_jump(gap: float) -> float:
-    """Return the penalty of a jump in the `gap` (windows) before this window, infinite for none."""
-    return max(0.0, PER_JUMP - 2.0 * math.log(gap)) if gap > 0.0 else math.inf
-
-
-def differentiated(problem: PiecewiseProblem, point: Array) -> Linearisation:
-    """Return what the window does near a point, by differences as wide as the noise makes sense of.
-
-    At a kink, such as two levels that become equal, a much smaller step would see a slope that no
-    window could ever tell; on a chaotic plant a larger one would see no slope at all.
-    """
-    steps = np.full(point.size, FIRST_STEP)
-    for _ in range(STEPS_TRIED):
-        linearisation = problem.linearisation(point, steps)
-        slopes = np.sqrt((linearisation.jacobian**2).sum(axis=0))
-        wanted = np.clip(STEP / np.maximum(slopes, NOTHING), SMALLEST_STEP, LARGEST_STEP)
-        if (np.maximum(wanted / steps, steps / wanted) < FITTING).all():
-            break
-        steps = wanted
-    return linearisation
-
-
-def inverse(information: Array) -> Array:
-    """Return the inverse of a positive definite matrix (D, D), also where scales differ wildly."""
-    scale = 1.0 / np.sqrt(np.diagonal(information))
-    scaled = information * np.outer(scale, scale)
-    values, vectors = eigen(scaled)
-    vectors *= scale[:, None]
-    return np.asarray((vectors / np.maximum(values, 1e-14)) @ vectors.T)
+TINY = 1e-200  # guards a division
 
 
 class JumpSearch:
@@ -171,7 +44,9 @@ class JumpSearch:
         self.tried = [h for h in (still, known) if h]
         self._deadline = deadline
         self._begun = still.problem.objective.evaluations
-        self._hopeful = HOPEFUL if known is None else HOPEFUL_WHEN_KNOWN
+        self._hopeful = (
+            JUMP_SETTINGS.hopeful if known is None else JUMP_SETTINGS.hopeful_after_known
+        )
 
     @property
     def finished(self) -> bool:
@@ -183,7 +58,7 @@ class JumpSearch:
 
         A parameter may also have jumped since the last window that the prior knows of.
         """
-        while self.best.jumps < MOST_JUMPS and not self._over:
+        while self.best.jumps < JUMP_SETTINGS.most_jumps and not self._over:
             rivals = self._all_solved(self._starts(self.best))
             winner = min(rivals, key=lambda h: h.neg2_log_evidence, default=self.best)
             if not _beats(winner, self.best, self._correlation):
@@ -211,7 +86,7 @@ class JumpSearch:
         for other in sorted(self.tried, key=lambda h: h.neg2_log_evidence):
             least.setdefault(other.parameters, other)
         least.pop(self.best.parameters, None)
-        limit = self.best.neg2_log_evidence + SIMILAR
+        limit = self.best.neg2_log_evidence + JUMP_SETTINGS.similar
         return [other for other in least.values() if other.neg2_log_evidence < limit]
 
     def _all_solved(
@@ -228,18 +103,23 @@ class JumpSearch:
         return solved
 
     def _solved(
-        self, problem: PiecewiseProblem, point: Array, before: tuple[int, ...]
+        self, problem: PiecewiseProblem, point: Array, earlier: tuple[int, ...]
     ) -> Hypothesis | None:
         """Return the best hypothesis of a problem near a point; None if out of time."""
         nodes = problem.objective.nodes
         start = np.clip(point, *problem.limits)[None]
         pursuit = _Pursuit(min(h.cost for h in self.tried), self._explained, lambda: self._futile)
         starts = levenberg_marquardt(
-            problem, start, nodes, ITERATIONS, self._deadline, hopeless=pursuit.hopeless
+            problem,
+            start,
+            nodes,
+            JUMP_SETTINGS.iterations,
+            self._deadline,
+            hopeless=pursuit.hopeless,
         )
         if self._deadline.passed or pursuit.lost or not np.isfinite(starts.squares[0]):
             return None
-        return hypothesis_at(problem, starts.z[0], before)
+        return hypothesis_at(problem, starts.z[0], earlier)
 
     @property
     def _over(self) -> bool:
@@ -254,7 +134,7 @@ class JumpSearch:
         """
         objective = self.best.problem.objective
         spent = objective.evaluations - self._begun
-        share = MOST_UNEXPLAINED * objective.dimension
+        share = JUMP_SETTINGS.rollouts_per_unknown * objective.dimension
         if spent < share:  # asked at every rollout, so what costs less comes first
             return False
         still, least = self.tried[0].squares, min(h.squares for h in self.tried)
@@ -279,15 +159,15 @@ class JumpSearch:
         # Not believing the prior cannot gain more than what it costs.
         off = base.point[: objective.dimension] - base.problem.prior.mean
         pull = off @ base.problem.prior.precision @ off
-        price = per_earlier_jump(base.problem.prior.gap)
+        price = base.problem.settings.earlier_penalty(base.problem.prior.gap)
         doubted = not base.layout.events and pull > price + self._hopeful
-        spread = np.arange(1, TIMES) / TIMES
+        spread = np.arange(1, JUMP_SETTINGS.times) / JUMP_SETTINGS.times
         gains, sizes = self._screened(base, spread, parameters)
-        scores = gains - PER_JUMP - 2.0 * math.log(TIMES)
+        scores = gains - JUMP_SETTINGS.jump_penalty - 2.0 * math.log(JUMP_SETTINGS.times)
         for j, parameter in enumerate(parameters):
             i = int(scores[:, j].argmax())
             found.append((scores[i, j], parameter, spread[i], sizes[i, j]))
-            if doubted and parameter not in base.before:
+            if doubted and parameter not in base.earlier:
                 score = self._earlier(base, parameter) - price
                 found.append((score, parameter, 0.0, 0.0))
         for event, place in zip(base.layout.events, base.layout.times, strict=True):
@@ -296,12 +176,12 @@ class JumpSearch:
                 time = base.point[place]
                 gains, sizes = self._screened(base, np.array([time]), others)
                 for j, parameter in enumerate(others):
-                    score = gains[0, j] - PER_FURTHER
+                    score = gains[0, j] - JUMP_SETTINGS.further_penalty
                     found.append((score, parameter, time, sizes[0, j]))
         found.sort(key=lambda candidate: -candidate[0])
         best = found[0][0]
-        for score, parameter, time, size in found[:RIVALS]:
-            if score > max(self._hopeful, best - RIVAL_MARGIN):
+        for score, parameter, time, size in found[: JUMP_SETTINGS.rivals]:
+            if score > max(self._hopeful, best - JUMP_SETTINGS.rival_margin):
                 yield from self._near(base, parameter, float(time), float(size))
 
     def _near(
@@ -311,19 +191,23 @@ class JumpSearch:
         objective, prior = base.problem.objective, base.problem.prior
         if time == 0.0:
             wider = widened(prior, objective, parameter)
-            problem = PiecewiseProblem(objective, wider, base.layout)
-            yield problem, base.point, (*base.before, parameter)
+            problem = replace(base.problem, prior=wider)
+            yield problem, base.point, (*base.earlier, parameter)
         elif time in base.point[base.layout.times]:
             layout, point = _joined(base, parameter, time, size)
-            yield PiecewiseProblem(objective, prior, layout), point, base.before
+            yield replace(base.problem, events=layout.events), point, base.earlier
         else:
-            fine = time + np.arange(-TIMES + 1, TIMES, 2) / TIMES**2
+            fine = (
+                time
+                + np.arange(-JUMP_SETTINGS.times + 1, JUMP_SETTINGS.times, 2)
+                / JUMP_SETTINGS.times**2
+            )
             fine = fine[(fine > 0.0) & (fine < 1.0)]
             gains, sizes = self._screened(base, fine, [parameter])
             # Where an input steps there may be a minimum on either side.
             for i in _peaks(gains[:, 0])[:2]:
                 layout, point = _added(base, parameter, float(fine[i]), float(sizes[i, 0]))
-                yield PiecewiseProblem(objective, prior, layout), point, base.before
+                yield replace(base.problem, events=layout.events), point, base.earlier
 
     def _screened(
         self, base: Hypothesis, times: Array, parameters: Sequence[int]
@@ -339,10 +223,10 @@ class JumpSearch:
         point = np.concatenate([base.point, np.column_stack([times, values]).ravel()])
         points = np.repeat(point[None], 1 + times.size * d, axis=0)
         places = base.point.size + np.arange(times.size)[:, None] * (1 + d) + 1 + np.arange(d)
-        step = np.where(values > 0.5, -PROBE, PROBE).ravel()
+        step = np.where(values > 0.5, -JUMP_SETTINGS.probe_step, JUMP_SETTINGS.probe_step).ravel()
         lanes = 1 + np.arange(step.size)
         points[lanes, places.ravel()] += step
-        rows = PiecewiseProblem(base.problem.objective, base.problem.prior, probe).rows(points)
+        rows = replace(base.problem, events=probe.events).rows(points)
         with np.errstate(invalid='ignore'):  # the model may diverge
             pieces = ((rows[:, 1:] - rows[:, :1]) / step).reshape(-1, times.size, d)
         pieces = np.nan_to_num(pieces, nan=0.0, posinf=0.0, neginf=0.0)
@@ -371,7 +255,7 @@ class JumpSearch:
         for prior in (narrow, wider):
             gradient = prior.precision @ off - pull
             information = hessian + prior.precision
-            gain = gradient @ inverse(information) @ gradient
+            gain = gradient @ scaled_inverse(information) @ gradient
             squares = off @ prior.precision @ off - gain
             log_det = np.linalg.slogdet(information)[1]
             values.append(squares + log_det - np.linalg.slogdet(prior.precision)[1])
@@ -385,17 +269,20 @@ class _Pursuit:
         self, best: float, explained: Callable[[float], bool], futile: Callable[[], bool]
     ) -> None:
         self._best, self._explained, self._futile = best, explained, futile
-        self._trail, self._left = Trail(LATEST), ITERATIONS + 1
+        self._trail, self._left = Trail(JUMP_SETTINGS.latest), JUMP_SETTINGS.iterations + 1
         self.lost = False
 
     def hopeless(self, squares: float) -> bool:
         """Whether to give up at these squares (of residuals and prior), the least so far."""
         gained = self._trail.gain(squares)
         self._left -= 1
-        self.lost = squares - gained / LATEST * self._left > self._best + OUT_OF_REACH
+        self.lost = (
+            squares - gained / JUMP_SETTINGS.latest * self._left
+            > self._best + JUMP_SETTINGS.out_of_reach
+        )
         if self.lost or self._explained(squares):
             return self.lost
-        return gained < HARDLY * squares or self._futile()
+        return gained < JUMP_SETTINGS.hardly * squares or self._futile()
 
 
 def _peaks(gains: Array) -> list[int]:
@@ -425,14 +312,9 @@ def _beats(winner: Hypothesis, best: Hypothesis, correlation: float) -> bool:
     return gained > paid * inflation_by(winner.trajectory[1], correlation)
 
 
-def may_jump(unknowns: Unknowns) -> list[int]:
-    """Return the places of the parameters that may jump: disturbances wander anyway."""
-    return (unknowns.n_states + np.flatnonzero(np.isnan(unknowns.walks))).tolist()
-
-
 def widened(prior: Prior, objective: Objective, *places: int) -> Prior:
     """Return the prior with parameters that may since have jumped anywhere."""
-    covariance = inverse(prior.precision)
+    covariance = scaled_inverse(prior.precision)
     n = objective.unknowns.n_states
     variances = box_variances(objective.unknowns)
     for place in places:
@@ -486,9 +368,9 @@ def _reduced(base: Hypothesis) -> Iterator[tuple[PiecewiseProblem, Array, tuple[
             time = int(layout.times[event])
             gone = [time + 1 + i] if rest else [time, time + 1]
             yield (
-                PiecewiseProblem(problem.objective, problem.prior, replace(layout, events=events)),
+                replace(problem, events=events),
                 np.delete(base.point, gone),
-                base.before,
+                base.earlier,
             )
 
 
@@ -504,23 +386,17 @@ def _exchanged(base: Hypothesis) -> Iterator[tuple[PiecewiseProblem, Array, tupl
         for other in sorted(still):
             both, start = _joined(base, other, float(point[layout.times[event]]), 0.0)
             place = int(both.times[event]) + len(both.events[event])
-            jacobian = PiecewiseProblem(problem.objective, problem.prior, both).linearisation(
-                start, np.full(start.size, FIRST_STEP)
+            jacobian = replace(problem, events=both.events).linearisation(
+                start, np.full(start.size, JUMP_SETTINGS.first_step)
             ).jacobian  # fmt: skip
             old, new = jacobian[:, after], jacobian[:, place]
             # As much as changes the outputs most nearly as the jump does that it is to replace.
-            size = (point[after] - point[before]) * (old @ new) / max(new @ new, NOTHING)
+            size = (point[after] - point[before]) * (old @ new) / max(new @ new, TINY)
             start[place] += size
             rest = tuple(i for i in both.events[event] if i != jumped)
             events = (*both.events[:event], rest, *both.events[event + 1 :])
             yield (
-                PiecewiseProblem(problem.objective, problem.prior, replace(both, events=events)),
+                replace(problem, events=events),
                 np.delete(start, after),
-                base.before,
+                base.earlier,
             )
-
-
-def _time_precision(layout: Layout) -> Array:
-    precision = np.zeros(layout.size)
-    precision[layout.times] = TIME_PRECISION
-    return precision

@@ -3,14 +3,24 @@
 from dataclasses import dataclass
 from functools import cached_property
 from itertools import accumulate
+from typing import NamedTuple
 
 import numpy as np
 
-from obs_ros.core.typing import Array, IntArray
+from obs_ros.core.typing import Array, BoolArray, IntArray
+from obs_ros.inference.jumps.settings import JUMP_SETTINGS, JumpSettings
 from obs_ros.inference.objective import Objective
+from obs_ros.inference.parameterisation import Unknowns
 from obs_ros.inference.prior import Prior, box_variances
 
-TIME_PRECISION = 12.0  # of a time that may lie anywhere in the window, in windows
+
+class PlacedJump(NamedTuple):
+    """Jump of one parameter: its event, and places in the point of its values before and after."""
+
+    event: int
+    parameter: int  # place in z
+    before: int
+    after: int
 
 
 @dataclass(frozen=True)
@@ -36,15 +46,16 @@ class Layout:
         places = accumulate((1 + len(event) for event in self.events), initial=self.dimension)
         return np.array(list(places)[:-1], dtype=np.int64)
 
-    def jumped(self, points: Array) -> list[tuple[int, int, int, int]]:
-        """Return event, parameter, place before and place after of each jump, in order of time."""
+    def jumped(self, points: Array) -> list[PlacedJump]:
+        """Return the jumps of single parameters at a point (D,), in order of time."""
         latest: dict[int, int] = {}
         found = []
         times = self.times
         for event in np.argsort(points[times], kind='stable'):
             for i, parameter in enumerate(self.events[event]):
                 after = int(times[event]) + 1 + i
-                found.append((int(event), parameter, latest.get(parameter, parameter), after))
+                before = latest.get(parameter, parameter)
+                found.append(PlacedJump(int(event), parameter, before, after))
                 latest[parameter] = after
         return found
 
@@ -56,6 +67,7 @@ class Layout:
         return places
 
 
+@dataclass(frozen=True, eq=False)
 class PiecewiseProblem:
     """The least squares of one window in which the parameters of a layout's events jump.
 
@@ -63,16 +75,34 @@ class PiecewiseProblem:
     each jump's size, which is as likely large as the box is wide.
     """
 
-    def __init__(self, objective: Objective, prior: Prior, layout: Layout) -> None:
-        self.objective = objective
-        self.layout = layout
-        self.prior = prior
-        self._mask = objective.grid.weight > 0.0
-        grid = objective.grid
-        self._target = (grid.weight * grid.y)[self._mask]
+    objective: Objective
+    prior: Prior
+    events: tuple[tuple[int, ...], ...] = ()
+    settings: JumpSettings = JUMP_SETTINGS
+
+    @cached_property
+    def layout(self) -> Layout:
+        """Layout of the points."""
+        return Layout(self.objective.dimension, self.events)
+
+    @cached_property
+    def _mask(self) -> BoolArray:
+        return np.asarray(self.objective.grid.weight > 0.0)
+
+    @cached_property
+    def _target(self) -> Array:
+        grid = self.objective.grid
+        return np.asarray((grid.weight * grid.y)[self._mask])
+
+    @cached_property
+    def _t(self) -> Array:
         # From the window's start: seconds since 1970 would round away small steps of a time.
-        self._t = grid.t - grid.t[0]
-        self._last = int(np.flatnonzero(grid.measured)[-1])
+        t = self.objective.grid.t
+        return np.asarray(t - t[0])
+
+    @cached_property
+    def _last(self) -> int:
+        return int(np.flatnonzero(self.objective.grid.measured)[-1])
 
     @property
     def limits(self) -> Array:
@@ -243,3 +273,8 @@ class Linearisation:
 def interval_of(t: Array, times: Array) -> IntArray:
     """Return for each time the interval k with t[k] < time <= t[k + 1]; the nearest if none."""
     return np.clip(np.searchsorted(t, times, side='left') - 1, 0, t.size - 2)
+
+
+def may_jump(unknowns: Unknowns) -> list[int]:
+    """Return the places of the parameters that may jump: disturbances wander anyway."""
+    return (unknowns.n_states + np.flatnonzero(np.isnan(unknowns.walks))).tolist()

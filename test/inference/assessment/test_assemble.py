@@ -12,8 +12,8 @@ from obs_ros import Estimate, Outcome, Record
 from obs_ros.core.estimate import Jump
 from obs_ros.core.typing import Array
 from obs_ros.inference.assessment.assemble import Uncertainty, empty, output_rms, report
-from obs_ros.inference.jumps.jump_search import hypothesis_at
-from obs_ros.inference.jumps.piecewise import Layout, PiecewiseProblem
+from obs_ros.inference.jumps.hypothesis import hypothesis_at
+from obs_ros.inference.jumps.piecewise import PiecewiseProblem
 from obs_ros.inference.objective import Objective
 from obs_ros.inference.parameterisation import Unknowns
 from obs_ros.inference.prior import Prior
@@ -70,7 +70,7 @@ def certain(
 ) -> Estimate:
     """With the given standard deviations of z, in boxes, whatever the window says."""
     record, objective = problem(noise)
-    piecewise = PiecewiseProblem(objective, Prior.box(objective.unknowns), Layout(4))
+    piecewise = PiecewiseProblem(objective, Prior.box(objective.unknowns))
     covariance = np.diag(deviations) ** 2
     uncertainty = Uncertainty(
         hypothesis_at(piecewise, FOUND.z), covariance, np.diag(1.0 / np.diag(covariance)[2:])

@@ -12,18 +12,11 @@ from scipy.stats import multivariate_normal
 
 from obs_ros import Model, Record, Variable
 from obs_ros.core.deadline import Deadline
+from obs_ros.core.linear_algebra import scaled_inverse
 from obs_ros.core.typing import Array
-from obs_ros.inference.jumps.jump_search import (
-    Hypothesis,
-    JumpSearch,
-    _added,
-    _beats,
-    at_nodes,
-    hypothesis_at,
-    inverse,
-    widened,
-)
-from obs_ros.inference.jumps.piecewise import Layout, PiecewiseProblem
+from obs_ros.inference.jumps.hypothesis import Hypothesis, hypothesis_at
+from obs_ros.inference.jumps.jump_search import JumpSearch, _added, _beats, at_nodes, widened
+from obs_ros.inference.jumps.piecewise import PiecewiseProblem
 from obs_ros.inference.prior import Prior
 from obs_ros.optimization.levenberg_marquardt import levenberg_marquardt
 
@@ -55,7 +48,7 @@ def still(window: Record, prior: Prior | None = None, model: Model = INTEGRATOR)
     """The best hypothesis without a jump."""
     objective = window_of(model, window, SIGMA)
     prior = prior or Prior.box(objective.unknowns)
-    return solved(PiecewiseProblem(objective, prior, Layout(objective.dimension)), np.full(3, 0.5))
+    return solved(PiecewiseProblem(objective, prior), np.full(3, 0.5))
 
 
 def solved(problem: PiecewiseProblem, start: Array) -> Hypothesis:
@@ -119,7 +112,7 @@ class TestEvidence:
     def test_of_a_second_jump_beside_one(self) -> None:
         window = record(0.6)
         objective = still(window).problem.objective
-        problem = PiecewiseProblem(objective, TIGHT, Layout(3, ((DRIFT,),)))
+        problem = PiecewiseProblem(objective, TIGHT, ((DRIFT,),))
         base = solved(problem, np.array([0.55, 0.65, 0.3, 0.43, 0.6]))
         gains, _ = JumpSearch(base, Deadline(), known=None)._screened(base, np.array([0.8]), [GAIN])
         # Its time is as free as its size: another column, of the slope there.
@@ -152,15 +145,13 @@ class TestEvidence:
         point = np.concatenate([base.point, [0.5], base.point[[GAIN, DRIFT]]])
         costs = []
         for events, places in ((((GAIN,),), [0, 1, 2, 3, 4]), (((GAIN, DRIFT),), range(6))):
-            problem = PiecewiseProblem(
-                base.problem.objective, base.problem.prior, Layout(3, events)
-            )
+            problem = replace(base.problem, events=events)
             costs.append(hypothesis_at(problem, point[places]).cost - base.cost)
         assert costs == pytest.approx([ONCE, ONCE + 2.0 * np.log(10.0)])
         # As likely as the time is long in which nobody looked.
         for gap, penalty in ((1.0, ONCE), (0.02, ONCE + 2.0 * np.log(50.0)), (1000.0, 0.0)):
             prior = replace(base.problem.prior, gap=gap)
-            problem = PiecewiseProblem(base.problem.objective, prior, base.layout)
+            problem = replace(base.problem, prior=prior)
             assert hypothesis_at(problem, base.point, (GAIN,)).cost - base.cost == pytest.approx(
                 penalty
             )
@@ -179,7 +170,7 @@ def test_the_covariance_is_that_of_linear_least_squares() -> None:
 def test_the_inverse_of_badly_scaled_matrices() -> None:
     scale = np.array([1e-8, 1.0, 1e9])
     core = np.array([[2.0, 0.5, 0.1], [0.5, 1.0, 0.2], [0.1, 0.2, 3.0]])
-    found = inverse(core * np.outer(scale, scale))
+    found = scaled_inverse(core * np.outer(scale, scale))
     np.testing.assert_allclose(found * np.outer(scale, scale), np.linalg.inv(core), atol=1e-12)
 
 
@@ -236,27 +227,23 @@ class TestRace:
         prior = Prior(np.array([0.5, 0.65, 0.8]), TIGHT.precision, gap=0.5)
         base = still(record(), prior)
         best = JumpSearch(base, Deadline(), known=None).run()
-        assert (best.before, best.layout.events) == ((DRIFT,), ())
+        assert (best.earlier, best.layout.events) == ((DRIFT,), ())
         assert best.point[DRIFT] == pytest.approx(0.3, abs=0.02)
         assert best.jumps == 1
         # Where the window before abuts, nothing can have jumped since.
         base = still(record(), replace(prior, gap=0.0))
-        assert JumpSearch(base, Deadline(), known=None).run().before == ()
+        assert JumpSearch(base, Deadline(), known=None).run().earlier == ()
 
     def test_a_known_jump_begins_the_race(self) -> None:
         base = still(record(0.6))
-        problem = PiecewiseProblem(
-            base.problem.objective, base.problem.prior, Layout(3, ((DRIFT,),))
-        )
+        problem = replace(base.problem, events=((DRIFT,),))
         known = solved(problem, np.array([0.55, 0.65, 0.3, 0.43, 0.6]))
         search = JumpSearch(base, Deadline(), known=known)
         assert search.best is known
         assert search.run() is known
         # Where nothing jumped it loses.
         base = still(record(0.0))
-        problem = PiecewiseProblem(
-            base.problem.objective, base.problem.prior, Layout(3, ((DRIFT,),))
-        )
+        problem = replace(base.problem, events=((DRIFT,),))
         known = solved(problem, np.array([0.55, 0.65, 0.3, 0.43, 0.6]))
         assert JumpSearch(base, Deadline(), known=known).best is base
 
@@ -302,9 +289,9 @@ class TestRace:
         y = record().y[:, 0] + 0.6 * changed(4.23, GAIN) * SIGMA / 2.0
         objective = window_of(model, Record(T, U, y), SIGMA)
         prior = Prior.box(objective.unknowns)
-        base = solved(PiecewiseProblem(objective, prior, Layout(4)), np.full(4, 0.6))
+        base = solved(PiecewiseProblem(objective, prior), np.full(4, 0.6))
         known = solved(
-            PiecewiseProblem(objective, prior, Layout(4, ((1,),))),
+            PiecewiseProblem(objective, prior, ((1,),)),
             np.array([0.55, 0.5, 0.6, 0.3, 0.42, 0.8]),
         )
         search = JumpSearch(base, Deadline(), known=known)
@@ -321,7 +308,7 @@ class TestRace:
 
 def test_before_an_earlier_second_jump_of_a_parameter_all_that_follows_moves_along() -> None:
     objective = still(record(0.6)).problem.objective
-    problem = PiecewiseProblem(objective, Prior.box(objective.unknowns), Layout(3, ((DRIFT,),)))
+    problem = PiecewiseProblem(objective, Prior.box(objective.unknowns), ((DRIFT,),))
     base = solved(problem, np.array([0.55, 0.65, 0.3, 0.43, 0.6]))
     layout, point = _added(base, DRIFT, 0.2, -0.1)
     assert layout.events == ((DRIFT,), (DRIFT,))
@@ -354,7 +341,7 @@ def test_time_and_size_are_covered(backend: str) -> None:
         y = lag_outputs(fine, u, 0.5, p)[::10] + 0.05 * rng.standard_normal(301)
         window = Record(fine[::10], u[::10], y)
         objective = window_of(LAG, window, 0.05, backend)
-        problem = PiecewiseProblem(objective, Prior.box(objective.unknowns), Layout(3))
+        problem = PiecewiseProblem(objective, Prior.box(objective.unknowns))
         base = levenberg_marquardt(problem, np.array([[0.52, 0.4, 0.3]]), 301, 60, Deadline())
         best = JumpSearch(hypothesis_at(problem, base.z[0]), Deadline(), known=None).run()
         if best.layout.events != ((2,),):
@@ -387,10 +374,10 @@ def test_hypotheses_that_diverge_lose_without_a_warning() -> None:
     objective = window_of(grows, Record(t, None, 1.0 / (1.05 - t)), SIGMA)
     prior = Prior.box(objective.unknowns)
     point = np.array([0.25, 0.25, 0.5, 1.0])  # p from 1 to 4 at half time
-    problem = PiecewiseProblem(objective, prior, Layout(2, ((1,),)))
+    problem = PiecewiseProblem(objective, prior, ((1,),))
     squares = problem.linearise(point[None], np.full((1, 4), 1e-7), 51)[0]
     assert not np.isfinite(squares[0]) or squares[0] > 1e9
-    base = hypothesis_at(PiecewiseProblem(objective, prior, Layout(2)), np.array([1 / 4.2, 0.25]))
+    base = hypothesis_at(PiecewiseProblem(objective, prior), np.array([1 / 4.2, 0.25]))
     assert JumpSearch(base, Deadline(), known=None).run().jumps == 0
 
 
@@ -415,6 +402,6 @@ def test_a_jump_before_the_window_is_not_tried_where_it_could_not_win() -> None:
             if 15.0 < off @ prior.precision @ off < 40.0:
                 search = JumpSearch(base, Deadline(), known=None)
                 search.run()
-                tried.setdefault(gap, []).append(any(h.before for h in search.tried))
+                tried.setdefault(gap, []).append(any(h.earlier for h in search.tried))
     assert all(tried[1.0])
     assert not any(tried[1e-9])
