@@ -17,8 +17,9 @@ from obs_ros.horizon.solver import Solver
 from obs_ros.inference.assessment.assemble import report
 from obs_ros.inference.assessment.informed_subspace import marginal_information
 from obs_ros.inference.assessment.uncertainty import Uncertainty
-from obs_ros.inference.jumps.jump_search import JUMP_PROBABILITY, Hypothesis, hypothesis_at
+from obs_ros.inference.jumps.hypothesis import Hypothesis, hypothesis_at
 from obs_ros.inference.jumps.piecewise import PiecewiseProblem
+from obs_ros.inference.jumps.settings import JUMP_SETTINGS
 from obs_ros.inference.prior import Prior, box_variances
 from obs_ros.observers.base import OBSERVERS, load_observer
 
@@ -59,7 +60,7 @@ class Chained:
 
     def __init__(self, run: Run, period: float) -> None:
         self.solver = Solver.of(run.plant.model, EstimationSettings(noise=given_noise(run)))
-        self.walk = JUMP_PROBABILITY * period / run.plant.duration
+        self.walk = JUMP_SETTINGS.prior_probability * period / run.plant.duration
 
     def prior(self, best: Hypothesis) -> Prior:
         """Return what the window before tells: mean and covariance, plus ours's random walk."""

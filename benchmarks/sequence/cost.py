@@ -20,7 +20,8 @@ from obs_ros.horizon.moving_horizon import MovingHorizon
 from obs_ros.horizon.solver import Solver
 from obs_ros.inference.assessment.informed_subspace import marginal_information
 from obs_ros.inference.assessment.uncertainty import Uncertainty
-from obs_ros.inference.jumps.jump_search import Hypothesis, JumpSearch
+from obs_ros.inference.jumps.hypothesis import Hypothesis
+from obs_ros.inference.jumps.jump_search import JumpSearch
 
 Solve = Callable[[int, Record], Estimate]
 

@@ -20,7 +20,7 @@ from obs_ros.core.typing import Array
 from obs_ros.inference.assessment.identifiability import advice, weak_directions
 from obs_ros.inference.assessment.informed_subspace import InformedSubspace
 from obs_ros.inference.assessment.uncertainty import Deviations
-from obs_ros.inference.jumps.jump_search import hypothesis_at
+from obs_ros.inference.jumps.hypothesis import hypothesis_at
 from obs_ros.inference.jumps.piecewise import PiecewiseProblem
 from obs_ros.inference.objective import Objective
 from obs_ros.inference.parameterisation import Unknowns

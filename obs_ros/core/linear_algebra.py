@@ -28,6 +28,15 @@ def inverted(matrix: Array) -> Array:
         return np.full(matrix.shape, np.nan)
 
 
+def scaled_inverse(information: Array) -> Array:
+    """Return the inverse of a positive definite matrix (D, D), also where scales differ wildly."""
+    scale = 1.0 / np.sqrt(np.diagonal(information))
+    scaled = information * np.outer(scale, scale)
+    values, vectors = eigen(scaled)
+    vectors *= scale[:, None]
+    return np.asarray((vectors / np.maximum(values, 1e-14)) @ vectors.T)
+
+
 def cholesky(matrix: Array) -> Array:
     """Return the lower triangle (D, D) whose square is a positive definite matrix (D, D)."""
     try:

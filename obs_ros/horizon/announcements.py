@@ -13,7 +13,7 @@ from obs_ros.core.estimate import Jump
 from obs_ros.core.record import Record
 from obs_ros.core.typing import Array
 from obs_ros.inference.assessment.uncertainty import Uncertainty
-from obs_ros.inference.jumps.jump_search import Hypothesis
+from obs_ros.inference.jumps.hypothesis import Hypothesis
 from obs_ros.inference.jumps.piecewise import interval_of
 from obs_ros.inference.parameterisation import Unknowns
 
@@ -117,11 +117,11 @@ def _jumped(uncertainty: Uncertainty) -> list[Sizes]:
         ends = [before, after]
         found[event].add(unknowns, parameter, best.point[ends], covariance[np.ix_(ends, ends)])
     jumps = list(found.values())
-    if best.before:
+    if best.earlier:
         # Some time since the last window known; the size is against what that said.
         gap = best.problem.prior.gap * duration
         earlier = Sizes(start - 0.5 * gap, gap / np.sqrt(12.0))
-        for place in best.before:
+        for place in best.earlier:
             ends_of = np.array([best.problem.prior.mean[place], best.point[place]])
             earlier.add(unknowns, place, ends_of, np.diag([0.0, covariance[place, place]]))
         jumps.append(earlier)

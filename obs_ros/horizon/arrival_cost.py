@@ -13,7 +13,7 @@ import numpy as np
 from obs_ros.core.estimate import Jump
 from obs_ros.core.typing import Array
 from obs_ros.horizon.announcements import SAME_TIME
-from obs_ros.inference.jumps.jump_search import JUMP_PROBABILITY
+from obs_ros.inference.jumps.settings import JUMP_SETTINGS, JumpSettings
 from obs_ros.inference.parameterisation import Unknowns
 from obs_ros.inference.prior import Prior, box_variances
 
@@ -49,8 +49,8 @@ class ArrivalCost:
     used twice: with overlapping windows information arrives late, but it is true.
     """
 
-    def __init__(self, unknowns: Unknowns) -> None:
-        self._unknowns = unknowns
+    def __init__(self, unknowns: Unknowns, jumps: JumpSettings = JUMP_SETTINGS) -> None:
+        self._unknowns, self._jumps = unknowns, jumps
         self._entries: list[WindowPosterior] = []
         self.jumps: list[KnownJump] = []
 
@@ -112,7 +112,7 @@ class ArrivalCost:
         """
         variances = box_variances(self._unknowns)
         gap = (start - known) / duration * (1.0 + (known - entry.end) / duration)
-        walked = JUMP_PROBABILITY * gap * variances
+        walked = self._jumps.prior_probability * gap * variances
         for jump in self.jumps:
             if entry.end < jump.time <= start:
                 jumped = [place - self._unknowns.n_states for place in jump.parameters]

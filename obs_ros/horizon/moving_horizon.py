@@ -37,7 +37,7 @@ from obs_ros.horizon.stages import (
 from obs_ros.inference.assessment.assemble import empty, report
 from obs_ros.inference.assessment.outcome import states_at_bound
 from obs_ros.inference.assessment.uncertainty import Uncertainty
-from obs_ros.inference.jumps.jump_search import Hypothesis
+from obs_ros.inference.jumps.hypothesis import Hypothesis
 from obs_ros.inference.noise import Noise, variances_left
 from obs_ros.inference.window_state import WindowState
 from obs_ros.samples.range_check import without_absurd

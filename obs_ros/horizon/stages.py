@@ -9,6 +9,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from obs_ros.core.deadline import Deadline
+from obs_ros.core.linear_algebra import scaled_inverse
 from obs_ros.core.residual_tests import independent_share, inflation
 from obs_ros.core.typing import Array, BoolArray
 from obs_ros.horizon.solver import Solver, rescaled_to_residuals
@@ -16,14 +17,9 @@ from obs_ros.inference.assessment.identifiability import undetermined
 from obs_ros.inference.assessment.informed_subspace import InformedSubspace
 from obs_ros.inference.assessment.profile import widened_by_profile
 from obs_ros.inference.assessment.uncertainty import Uncertainty
-from obs_ros.inference.jumps.jump_search import (
-    Hypothesis,
-    JumpSearch,
-    hypothesis_at,
-    inverse,
-    may_jump,
-)
-from obs_ros.inference.jumps.piecewise import Layout, PiecewiseProblem
+from obs_ros.inference.jumps.hypothesis import Hypothesis, hypothesis_at
+from obs_ros.inference.jumps.jump_search import JumpSearch
+from obs_ros.inference.jumps.piecewise import PiecewiseProblem, may_jump
 from obs_ros.inference.noise import variances_left
 from obs_ros.inference.prior import Posterior, Prior
 from obs_ros.inference.window_state import WindowState
@@ -102,15 +98,17 @@ def hold_uninformed(best: Hypothesis, deadline: Deadline) -> Uncertainty:
     """Return the hypothesis with its uncertainty; the prior holds what the window does not tell."""
     problem = best.problem
     n = problem.objective.unknowns.n_states
-    if best.layout.events:
+    if best.problem.events:
         final = best.layout.final(best.point)[n:]
-        return Uncertainty(best, best.covariance, inverse(best.covariance[np.ix_(final, final)]))
+        return Uncertainty(
+            best, best.covariance, scaled_inverse(best.covariance[np.ix_(final, final)])
+        )
     subspace = InformedSubspace.of(best)
     if not len(subspace.held):
         covariance, bent = widened_by_profile(best)
         return Uncertainty(best, covariance, subspace.information, bent=bent)
     holding = Posterior(problem.objective, subspace.holding(problem.prior))
-    held = hypothesis_at(problem, _polished(holding, best.point, deadline)[0], best.before)
+    held = hypothesis_at(problem, _polished(holding, best.point, deadline)[0], best.earlier)
     if not held.squares < best.squares + STAGES.price_of_holding:
         held = best  # far from linear: there is no such fit where the prior has it
     return Uncertainty(held, subspace.covariance(held), subspace.information)
@@ -121,7 +119,7 @@ def recall(uncertainty: Uncertainty, prior: Prior | None, deadline: Deadline) ->
     best = uncertainty.hypothesis
     if prior is None:
         return uncertainty
-    problem = PiecewiseProblem(best.problem.objective, prior, best.layout)
+    problem = PiecewiseProblem(best.problem.objective, prior, best.problem.events)
     other = hypothesis_at(problem, _polished(problem, best.point, deadline)[0])
     if other.cost < best.cost + STAGES.price_of_holding:
         return hold_uninformed(other, deadline)
@@ -134,7 +132,7 @@ def tells_nothing(uncertainty: Uncertainty) -> bool:
         return False
     problem = uncertainty.hypothesis.problem
     steady = may_jump(problem.objective.unknowns)
-    before = np.diagonal(inverse(problem.prior.precision))[steady]
+    before = np.diagonal(scaled_inverse(problem.prior.precision))[steady]
     return bool((np.diagonal(uncertainty.covariance)[steady] > STAGES.nothing_new * before).all())
 
 
@@ -146,10 +144,10 @@ def determined_alone(uncertainty: Uncertainty) -> BoolArray:
     best = uncertainty.hypothesis
     unknowns = best.problem.objective.unknowns
     n = unknowns.n_states
-    if best.layout.events:
+    if best.problem.events:
         return np.zeros(unknowns.dimension - n, dtype=np.bool_)
     box = Prior.box(unknowns).precision[n:, n:]
-    variances = np.diagonal(inverse(uncertainty.information + box))
+    variances = np.diagonal(scaled_inverse(uncertainty.information + box))
     return np.asarray(np.sqrt(variances) < undetermined(unknowns)[n:])
 
 
@@ -160,10 +158,10 @@ def continued_jumps(
 
     None if none of them lies in this one. `warm` (d,) is where this window is expected to begin.
     """
-    layout, point = _moved(explained, window, warm)
-    if not layout.events:
+    events, point = _moved(explained, window, warm)
+    if not events:
         return None
-    problem = PiecewiseProblem(window.objective, window.prior, layout)
+    problem = PiecewiseProblem(window.objective, window.prior, events)
     z, squares = _polished(problem, np.clip(point, *problem.limits), deadline)
     return hypothesis_at(problem, z) if np.isfinite(squares) else None
 
@@ -202,8 +200,10 @@ def _from_warm(
     )
 
 
-def _moved(explained: Hypothesis, window: WindowState, warm: Array) -> tuple[Layout, Array]:
-    """Return the layout and the point of an earlier window's jumps that lie in this one too.
+def _moved(
+    explained: Hypothesis, window: WindowState, warm: Array
+) -> tuple[tuple[tuple[int, ...], ...], Array]:
+    """Return the events and the point of an earlier window's jumps that lie in this one too.
 
     `warm` (d,) is where this window is expected to begin, but for what has not jumped yet.
     """
@@ -214,16 +214,16 @@ def _moved(explained: Hypothesis, window: WindowState, warm: Array) -> tuple[Lay
     n = objective.unknowns.n_states
     z[n:] = point[n : layout.dimension]
     jumped = layout.jumped(point)
-    for event in dict.fromkeys(event for event, *_ in jumped):
+    for event in dict.fromkeys(jump.event for jump in jumped):
         moment = old[0] + point[layout.times[event]] * (old[-1] - old[0])
-        values = [(i, point[after]) for e, i, _, after in jumped if e == event]
+        values = [(jump.parameter, point[jump.after]) for jump in jumped if jump.event == event]
         if moment <= new[0]:
             for i, value in values:
                 z[i] = value
         elif moment < new[-1]:
             events.append(tuple(i for i, _ in values))
             tail += [(moment - new[0]) / (new[-1] - new[0]), *(value for _, value in values)]
-    return Layout(layout.dimension, tuple(events)), np.concatenate([z, tail])
+    return tuple(events), np.concatenate([z, tail])
 
 
 def _in_own_noise(
@@ -233,5 +233,5 @@ def _in_own_noise(
     grid = window.objective.grid
     left = variances_left(best.trajectory[1], grid, best.point.size)
     window = window.rescaled(np.sqrt(left) / grid.scale)
-    problem = PiecewiseProblem(window.objective, best.problem.prior, best.layout)
-    return window, hypothesis_at(problem, _polished(problem, best.point, deadline)[0], best.before)
+    problem = PiecewiseProblem(window.objective, best.problem.prior, best.problem.events)
+    return window, hypothesis_at(problem, _polished(problem, best.point, deadline)[0], best.earlier)

@@ -6,8 +6,8 @@ from plants import INTEGRATOR, OSCILLATOR, integrator_design, square_wave, windo
 
 from obs_ros import Record
 from obs_ros.core.deadline import Deadline
+from obs_ros.core.linear_algebra import scaled_inverse
 from obs_ros.core.typing import Array
-from obs_ros.inference.jumps.jump_search import inverse
 from obs_ros.inference.parameterisation import Unknowns
 from obs_ros.inference.prior import Posterior, Prior, box_variances
 from obs_ros.optimization.levenberg_marquardt import levenberg_marquardt
@@ -126,7 +126,7 @@ def test_a_prior_and_a_window_tell_what_both_windows_tell_at_once() -> None:
         start = np.full((1, 3), 0.5)
         solved = levenberg_marquardt(posterior, start, 61, 60, Deadline())
         hessian = posterior.linearise(solved.z, np.full((1, 3), 1e-6), 61)[2][0]
-        covariance = inverse(hessian)
+        covariance = scaled_inverse(hessian)
         means.append(solved.z[0])
         prior = Prior.of(BOTH, solved.z[0, 1:], covariance[1:, 1:])
     (a, ya), (b, yb) = scaled(first), scaled(second)

@@ -10,9 +10,9 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from obs_ros.core.linear_algebra import cholesky, eigen, inverted
+from obs_ros.core.linear_algebra import cholesky, eigen, inverted, scaled_inverse
 from obs_ros.core.typing import Array
-from obs_ros.inference.jumps.jump_search import PROBE, Hypothesis, inverse
+from obs_ros.inference.jumps.hypothesis import Hypothesis
 from obs_ros.inference.prior import STATE_SD, Prior
 
 KAPPA = 10.0  # times as informative as noise in the initial state would make it
@@ -75,7 +75,7 @@ class InformedSubspace:
         jacobian = hypothesis.linearisation.jacobian.copy()
         n = jacobian.shape[1] - self.informed.shape[0]
         jacobian[:, n:] = jacobian[:, n:] @ self.informed
-        return inverse(jacobian.T @ jacobian + hypothesis.problem.prior.precision)
+        return scaled_inverse(jacobian.T @ jacobian + hypothesis.problem.prior.precision)
 
 
 def marginal_information(hypothesis: Hypothesis, states: int) -> Array:
@@ -91,7 +91,7 @@ def _states_apart(jx: Array) -> tuple[Array, Callable[[Array], Array]]:
     That is a function of columns (M, any), whose part along the Jacobian jx (M, n) it takes off.
     """
     n = jx.shape[1]
-    spread = inverse(jx.T @ jx + np.eye(n) / STATE_SD**2) if n else np.zeros((0, 0))
+    spread = scaled_inverse(jx.T @ jx + np.eye(n) / STATE_SD**2) if n else np.zeros((0, 0))
     return spread, lambda columns: columns - jx @ (spread @ (jx.T @ columns))
 
 
@@ -108,7 +108,7 @@ def _changes(hypothesis: Hypothesis, jp: Array, roots: Array) -> list[Array]:
     points = np.repeat(z[None], n * (1 + q), axis=0).reshape(n, 1 + q, z.size)
     points[:, :, :n] = np.array(moved)[:, None]
     columns = np.arange(q)
-    step = np.where(z[n:] > 0.5, -PROBE, PROBE)
+    step = np.where(z[n:] > 0.5, -1.0, 1.0) * problem.settings.probe_step
     points[:, 1 + columns, n + columns] += step
     rows = problem.rows(points.reshape(-1, z.size)).reshape(len(jp), n, 1 + q)
     with np.errstate(invalid='ignore'):  # the model may diverge

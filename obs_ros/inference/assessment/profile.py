@@ -8,7 +8,7 @@ the others are optimised at that distance, and what squares have really grown by
 import numpy as np
 
 from obs_ros.core.typing import Array
-from obs_ros.inference.jumps.jump_search import PROBE, Hypothesis
+from obs_ros.inference.jumps.hypothesis import Hypothesis
 from obs_ros.inference.prior import Posterior
 from obs_ros.optimization.lm_linalg import NOTHING, solved
 
@@ -38,21 +38,25 @@ def widened_by_profile(best: Hypothesis) -> tuple[Array, bool]:
     growth = (posterior.costs(points) - lowest) / OFF**2
     if growth.max() < BENT and growth.min() > 1.0 / BENT:
         return best.covariance, False
-    growth = (_optimised(posterior, points, pinned) - lowest) / OFF**2
+    probe = best.problem.settings.probe_step
+    growth = (_optimised(posterior, points, pinned, probe) - lowest) / OFF**2
     factors = np.full(z.size, MARGIN)
     widths = 1.0 / np.sqrt(np.maximum(growth, MOST_WIDENING**-2))
     np.maximum.at(factors, pinned, MARGIN * widths)
     return np.asarray(best.covariance * np.outer(factors, factors)), True
 
 
-def _optimised(posterior: Posterior, points: Array, pinned: Array) -> Array:
-    """Return the least squares (P,) around points (P, d) of which one unknown each is held."""
+def _optimised(posterior: Posterior, points: Array, pinned: Array, probe: float) -> Array:
+    """Return the least squares (P,) around points (P, d) of which one unknown each is held.
+
+    `probe` is the step (box) of differences.
+    """
     points = points.copy()
     squares = np.full(len(points), np.inf)
     steps = np.zeros_like(points)
     for _ in range(ITERATIONS):
         found, gradients, hessians = posterior.linearise(
-            points, np.full_like(points, PROBE), posterior.nodes
+            points, np.full_like(points, probe), posterior.nodes
         )
         better = found < squares
         squares = np.where(better, found, squares)

@@ -15,7 +15,7 @@ from obs_ros.core.model import Model
 from obs_ros.core.typing import Array, BoolArray
 from obs_ros.inference.assessment.fit import Fit
 from obs_ros.inference.assessment.identifiability import UNDETERMINED, undetermined
-from obs_ros.inference.jumps.jump_search import Hypothesis
+from obs_ros.inference.jumps.hypothesis import Hypothesis
 
 
 @dataclass(frozen=True)
@@ -42,7 +42,7 @@ class Uncertainty:
     @property
     def drifting(self) -> bool:
         """Whether jumps at several times look like the steps of a ramp."""
-        return len(self.hypothesis.layout.events) > 1
+        return len(self.hypothesis.problem.events) > 1
 
     @property
     def fit(self) -> Fit:

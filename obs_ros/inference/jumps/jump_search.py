@@ -1,161 +1,33 @@
-"""The jump search: which parameter jumped inside this window, when, and by how much.
+"""The search for the jumps of a window: which parameters jumped in it, when, and by how much.
 
-Hypotheses are compared by their evidence E: squares, penalties, and the logarithm of how much the
-window narrows the prior. The least E wins.
+It is greedy, one jump at a time: moves are screened to first order, the most promising are solved
+exactly, and the hypothesis of least -2 log evidence is kept if it beats the best so far. Jumps that
+a later one makes needless go again, and at the end each is exchanged for that of every other
+parameter, so that those that explain the window as well are named.
 """
 
 import math
-from collections.abc import Callable, Iterable, Iterator, Sequence
-from dataclasses import dataclass, replace
-from functools import cached_property
+from collections.abc import Iterable
 
 import numpy as np
 
 from obs_ros.core.deadline import Deadline
-from obs_ros.core.linear_algebra import eigen
-from obs_ros.core.residual_tests import independent_share, inflation, inflation_by, like_noise
-from obs_ros.core.typing import Array
-from obs_ros.inference.jumps.piecewise import (
-    TIME_PRECISION,
-    Layout,
-    Linearisation,
-    PiecewiseProblem,
+from obs_ros.core.residual_tests import independent_share, inflation, like_noise
+from obs_ros.inference.jumps.hypothesis import Hypothesis, beats, hypothesis_at
+from obs_ros.inference.jumps.moves import (
+    Start,
+    promising_moves,
+    with_one_exchanged,
+    without_one,
 )
-from obs_ros.inference.objective import Objective
-from obs_ros.inference.parameterisation import Unknowns
-from obs_ros.inference.prior import Prior, box_variances
 from obs_ros.optimization.levenberg_marquardt import Trail, levenberg_marquardt
-
-JUMP_PROBABILITY = 0.01  # for each parameter and window
-PER_JUMP = 2.0 * math.log(1.0 / JUMP_PROBABILITY)
-PER_FURTHER = 2.0 * math.log(10.0)  # for each further parameter that jumps at the same time
-TIMES = 8  # at which a jump is sought at first
-# The screening is linear: what misses by less than this is solved exactly.
-HOPEFUL, HOPEFUL_WHEN_KNOWN = -2.0, -6.0
-RIVALS = 3  # parameters solved exactly, besides which others are that much less likely
-RIVAL_MARGIN = 12.0
-SIMILAR = 6.0  # of evidence: such sets are named as well
-MOST_JUMPS = 4
-ITERATIONS = 40
-# A solution is given up that could not catch up with the best if every rollout to come gained as
-# much as the latest few have; and, of a window that nothing explains, one that hardly gains.
-LATEST = 6  # rollouts
-OUT_OF_REACH = 60.0  # of the cost: more than what the logarithms of evidence make up for
-HARDLY = 0.01  # of the squares
-# Rollouts for each unknown, spent on a window that nothing explains yet: the most that keeps such
-# windows within 8 times the cost of those that fit (test_cost.py).
-MOST_UNEXPLAINED = 28
-PROBE = 1e-7  # box, difference step where the derivative is all that is wanted
-# Difference steps move the outputs by this many standard deviations, or nearly so.
-STEP, FITTING, STEPS_TRIED = 0.3, 4.0, 4
-FIRST_STEP, SMALLEST_STEP, LARGEST_STEP = 1e-5, 1e-11, 1e-3  # box
-NOTHING = 1e-200
-
-
-@dataclass(frozen=True)
-class Hypothesis:
-    """A window explained: best point (D,) of a layout, with its evidence and information.
-
-    `before` holds the places of parameters that jumped between the last window known and this one;
-    `covariance` (D, D) is the joint one of the point, in boxes and windows; `cost` the squares of
-    residuals, prior and penalties.
-    """
-
-    problem: PiecewiseProblem
-    before: tuple[int, ...]
-    point: Array
-    linearisation: Linearisation
-    covariance: Array
-    cost: float
-    neg2_log_evidence: float
-
-    @property
-    def layout(self) -> Layout:
-        """Where what lies in the point."""
-        return self.problem.layout
-
-    @cached_property
-    def squares(self) -> float:
-        """Sum of squared residuals, without those of the prior."""
-        return float(self.linearisation.residual @ self.linearisation.residual)
-
-    @cached_property
-    def trajectory(self) -> tuple[Array, Array]:
-        """States (K, n) and scaled residuals (K, r); NaN = not measured."""
-        return self.problem.trajectory(self.point)
-
-    @property
-    def jumps(self) -> int:
-        """Number of jumps of single parameters."""
-        return len(self.before) + sum(map(len, self.layout.events))
-
-    @property
-    def parameters(self) -> frozenset[int]:
-        """Places of the parameters that jumped."""
-        return frozenset(self.before).union(*self.layout.events)
-
-
-def hypothesis_at(
-    problem: PiecewiseProblem, point: Array, before: tuple[int, ...] = ()
-) -> Hypothesis:
-    """Return the hypothesis that `point` (D,) is the best one of `problem`."""
-    linearisation = differentiated(problem, point)
-    precision = problem.precision(point)
-    off = point - problem.mean(point)
-    occam = precision + np.diag(_time_precision(problem.layout))
-    information = linearisation.jacobian.T @ linearisation.jacobian + occam
-    penalty = per_earlier_jump(problem.prior.gap) * len(before) if before else 0.0
-    for event in problem.layout.events:
-        penalty += PER_JUMP + PER_FURTHER * (len(event) - 1)
-    gain = np.linalg.slogdet(information)[1] - np.linalg.slogdet(occam)[1]
-    cost = float(linearisation.residual @ linearisation.residual + off @ precision @ off) + penalty
-    return Hypothesis(
-        problem=problem,
-        before=before,
-        point=point,
-        linearisation=linearisation,
-        covariance=inverse(information),
-        cost=cost,
-        neg2_log_evidence=cost + float(gain),
-    )
-
-
-def per_earlier_jump(gap: float) -> float:
-    """Return the penalty of a jump in the `gap` (windows) before this window, infinite for none."""
-    return max(0.0, PER_JUMP - 2.0 * math.log(gap)) if gap > 0.0 else math.inf
-
-
-def differentiated(problem: PiecewiseProblem, point: Array) -> Linearisation:
-    """Return what the window does near a point, by differences as wide as the noise makes sense of.
-
-    At a kink, such as two levels that become equal, a much smaller step would see a slope that no
-    window could ever tell; on a chaotic plant a larger one would see no slope at all.
-    """
-    steps = np.full(point.size, FIRST_STEP)
-    for _ in range(STEPS_TRIED):
-        linearisation = problem.linearisation(point, steps)
-        slopes = np.sqrt((linearisation.jacobian**2).sum(axis=0))
-        wanted = np.clip(STEP / np.maximum(slopes, NOTHING), SMALLEST_STEP, LARGEST_STEP)
-        if (np.maximum(wanted / steps, steps / wanted) < FITTING).all():
-            break
-        steps = wanted
-    return linearisation
-
-
-def inverse(information: Array) -> Array:
-    """Return the inverse of a positive definite matrix (D, D), also where scales differ wildly."""
-    scale = 1.0 / np.sqrt(np.diagonal(information))
-    scaled = information * np.outer(scale, scale)
-    values, vectors = eigen(scaled)
-    vectors *= scale[:, None]
-    return np.asarray((vectors / np.maximum(values, 1e-14)) @ vectors.T)
 
 
 class JumpSearch:
-    """Hypotheses about one window, raced from the one without a jump.
+    """Search among hypotheses about one window, from the one without a jump, `still`.
 
-    `known` is the one that what has jumped before did so; `correlation` is the noise's lag-1 one,
-    for which the scale of the outputs makes up.
+    `known` is the hypothesis that the jumps of the window before are in this one too; None if there
+    were none. `correlation` is the noise's lag-1 one, for which the scale of the outputs makes up.
     """
 
     def __init__(
@@ -166,12 +38,14 @@ class JumpSearch:
         known: Hypothesis | None,
         correlation: float = 0.0,
     ) -> None:
-        self._correlation = correlation
-        self.best = known if known is not None and _beats(known, still, correlation) else still
+        self.best = known if known is not None and beats(known, still, correlation) else still
         self.tried = [h for h in (still, known) if h]
+        self._correlation = correlation
         self._deadline = deadline
-        self._begun = still.problem.objective.evaluations
-        self._hopeful = HOPEFUL if known is None else HOPEFUL_WHEN_KNOWN
+        self._objective, settings = still.problem.objective, still.problem.settings
+        self._begun = self._objective.evaluations
+        self._hopeful = settings.hopeful if known is None else settings.hopeful_after_known
+        self.settings = settings
 
     @property
     def finished(self) -> bool:
@@ -179,31 +53,19 @@ class JumpSearch:
         return not self._deadline.passed
 
     def run(self) -> Hypothesis:
-        """Add jumps as long as that lowers the evidence; return the best hypothesis.
-
-        A parameter may also have jumped since the last window that the prior knows of.
-        """
-        while self.best.jumps < MOST_JUMPS and not self._over:
-            rivals = self._all_solved(self._starts(self.best))
-            winner = min(rivals, key=lambda h: h.neg2_log_evidence, default=self.best)
-            if not _beats(winner, self.best, self._correlation):
+        """Return the best hypothesis: jumps are added as long as that beats the one without."""
+        while self.best.jumps < self.settings.most_jumps and not self._over:
+            base = self.best
+            moves = promising_moves(base, self._hopeful)
+            rivals = self._solved(start for move in moves for start in move.start(base))
+            winner = _most_probable([base, *rivals])
+            if not beats(winner, base, self._correlation):
                 break
             self.best = self._without_needless(winner)
-        if self._futile:
-            return self.best
-        exchanged = self._all_solved(_exchanged(self.best))
-        self.best = min([self.best, *exchanged], key=lambda h: h.neg2_log_evidence)
+        if not self.futile:
+            exchanged = self._solved(with_one_exchanged(self.best))
+            self.best = _most_probable([self.best, *exchanged])
         return self.best
-
-    def _without_needless(self, best: Hypothesis) -> Hypothesis:
-        """Return the hypothesis without jumps that one found later has made superfluous."""
-        while sum(map(len, best.layout.events)) > 1:
-            fewer = self._all_solved(_reduced(best))
-            least = min(fewer, key=lambda h: h.neg2_log_evidence, default=best)
-            if least.neg2_log_evidence >= best.neg2_log_evidence:
-                break
-            best = least
-        return best
 
     def alternatives(self) -> list[Hypothesis]:
         """Return those with other sets of parameters that explain the window nearly as well."""
@@ -211,316 +73,94 @@ class JumpSearch:
         for other in sorted(self.tried, key=lambda h: h.neg2_log_evidence):
             least.setdefault(other.parameters, other)
         least.pop(self.best.parameters, None)
-        limit = self.best.neg2_log_evidence + SIMILAR
+        limit = self.best.neg2_log_evidence + self.settings.similar
         return [other for other in least.values() if other.neg2_log_evidence < limit]
 
-    def _all_solved(
-        self, starts: Iterable[tuple[PiecewiseProblem, Array, tuple[int, ...]]]
-    ) -> list[Hypothesis]:
+    def _without_needless(self, best: Hypothesis) -> Hypothesis:
+        """Return the hypothesis without jumps that one found later has made superfluous."""
+        while sum(map(len, best.problem.events)) > 1:
+            least = _most_probable([best, *self._solved(without_one(best))])
+            if least is best:
+                break
+            best = least
+        return best
+
+    def _solved(self, starts: Iterable[Start]) -> list[Hypothesis]:
         """Return the hypotheses that come of some starts, and remember them."""
         solved = []
         for start in starts:
             if self._over:
                 break
-            if (hypothesis := self._solved(*start)) is not None:
+            if (hypothesis := self._hypothesis(start)) is not None:
                 solved.append(hypothesis)
                 self.tried.append(hypothesis)
         return solved
 
-    def _solved(
-        self, problem: PiecewiseProblem, point: Array, before: tuple[int, ...]
-    ) -> Hypothesis | None:
-        """Return the best hypothesis of a problem near a point; None if out of time."""
-        nodes = problem.objective.nodes
-        start = np.clip(point, *problem.limits)[None]
-        pursuit = _Pursuit(min(h.cost for h in self.tried), self._explained, lambda: self._futile)
-        starts = levenberg_marquardt(
-            problem, start, nodes, ITERATIONS, self._deadline, hopeless=pursuit.hopeless
+    def _hypothesis(self, start: Start) -> Hypothesis | None:
+        """Return the hypothesis near a start; None if it was given up, or time was."""
+        problem = start.problem
+        pursuit = _Pursuit(self, min(h.cost for h in self.tried))
+        found = levenberg_marquardt(
+            problem,
+            np.clip(start.point, *problem.limits)[None],
+            problem.objective.nodes,
+            self.settings.iterations,
+            self._deadline,
+            hopeless=pursuit.hopeless,
         )
-        if self._deadline.passed or pursuit.lost or not np.isfinite(starts.squares[0]):
+        if self._deadline.passed or pursuit.lost or not np.isfinite(found.squares[0]):
             return None
-        return hypothesis_at(problem, starts.z[0], before)
+        return hypothesis_at(problem, found.z[0], start.earlier)
 
     @property
     def _over(self) -> bool:
-        return self._deadline.passed or self._futile
+        return self._deadline.passed or self.futile
 
     @property
-    def _futile(self) -> bool:
-        """Whether as much as is due has been spent on a window that nothing explains.
+    def futile(self) -> bool:
+        """Whether as many rollouts as are due have been spent on a window that nothing explains.
 
-        Each halving of the squares earns as many rollouts again: a second jump at the same time is
-        found after the first.
+        Each halving of the squares earns as many again: a second jump at the same time is found
+        after the first.
         """
-        objective = self.best.problem.objective
-        spent = objective.evaluations - self._begun
-        share = MOST_UNEXPLAINED * objective.dimension
+        spent = self._objective.evaluations - self._begun
+        share = self.settings.rollouts_per_unknown * self._objective.dimension
         if spent < share:  # asked at every rollout, so what costs less comes first
             return False
         still, least = self.tried[0].squares, min(h.squares for h in self.tried)
         halvings = math.log2(still / least) if 0.0 < least < still < math.inf else 0.0
-        return spent >= share * (1.0 + halvings) and not self._explained(least)
+        return spent >= share * (1.0 + halvings) and not self.explained(least)
 
-    def _explained(self, squares: float) -> bool:
+    def explained(self, squares: float) -> bool:
         """Whether noise may well leave these squares."""
-        objective, share = self.best.problem.objective, independent_share(self._correlation)
+        objective, share = self._objective, independent_share(self._correlation)
         freedom = max(1, objective.count(objective.nodes) - objective.dimension)
         return like_noise(squares * inflation(self._correlation) * share, freedom * share)
 
-    def _starts(
-        self, base: Hypothesis
-    ) -> Iterator[tuple[PiecewiseProblem, Array, tuple[int, ...]]]:
-        """Yield the problem, point and earlier jumps of what is worth an exact solution."""
-        found = []
-        objective = base.problem.objective
-        parameters = may_jump(objective.unknowns)
-        if not parameters:
-            return
-        # Not believing the prior cannot gain more than what it costs.
-        off = base.point[: objective.dimension] - base.problem.prior.mean
-        pull = off @ base.problem.prior.precision @ off
-        price = per_earlier_jump(base.problem.prior.gap)
-        doubted = not base.layout.events and pull > price + self._hopeful
-        spread = np.arange(1, TIMES) / TIMES
-        gains, sizes = self._screened(base, spread, parameters)
-        scores = gains - PER_JUMP - 2.0 * math.log(TIMES)
-        for j, parameter in enumerate(parameters):
-            i = int(scores[:, j].argmax())
-            found.append((scores[i, j], parameter, spread[i], sizes[i, j]))
-            if doubted and parameter not in base.before:
-                score = self._earlier(base, parameter) - price
-                found.append((score, parameter, 0.0, 0.0))
-        for event, place in zip(base.layout.events, base.layout.times, strict=True):
-            others = [parameter for parameter in parameters if parameter not in event]
-            if others:
-                time = base.point[place]
-                gains, sizes = self._screened(base, np.array([time]), others)
-                for j, parameter in enumerate(others):
-                    score = gains[0, j] - PER_FURTHER
-                    found.append((score, parameter, time, sizes[0, j]))
-        found.sort(key=lambda candidate: -candidate[0])
-        best = found[0][0]
-        for score, parameter, time, size in found[:RIVALS]:
-            if score > max(self._hopeful, best - RIVAL_MARGIN):
-                yield from self._near(base, parameter, float(time), float(size))
-
-    def _near(
-        self, base: Hypothesis, parameter: int, time: float, size: float
-    ) -> Iterator[tuple[PiecewiseProblem, Array, tuple[int, ...]]]:
-        """Yield one start, or one for each of the two best times nearby."""
-        objective, prior = base.problem.objective, base.problem.prior
-        if time == 0.0:
-            wider = widened(prior, objective, parameter)
-            problem = PiecewiseProblem(objective, wider, base.layout)
-            yield problem, base.point, (*base.before, parameter)
-        elif time in base.point[base.layout.times]:
-            layout, point = _joined(base, parameter, time, size)
-            yield PiecewiseProblem(objective, prior, layout), point, base.before
-        else:
-            fine = time + np.arange(-TIMES + 1, TIMES, 2) / TIMES**2
-            fine = fine[(fine > 0.0) & (fine < 1.0)]
-            gains, sizes = self._screened(base, fine, [parameter])
-            # Where an input steps there may be a minimum on either side.
-            for i in _peaks(gains[:, 0])[:2]:
-                layout, point = _added(base, parameter, float(fine[i]), float(sizes[i, 0]))
-                yield PiecewiseProblem(objective, prior, layout), point, base.before
-
-    def _screened(
-        self, base: Hypothesis, times: Array, parameters: Sequence[int]
-    ) -> tuple[Array, Array]:
-        """Return gains in evidence and sizes (T, J) of jumps of single parameters, to first order.
-
-        A jump lasts from its time, a share of the window, to the end. No penalty is taken off.
-        """
-        layout, d = base.layout, len(parameters)
-        times = at_nodes(base.problem.objective.grid.t, times)
-        probe = replace(layout, events=(*layout.events, *[tuple(parameters)] * times.size))
-        values = np.array([_value_at(base, parameter, times) for parameter in parameters]).T
-        point = np.concatenate([base.point, np.column_stack([times, values]).ravel()])
-        points = np.repeat(point[None], 1 + times.size * d, axis=0)
-        places = base.point.size + np.arange(times.size)[:, None] * (1 + d) + 1 + np.arange(d)
-        step = np.where(values > 0.5, -PROBE, PROBE).ravel()
-        lanes = 1 + np.arange(step.size)
-        points[lanes, places.ravel()] += step
-        rows = PiecewiseProblem(base.problem.objective, base.problem.prior, probe).rows(points)
-        with np.errstate(invalid='ignore'):  # the model may diverge
-            pieces = ((rows[:, 1:] - rows[:, :1]) / step).reshape(-1, times.size, d)
-        pieces = np.nan_to_num(pieces, nan=0.0, posinf=0.0, neginf=0.0)
-        # A piece lasts to the next time; a jump, to the end.
-        shapes = np.cumsum(pieces[:, ::-1], axis=1)[:, ::-1].reshape(-1, times.size * d)
-        variances = box_variances(base.problem.objective.unknowns)
-        n = base.problem.objective.unknowns.n_states
-        weight = np.tile([1.0 / variances[parameter - n] for parameter in parameters], times.size)
-        cross = base.linearisation.jacobian.T @ shapes
-        height = (shapes**2).sum(axis=0) + weight
-        height -= (cross * (base.covariance @ cross)).sum(axis=0)
-        height = np.maximum(height, weight)
-        slope = shapes.T @ base.linearisation.residual
-        gains = slope**2 / height - np.log(height / weight)
-        return gains.reshape(times.size, d), (-slope / height).reshape(times.size, d)
-
-    def _earlier(self, base: Hypothesis, parameter: int) -> float:
-        """Return the gain in evidence of not believing the prior about one parameter."""
-        objective = base.problem.objective
-        wider = widened(base.problem.prior, objective, parameter)
-        narrow = base.problem.prior
-        hessian = base.linearisation.jacobian.T @ base.linearisation.jacobian
-        off = base.point[: objective.dimension] - narrow.mean
-        pull = narrow.precision @ off
-        values = []
-        for prior in (narrow, wider):
-            gradient = prior.precision @ off - pull
-            information = hessian + prior.precision
-            gain = gradient @ inverse(information) @ gradient
-            squares = off @ prior.precision @ off - gain
-            log_det = np.linalg.slogdet(information)[1]
-            values.append(squares + log_det - np.linalg.slogdet(prior.precision)[1])
-        return float(values[0] - values[1])
-
 
 class _Pursuit:
-    """Decides whether a solution under way is worth more rollouts; `best` is the least cost."""
+    """Decides whether an exact solution under way is worth more rollouts.
 
-    def __init__(
-        self, best: float, explained: Callable[[float], bool], futile: Callable[[], bool]
-    ) -> None:
-        self._best, self._explained, self._futile = best, explained, futile
-        self._trail, self._left = Trail(LATEST), ITERATIONS + 1
+    It is given up where it could not catch up with the least cost if every rollout to come gained
+    as much as the latest have on average; and, in a window that nothing explains, where it hardly
+    gains or the search has spent its share.
+    """
+
+    def __init__(self, search: JumpSearch, least_cost: float) -> None:
+        self._search, self._settings = search, search.settings
+        self._limit = least_cost + self._settings.out_of_reach
+        self._trail, self._left = Trail(self._settings.latest), self._settings.iterations + 1
         self.lost = False
 
     def hopeless(self, squares: float) -> bool:
         """Whether to give up at these squares (of residuals and prior), the least so far."""
         gained = self._trail.gain(squares)
         self._left -= 1
-        self.lost = squares - gained / LATEST * self._left > self._best + OUT_OF_REACH
-        if self.lost or self._explained(squares):
+        self.lost = squares - gained / self._settings.latest * self._left > self._limit
+        if self.lost or self._search.explained(squares):
             return self.lost
-        return gained < HARDLY * squares or self._futile()
+        return gained < self._settings.hardly * squares or self._search.futile
 
 
-def _peaks(gains: Array) -> list[int]:
-    """Return where the gains (T,) are larger than beside them, the largest first."""
-    beside = np.concatenate([[-np.inf], gains, [-np.inf]])
-    peaks = np.flatnonzero((gains >= beside[:-2]) & (gains >= beside[2:]))
-    return sorted(peaks.tolist(), key=lambda i: -gains[i])
-
-
-def at_nodes(t: Array, times: Array) -> Array:
-    """Return the shares of the window (T,) at which the nodes nearest to `times` (T,) lie."""
-    nodes = np.searchsorted(t, t[0] + times * (t[-1] - t[0]))
-    return np.asarray((t[np.clip(nodes, 1, t.size - 2)] - t[0]) / (t[-1] - t[0]))
-
-
-def _beats(winner: Hypothesis, best: Hypothesis, correlation: float) -> bool:
-    """Whether a hypothesis with more jumps is to be believed.
-
-    Where its residual is correlated, more than the noise is known to be, squares count for less:
-    what a model leaves out is not to be taken for jumps. And where the model has kinks, what the
-    prior is narrowed by means little: squares must have been gained as well.
-    """
-    gained = best.squares - winner.squares
-    paid = (winner.neg2_log_evidence - winner.squares) - (best.neg2_log_evidence - best.squares)
-    if gained <= paid or winner.cost > best.cost:
-        return False
-    return gained > paid * inflation_by(winner.trajectory[1], correlation)
-
-
-def may_jump(unknowns: Unknowns) -> list[int]:
-    """Return the places of the parameters that may jump: disturbances wander anyway."""
-    return (unknowns.n_states + np.flatnonzero(np.isnan(unknowns.walks))).tolist()
-
-
-def widened(prior: Prior, objective: Objective, *places: int) -> Prior:
-    """Return the prior with parameters that may since have jumped anywhere."""
-    covariance = inverse(prior.precision)
-    n = objective.unknowns.n_states
-    variances = box_variances(objective.unknowns)
-    for place in places:
-        covariance[place, place] += variances[place - n]
-    return Prior.of(objective.unknowns, prior.mean[n:], covariance[n:, n:], prior.gap)
-
-
-def _value_at(base: Hypothesis, parameter: int, times: Array) -> Array:
-    """Return the values (T,) of a parameter at some times."""
-    values = np.full(times.shape, base.point[parameter])
-    layout = base.layout
-    for event, jumped, _, after in layout.jumped(base.point):
-        if jumped == parameter:
-            values[times >= base.point[layout.times[event]]] = base.point[after]
-    return values
-
-
-def _added(base: Hypothesis, parameter: int, time: float, size: float) -> tuple[Layout, Array]:
-    """Return the layout and the point with one more event; later values move along."""
-    value = _value_at(base, parameter, np.array([time]))[0] + size
-    point = base.point.copy()
-    for event, jumped, _, after in base.layout.jumped(point):
-        if jumped == parameter and base.point[base.layout.times[event]] > time:
-            point[after] += size
-    layout = replace(base.layout, events=(*base.layout.events, (parameter,)))
-    return layout, np.concatenate([point, [time, value]])
-
-
-def _joined(base: Hypothesis, parameter: int, time: float, size: float) -> tuple[Layout, Array]:
-    """Return the layout and the point with one more parameter jumping at an event's time."""
-    layout = base.layout
-    event = int(np.flatnonzero(base.point[layout.times] == time)[0])
-    events = list(layout.events)
-    end = int(layout.times[event]) + 1 + len(events[event])
-    events[event] = (*events[event], parameter)
-    value = _value_at(base, parameter, np.array([time]))[0] + size
-    return replace(layout, events=tuple(events)), np.insert(base.point, end, value)
-
-
-def _reduced(base: Hypothesis) -> Iterator[tuple[PiecewiseProblem, Array, tuple[int, ...]]]:
-    """Yield the problem, point and earlier jumps without one of the jumps inside the window."""
-    problem, layout = base.problem, base.layout
-    for event, parameters in enumerate(layout.events):
-        for i in range(len(parameters)):
-            rest = (*parameters[:i], *parameters[i + 1 :])
-            events = (
-                *layout.events[:event],
-                *([rest] if rest else []),
-                *layout.events[event + 1 :],
-            )
-            time = int(layout.times[event])
-            gone = [time + 1 + i] if rest else [time, time + 1]
-            yield (
-                PiecewiseProblem(problem.objective, problem.prior, replace(layout, events=events)),
-                np.delete(base.point, gone),
-                base.before,
-            )
-
-
-def _exchanged(base: Hypothesis) -> Iterator[tuple[PiecewiseProblem, Array, tuple[int, ...]]]:
-    """Yield starts with another parameter in place of each that jumped.
-
-    The search screens parameters beside what it has found. Of two that act alike the second is not
-    missed there, and would not be named.
-    """
-    problem, layout, point = base.problem, base.layout, base.point
-    still = set(may_jump(problem.objective.unknowns)) - base.parameters
-    for event, jumped, before, after in layout.jumped(point):
-        for other in sorted(still):
-            both, start = _joined(base, other, float(point[layout.times[event]]), 0.0)
-            place = int(both.times[event]) + len(both.events[event])
-            jacobian = PiecewiseProblem(problem.objective, problem.prior, both).linearisation(
-                start, np.full(start.size, FIRST_STEP)
-            ).jacobian  # fmt: skip
-            old, new = jacobian[:, after], jacobian[:, place]
-            # As much as changes the outputs most nearly as the jump does that it is to replace.
-            size = (point[after] - point[before]) * (old @ new) / max(new @ new, NOTHING)
-            start[place] += size
-            rest = tuple(i for i in both.events[event] if i != jumped)
-            events = (*both.events[:event], rest, *both.events[event + 1 :])
-            yield (
-                PiecewiseProblem(problem.objective, problem.prior, replace(both, events=events)),
-                np.delete(start, after),
-                base.before,
-            )
-
-
-def _time_precision(layout: Layout) -> Array:
-    precision = np.zeros(layout.size)
-    precision[layout.times] = TIME_PRECISION
-    return precision
+def _most_probable(hypotheses: Iterable[Hypothesis]) -> Hypothesis:
+    return min(hypotheses, key=lambda h: h.neg2_log_evidence)

@@ -1,25 +1,43 @@
-"""Windows in which parameters jump: piecewise constant, from one regime to the next."""
+"""Windows in which parameters jump at change points, and are constant between them.
+
+The model of a window is
+
+    x' = f(t, x, u, p(t)),    y = h(t, x, u, p(t)),    p(t) = p_0 + sum_k d_k 1(t >= t_k)
+
+with x(0), p_0, the times t_k and the sizes d_k of the jumps unknown. Sizes are a priori normal with
+the variance of a box, whatever the value before; times lie anywhere in the window.
+"""
 
 from dataclasses import dataclass
 from functools import cached_property
 from itertools import accumulate
+from typing import NamedTuple
 
 import numpy as np
 
-from obs_ros.core.typing import Array, IntArray
+from obs_ros.core.typing import Array, BoolArray, IntArray
+from obs_ros.inference.jumps.settings import JUMP_SETTINGS, JumpSettings
 from obs_ros.inference.objective import Objective
+from obs_ros.inference.parameterisation import Unknowns
 from obs_ros.inference.prior import Prior, box_variances
 
-TIME_PRECISION = 12.0  # of a time that may lie anywhere in the window, in windows
+
+class PlacedJump(NamedTuple):
+    """Jump of one parameter at an event's time; `before` and `after` are its values' places."""
+
+    event: int
+    parameter: int
+    before: int
+    after: int
 
 
 @dataclass(frozen=True)
 class Layout:
-    """Where everything lies in a point of a window with jumps.
+    """Places of times and values in a point (D,) of a window with jumps.
 
-    A point is z (d,), the window's unknowns as if nothing jumped; then for each event its time, as
-    a share of the window, and the values of its parameters from then on, in boxes. `events` holds
-    for each event the places of its parameters in z.
+    A point is z (d,), the unknowns at the window's start; then for each event its time, a share of
+    the window, and the values of its parameters from then on, in boxes. `events` holds for each
+    event the places of its parameters in z.
     """
 
     dimension: int
@@ -36,50 +54,64 @@ class Layout:
         places = accumulate((1 + len(event) for event in self.events), initial=self.dimension)
         return np.array(list(places)[:-1], dtype=np.int64)
 
-    def jumped(self, points: Array) -> list[tuple[int, int, int, int]]:
-        """Return event, parameter, place before and place after of each jump, in order of time."""
+    def jumped(self, point: Array) -> list[PlacedJump]:
+        """Return the jumps of single parameters at a point (D,), in order of time."""
         latest: dict[int, int] = {}
         found = []
         times = self.times
-        for event in np.argsort(points[times], kind='stable'):
+        for event in np.argsort(point[times], kind='stable'):
             for i, parameter in enumerate(self.events[event]):
                 after = int(times[event]) + 1 + i
-                found.append((int(event), parameter, latest.get(parameter, parameter), after))
+                before = latest.get(parameter, parameter)
+                found.append(PlacedJump(int(event), parameter, before, after))
                 latest[parameter] = after
         return found
 
     def final(self, point: Array) -> IntArray:
         """Return the places (d,) of the values that hold at the end of the window."""
         places = np.arange(self.dimension)
-        for _, parameter, _, after in self.jumped(point):
-            places[parameter] = after
+        for jump in self.jumped(point):
+            places[jump.parameter] = jump.after
         return places
 
 
+@dataclass(frozen=True, eq=False)
 class PiecewiseProblem:
-    """The least squares of one window in which the parameters of a layout's events jump.
+    """Least squares of one window in which the parameters of `events` jump, see `Layout`.
 
-    Points (B, D) are those of the layout. Their squares include those of the prior of z, and of
-    each jump's size, which is as likely large as the box is wide.
+    The squares of points (B, D) are those of the residuals, of the prior of z, and of the prior of
+    each jump's size.
     """
 
-    def __init__(self, objective: Objective, prior: Prior, layout: Layout | None = None) -> None:
-        self.objective = objective
-        self.layout = layout or Layout(objective.dimension)
-        self.prior = prior
-        self._mask = objective.grid.weight > 0.0
-        grid = objective.grid
-        self._target = (grid.weight * grid.y)[self._mask]
-        # From the window's start: seconds since 1970 would round away small steps of a time.
-        self._t = grid.t - grid.t[0]
-        self._last = int(np.flatnonzero(grid.measured)[-1])
+    objective: Objective
+    prior: Prior
+    events: tuple[tuple[int, ...], ...] = ()
+    settings: JumpSettings = JUMP_SETTINGS
+
+    @cached_property
+    def layout(self) -> Layout:
+        """Layout of the points."""
+        return Layout(self.objective.dimension, self.events)
+
+    @cached_property
+    def _measured(self) -> tuple[BoolArray, Array, Array]:
+        """Mask (K, r) of measured values, their weights (M, 1) and scaled values (M,)."""
+        grid = self.objective.grid
+        mask = np.asarray(grid.weight > 0.0)
+        weight = grid.weight[mask]
+        return mask, weight[:, None], weight * grid.y[mask]
+
+    @cached_property
+    def _t(self) -> Array:
+        """Nodes (K,) in s from the start: seconds since 1970 would round small steps away."""
+        return np.asarray(self.objective.grid.t - self.objective.grid.t[0])
 
     @property
     def limits(self) -> Array:
         """Least and largest values (2, D)."""
         z = self.objective.limits
         columns = [z]
-        for event in self.layout.events:
+        for event in self.events:
             columns += [np.array([[0.0], [1.0]]), z[:, list(event)]]
         return np.hstack(columns)
 
@@ -110,14 +142,12 @@ class PiecewiseProblem:
         return np.array(squares), np.array(gradients), np.array(hessians)
 
     def mean(self, point: Array) -> Array:
-        """Return the prior's mean (D,); a time or a value after a jump has none of its own."""
+        """Return the prior's mean (D,): that of a value after a jump is the one before."""
         mean = np.zeros(self.layout.size)
         mean[: self.layout.dimension] = self.prior.mean
-        times = self.layout.times
-        mean[times] = point[times]
-        # The size of a jump is what its prior is about, whatever the value before it.
-        for _, _, before, after in self.layout.jumped(point):
-            mean[after] = mean[before]
+        mean[self.layout.times] = point[self.layout.times]
+        for jump in self.layout.jumped(point):
+            mean[jump.after] = mean[jump.before]
         return mean
 
     def precision(self, point: Array) -> Array:
@@ -125,14 +155,11 @@ class PiecewiseProblem:
         d = self.layout.dimension
         precision = np.zeros((self.layout.size, self.layout.size))
         precision[:d, :d] = self.prior.precision
-        n = self.objective.unknowns.n_states
         weight = 1.0 / box_variances(self.objective.unknowns)
-        for _, parameter, before, after in self.layout.jumped(point):
-            for i, j, sign in (
-                (before, before, 1.0), (after, after, 1.0), (before, after, -1.0),
-                (after, before, -1.0),
-            ):  # fmt: skip
-                precision[i, j] += sign * weight[parameter - n]
+        for jump in self.layout.jumped(point):
+            ends = [jump.before, jump.after]
+            size = weight[jump.parameter - self.objective.unknowns.n_states]
+            precision[np.ix_(ends, ends)] += size * np.array([[1.0, -1.0], [-1.0, 1.0]])
         return precision
 
     def linearisation(self, point: Array, steps: Array) -> 'Linearisation':
@@ -145,9 +172,9 @@ class PiecewiseProblem:
         states, outputs = self.roll(points)
         rows = self._rows(outputs)
         base = rows[:, :1]
-        end = states[self._last]
+        end = states[np.flatnonzero(self.objective.grid.measured)[-1]]
         return Linearisation(
-            residual=rows[:, 0] - self._target,
+            residual=rows[:, 0] - self._measured[2],
             jacobian=(rows[:, 1:] - base) / taken,
             state=end[:, 0],
             state_jacobian=(end[:, 1:] - end[:, :1]) / taken,
@@ -205,8 +232,8 @@ class PiecewiseProblem:
         return states, outputs
 
     def _rows(self, outputs: Array) -> Array:
-        weight = self.objective.grid.weight[self._mask]
-        return np.asarray(weight[:, None] * outputs[self._mask])
+        mask, weight, _ = self._measured
+        return np.asarray(weight * outputs[mask])
 
     def _times(self, points: Array) -> tuple[Array, IntArray]:
         """Return the events' times (E, B), in s from the window's start, and their intervals (E,).
@@ -243,3 +270,8 @@ class Linearisation:
 def interval_of(t: Array, times: Array) -> IntArray:
     """Return for each time the interval k with t[k] < time <= t[k + 1]; the nearest if none."""
     return np.clip(np.searchsorted(t, times, side='left') - 1, 0, t.size - 2)
+
+
+def may_jump(unknowns: Unknowns) -> list[int]:
+    """Return the places of the parameters that may jump: disturbances wander anyway."""
+    return (unknowns.n_states + np.flatnonzero(np.isnan(unknowns.walks))).tolist()

@@ -14,7 +14,7 @@ from obs_ros.core.typing import Array
 from obs_ros.inference.assessment.assemble import empty, report
 from obs_ros.inference.assessment.fit import root_mean_square
 from obs_ros.inference.assessment.uncertainty import Uncertainty
-from obs_ros.inference.jumps.jump_search import hypothesis_at
+from obs_ros.inference.jumps.hypothesis import hypothesis_at
 from obs_ros.inference.jumps.piecewise import PiecewiseProblem
 from obs_ros.inference.objective import Objective
 from obs_ros.inference.parameterisation import Unknowns

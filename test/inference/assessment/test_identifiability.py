@@ -11,8 +11,8 @@ from obs_ros import Model, Record, Variable
 from obs_ros.core.typing import Array
 from obs_ros.inference.assessment.identifiability import advice, weak_directions
 from obs_ros.inference.assessment.informed_subspace import marginal_information
-from obs_ros.inference.jumps.jump_search import Hypothesis, hypothesis_at
-from obs_ros.inference.jumps.piecewise import Layout, PiecewiseProblem
+from obs_ros.inference.jumps.hypothesis import Hypothesis, hypothesis_at
+from obs_ros.inference.jumps.piecewise import PiecewiseProblem
 from obs_ros.inference.prior import Prior
 
 T = 0.1 * np.arange(61)
@@ -39,7 +39,7 @@ def said(rate: Any, *p: float, known: float = 1.0) -> tuple[str, ...]:
     objective = window_of(model, Record(T, np.sin(T), np.zeros(61)), SIGMA)
     truth = {'x': 1.0, **{f'p{i + 1}': value for i, value in enumerate(p)}}
     z = objective.unknowns.point(truth)
-    problem = PiecewiseProblem(objective, Prior.box(objective.unknowns), Layout(z.size))
+    problem = PiecewiseProblem(objective, Prior.box(objective.unknowns))
     best = hypothesis_at(problem, z)
     covariance = known**2 * best.covariance[1:, 1:]
     return weak_directions(objective, z[1:], marginal_information(best, 1), covariance)
@@ -120,7 +120,7 @@ def lag(nodes: int, u: Array, sigma: float = SIGMA, start: float = 0.5) -> Hypot
     t = 0.1 * np.arange(nodes)
     objective = window_of(LAG, Record(t, u, np.zeros(nodes)), sigma)
     z = objective.unknowns.point({'x': start, 'k': 2.0, 'tau': 15.0})
-    return hypothesis_at(PiecewiseProblem(objective, Prior.box(objective.unknowns), Layout(3)), z)
+    return hypothesis_at(PiecewiseProblem(objective, Prior.box(objective.unknowns)), z)
 
 
 def advised(best: Hypothesis, *chosen: int) -> str:

@@ -1,5 +1,6 @@
 """Tests of obs_ros.inference.assessment.informed_subspace."""
 
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -14,8 +15,8 @@ from obs_ros.inference.assessment.informed_subspace import (
     InformedSubspace,
     marginal_information,
 )
-from obs_ros.inference.jumps.jump_search import Hypothesis, hypothesis_at
-from obs_ros.inference.jumps.piecewise import Layout, PiecewiseProblem
+from obs_ros.inference.jumps.hypothesis import Hypothesis, hypothesis_at
+from obs_ros.inference.jumps.piecewise import PiecewiseProblem
 from obs_ros.inference.prior import Prior
 from obs_ros.optimization.levenberg_marquardt import levenberg_marquardt
 
@@ -87,7 +88,7 @@ def test_a_held_direction_stays_where_the_prior_has_it() -> None:
     assert along @ held.precision @ along == pytest.approx(HOLD, rel=1e-6)
     across = np.concatenate([[0.0, 0.0], [form[1], -form[0]]])
     assert across @ held.precision @ across == pytest.approx(12.0)
-    problem = PiecewiseProblem(best.problem.objective, held, best.layout)
+    problem = replace(best.problem, prior=held)
     found = levenberg_marquardt(problem, best.point[None], T.size, 60, Deadline()).z[0]
     assert (found[2:] - prior.mean[2:]) @ form == pytest.approx(0.0, abs=1e-6)
     assert found[2] == pytest.approx(0.4, abs=0.1)  # what is told is as it was: 0.5 in its box
@@ -107,7 +108,7 @@ def test_a_plant_linear_in_its_unknowns_holds_nothing() -> None:
     u = square_wave(T)
     y = integrator_design(T, u) @ [1.0, 1.3, -0.4]
     objective = window_of(INTEGRATOR, Record(T, u, y), SIGMA)
-    problem = PiecewiseProblem(objective, Prior.box(objective.unknowns), Layout(3))
+    problem = PiecewiseProblem(objective, Prior.box(objective.unknowns))
     best = hypothesis_at(problem, objective.unknowns.point({'x': 1.0, 'gain': 1.3, 'drift': -0.4}))
     assert InformedSubspace.of(best).held.shape == (0, 2)
 

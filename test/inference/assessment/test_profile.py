@@ -5,8 +5,8 @@ from plants import window_of
 
 from obs_ros import Model, Record, Variable
 from obs_ros.inference.assessment.profile import widened_by_profile
-from obs_ros.inference.jumps.jump_search import Hypothesis, hypothesis_at
-from obs_ros.inference.jumps.piecewise import Layout, PiecewiseProblem
+from obs_ros.inference.jumps.hypothesis import Hypothesis, hypothesis_at
+from obs_ros.inference.jumps.piecewise import PiecewiseProblem
 from obs_ros.inference.prior import Prior
 
 # x' = a^2: around a = 0 far from linear.
@@ -25,7 +25,7 @@ def fitted(a: float, sigma: float) -> Hypothesis:
     t = 0.1 * np.arange(101)
     record = Record(t, np.zeros((t.size, 0)), (a * a * t)[:, None])
     objective = window_of(SQUARE, record, sigma, states=['x'])
-    problem = PiecewiseProblem(objective, Prior.box(objective.unknowns), Layout(2))
+    problem = PiecewiseProblem(objective, Prior.box(objective.unknowns))
     return hypothesis_at(problem, np.array([0.5, a]))
 
 

@@ -7,8 +7,8 @@ from plants import INTEGRATOR, LAG, integrator_design, lag_outputs, square_wave,
 from obs_ros import Outcome, Record, solve_window
 from obs_ros.core.residual_tests import inflation_by
 from obs_ros.inference.assessment.uncertainty import Deviations
-from obs_ros.inference.jumps.jump_search import Hypothesis, hypothesis_at
-from obs_ros.inference.jumps.piecewise import Layout, PiecewiseProblem
+from obs_ros.inference.jumps.hypothesis import Hypothesis, hypothesis_at
+from obs_ros.inference.jumps.piecewise import PiecewiseProblem
 from obs_ros.inference.prior import Prior
 
 T = 0.1 * np.arange(61)
@@ -24,9 +24,8 @@ def record(seed: int = 0) -> Record:
 
 def hypothesis(*events: tuple[int, ...], **settings: object) -> Hypothesis:
     objective = window_of(INTEGRATOR, record(), SIGMA, **settings)
-    d = objective.dimension
     point = [*objective.unknowns.point(TRUTH), *[v for e in events for v in (0.5, *[0.6] * len(e))]]
-    problem = PiecewiseProblem(objective, Prior.box(objective.unknowns), Layout(d, events))
+    problem = PiecewiseProblem(objective, Prior.box(objective.unknowns), events)
     return hypothesis_at(problem, np.array(point))
 
 

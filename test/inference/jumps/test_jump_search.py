@@ -1,199 +1,35 @@
 """Tests of obs_ros.inference.jumps.jump_search."""
 
 from dataclasses import replace
-from types import SimpleNamespace
-from typing import Any
 
 import numpy as np
 import pytest
-from plants import INTEGRATOR, LAG, integrator_design, lag_outputs, square_wave, window_of
-from scipy.signal import lfilter
-from scipy.stats import multivariate_normal
+from jump_windows import (
+    DESIGN,
+    DRIFT,
+    GAIN,
+    SIGMA,
+    TIGHT,
+    T,
+    U,
+    changed,
+    record,
+    solved,
+    still,
+    with_a_drift_jump,
+)
+from plants import LAG, lag_outputs, square_wave, window_of
 
 from obs_ros import Model, Record, Variable
 from obs_ros.core.deadline import Deadline
-from obs_ros.core.typing import Array
-from obs_ros.inference.jumps.jump_search import (
-    Hypothesis,
-    JumpSearch,
-    _added,
-    _beats,
-    at_nodes,
-    hypothesis_at,
-    inverse,
-    widened,
-)
-from obs_ros.inference.jumps.piecewise import Layout, PiecewiseProblem
+from obs_ros.inference.jumps.hypothesis import hypothesis_at
+from obs_ros.inference.jumps.jump_search import JumpSearch
+from obs_ros.inference.jumps.piecewise import PiecewiseProblem
 from obs_ros.inference.prior import Prior
 from obs_ros.optimization.levenberg_marquardt import levenberg_marquardt
 
-T = 0.1 * np.arange(101)
-U = square_wave(T, 1.7)
-SIGMA = 0.1
-WIDTH, LOWER = np.array([20.0, 2.0, 2.0]), np.array([-10.0, 0.0, -1.0])
-DESIGN = integrator_design(T, U) * WIDTH / SIGMA  # (K, 3), in boxes
-GAIN, DRIFT = 1, 2
-ONCE = 2.0 * np.log(100.0)  # penalty of a jump
 
-
-def changed(time: float, place: int) -> Array:
-    """What a jump of a parameter by one box at `time` (s) does to y (K,), in units of noise."""
-    fine = np.concatenate([[time], T[time < T]])
-    rate = U[np.searchsorted(T, time, side='right') - 1 :] if place == GAIN else 1.0
-    steps = np.diff(fine) * (rate[: fine.size - 1] if place == GAIN else 1.0)
-    y = np.zeros(T.size)
-    y[time < T] = np.cumsum(steps)
-    return y * WIDTH[place] / SIGMA
-
-
-def record(jump: float = 0.0, time: float = 4.23, seed: int = 1) -> Record:
-    y = integrator_design(T, U) @ [1.0, 1.3, -0.4] + jump * changed(time, DRIFT) * SIGMA / 2.0
-    return Record(T, U, y + SIGMA * np.random.default_rng(seed).standard_normal(T.size))
-
-
-def still(window: Record, prior: Prior | None = None, model: Model = INTEGRATOR) -> Hypothesis:
-    """The best hypothesis without a jump."""
-    objective = window_of(model, window, SIGMA)
-    prior = prior or Prior.box(objective.unknowns)
-    return solved(PiecewiseProblem(objective, prior), np.full(3, 0.5))
-
-
-def solved(problem: PiecewiseProblem, start: Array) -> Hypothesis:
-    point = levenberg_marquardt(problem, start[None], T.size, 40, Deadline()).z
-    for _ in range(2):  # to the last digit
-        _, gradient, hessian = problem.linearise(point, np.full_like(point, 1e-7), T.size)
-        point = point - np.linalg.solve(hessian[0], gradient[0])
-    return hypothesis_at(problem, point[0])
-
-
-def log_evidence(window: Record, *shapes: Array, prior: Prior | None = None) -> float:
-    """-2 ln of the probability of a window's samples, in closed form, jumps by box variance."""
-    mean = prior.mean if prior else np.full(3, 0.5)
-    covariance = np.linalg.inv(prior.precision) if prior else np.diag([100.0, 1 / 12, 1 / 12])
-    target = (window.y[:, 0] - integrator_design(T, U) @ LOWER) / SIGMA
-    spread = np.eye(T.size) + DESIGN @ covariance @ DESIGN.T
-    for shape in shapes:
-        spread += np.outer(shape, shape) / 12.0
-    return -2.0 * float(multivariate_normal(DESIGN @ mean, spread).logpdf(target))
-
-
-TIGHT = Prior.of(
-    window_of(INTEGRATOR, record(), SIGMA).unknowns,
-    np.array([0.64, 0.31]),
-    np.array([[4e-4, 1e-4], [1e-4, 9e-4]]),
-)
-
-
-class TestEvidence:
-    """Differences of E are those of -2 ln p(y)."""
-
-    def test_of_another_prior(self) -> None:
-        window = record()
-        e = [still(window, prior).neg2_log_evidence for prior in (None, TIGHT)]
-        expected = [log_evidence(window, prior=prior) for prior in (None, TIGHT)]
-        assert e[0] - e[1] == pytest.approx(expected[0] - expected[1], abs=1e-4)
-
-    @pytest.mark.parametrize('jump', [0.0, 0.6])
-    def test_of_jumps_sought_to_first_order(self, jump: float) -> None:
-        window = record(jump)
-        base = still(window, TIGHT)
-        times = np.array([0.125, 0.4237, 0.875])
-        gains, sizes = JumpSearch(base, Deadline(), known=None)._screened(
-            base, times, [GAIN, DRIFT]
-        )
-        without = log_evidence(window, prior=TIGHT)
-        # Screened jumps begin at nodes.
-        for i, time in enumerate(10.0 * at_nodes(T, times)):
-            for j, place in enumerate((GAIN, DRIFT)):
-                shape = changed(time, place)
-                gain = without - log_evidence(window, shape, prior=TIGHT)
-                assert gains[i, j] == pytest.approx(gain, abs=2e-3, rel=1e-4)
-                joint = np.column_stack([DESIGN, shape])
-                before = np.zeros((4, 4))
-                before[:3, :3], before[3, 3] = TIGHT.precision, 12.0
-                target = (window.y[:, 0] - integrator_design(T, U) @ LOWER) / SIGMA
-                off = target - DESIGN @ TIGHT.mean
-                best = np.linalg.solve(joint.T @ joint + before, joint.T @ off)
-                assert sizes[i, j] == pytest.approx(best[3], abs=1e-4)
-
-    def test_of_a_second_jump_beside_one(self) -> None:
-        window = record(0.6)
-        objective = still(window).problem.objective
-        problem = PiecewiseProblem(objective, TIGHT, Layout(3, ((DRIFT,),)))
-        base = solved(problem, np.array([0.55, 0.65, 0.3, 0.43, 0.6]))
-        gains, _ = JumpSearch(base, Deadline(), known=None)._screened(base, np.array([0.8]), [GAIN])
-        # Its time is as free as its size: another column, of the slope there.
-        h = 1e-6
-        time = 10.0 * base.point[3]
-        size = base.point[4] - base.point[2]
-        slope = (changed(time + h, DRIFT) - changed(time - h, DRIFT)) / (2.0 * h) * 10.0 * size
-        columns = np.column_stack([DESIGN, changed(time, DRIFT), slope, changed(8.0, GAIN)])
-        before = np.zeros((6, 6))
-        before[:3, :3] = TIGHT.precision
-        before[3, 3] = before[4, 4] = before[5, 5] = 12.0
-        residual = base.linearisation.residual
-        joint = columns.T @ columns + before
-        score = columns[:, 5] @ residual
-        schur = joint[5, 5] - joint[5, :5] @ np.linalg.solve(joint[:5, :5], joint[:5, 5])
-        assert gains[0, 0] == pytest.approx(score**2 / schur - np.log(schur / 12.0), rel=1e-3)
-
-    def test_of_a_jump_before_the_window(self) -> None:
-        for mean in (0.31, 0.45):
-            prior = Prior(np.array([0.5, 0.64, mean]), TIGHT.precision)
-            window = record()
-            base = still(window, prior)
-            gain = JumpSearch(base, Deadline(), known=None)._earlier(base, DRIFT)
-            wider = widened(prior, base.problem.objective, DRIFT)
-            expected = log_evidence(window, prior=prior) - log_evidence(window, prior=wider)
-            assert gain == pytest.approx(expected, abs=1e-3)
-
-    def test_penalties(self) -> None:
-        base = still(record())
-        point = np.concatenate([base.point, [0.5], base.point[[GAIN, DRIFT]]])
-        costs = []
-        for events, places in ((((GAIN,),), [0, 1, 2, 3, 4]), (((GAIN, DRIFT),), range(6))):
-            problem = PiecewiseProblem(
-                base.problem.objective, base.problem.prior, Layout(3, events)
-            )
-            costs.append(hypothesis_at(problem, point[places]).cost - base.cost)
-        assert costs == pytest.approx([ONCE, ONCE + 2.0 * np.log(10.0)])
-        # As likely as the time is long in which nobody looked.
-        for gap, penalty in ((1.0, ONCE), (0.02, ONCE + 2.0 * np.log(50.0)), (1000.0, 0.0)):
-            prior = replace(base.problem.prior, gap=gap)
-            problem = PiecewiseProblem(base.problem.objective, prior, base.layout)
-            assert hypothesis_at(problem, base.point, (GAIN,)).cost - base.cost == pytest.approx(
-                penalty
-            )
-
-
-def test_the_covariance_is_that_of_linear_least_squares() -> None:
-    base = still(record(), TIGHT)
-    expected = np.linalg.inv(DESIGN.T @ DESIGN + TIGHT.precision)
-    np.testing.assert_allclose(base.covariance, expected, rtol=1e-4)
-    target = (record().y[:, 0] - integrator_design(T, U) @ LOWER) / SIGMA
-    best = expected @ (DESIGN.T @ target + TIGHT.precision @ TIGHT.mean)
-    np.testing.assert_allclose(base.point, best, atol=1e-6)
-    assert base.squares == pytest.approx(((DESIGN @ best - target) ** 2).sum(), rel=1e-6)
-
-
-def test_the_inverse_of_badly_scaled_matrices() -> None:
-    scale = np.array([1e-8, 1.0, 1e9])
-    core = np.array([[2.0, 0.5, 0.1], [0.5, 1.0, 0.2], [0.1, 0.2, 3.0]])
-    found = inverse(core * np.outer(scale, scale))
-    np.testing.assert_allclose(found * np.outer(scale, scale), np.linalg.inv(core), atol=1e-12)
-
-
-def test_widened_by_the_variance_of_a_box_and_no_further() -> None:
-    objective = window_of(INTEGRATOR, record(), SIGMA)
-    found = np.linalg.inv(widened(TIGHT, objective, DRIFT).precision)[1:, 1:]
-    assert found[0, 0] == pytest.approx(4e-4, rel=0.01)
-    assert found[1, 1] == pytest.approx(1.0 / 12.0, rel=0.01)
-    both = np.linalg.inv(widened(TIGHT, objective, GAIN, DRIFT).precision)[1:, 1:]
-    np.testing.assert_allclose(np.diagonal(both), 1.0 / 12.0, rtol=0.02)
-    np.testing.assert_array_equal(widened(TIGHT, objective, DRIFT).mean, TIGHT.mean)
-
-
-class TestRace:
+class TestJumpSearch:
     def test_nothing_jumped(self) -> None:
         """None of 40 windows, seeds 0 to 39: 1 in 100 for each parameter is allowed for."""
         for seed in range(40):
@@ -236,28 +72,20 @@ class TestRace:
         prior = Prior(np.array([0.5, 0.65, 0.8]), TIGHT.precision, gap=0.5)
         base = still(record(), prior)
         best = JumpSearch(base, Deadline(), known=None).run()
-        assert (best.before, best.layout.events) == ((DRIFT,), ())
+        assert (best.earlier, best.layout.events) == ((DRIFT,), ())
         assert best.point[DRIFT] == pytest.approx(0.3, abs=0.02)
         assert best.jumps == 1
         # Where the window before abuts, nothing can have jumped since.
         base = still(record(), replace(prior, gap=0.0))
-        assert JumpSearch(base, Deadline(), known=None).run().before == ()
+        assert JumpSearch(base, Deadline(), known=None).run().earlier == ()
 
-    def test_a_known_jump_begins_the_race(self) -> None:
-        base = still(record(0.6))
-        problem = PiecewiseProblem(
-            base.problem.objective, base.problem.prior, Layout(3, ((DRIFT,),))
-        )
-        known = solved(problem, np.array([0.55, 0.65, 0.3, 0.43, 0.6]))
+    def test_a_known_jump_begins_the_search(self) -> None:
+        base, known = still(record(0.6)), with_a_drift_jump(record(0.6))
         search = JumpSearch(base, Deadline(), known=known)
         assert search.best is known
         assert search.run() is known
         # Where nothing jumped it loses.
-        base = still(record(0.0))
-        problem = PiecewiseProblem(
-            base.problem.objective, base.problem.prior, Layout(3, ((DRIFT,),))
-        )
-        known = solved(problem, np.array([0.55, 0.65, 0.3, 0.43, 0.6]))
+        base, known = still(record(0.0)), with_a_drift_jump(record(0.0))
         assert JumpSearch(base, Deadline(), known=known).best is base
 
     def test_without_time_it_says_so(self) -> None:
@@ -302,9 +130,9 @@ class TestRace:
         y = record().y[:, 0] + 0.6 * changed(4.23, GAIN) * SIGMA / 2.0
         objective = window_of(model, Record(T, U, y), SIGMA)
         prior = Prior.box(objective.unknowns)
-        base = solved(PiecewiseProblem(objective, prior, Layout(4)), np.full(4, 0.6))
+        base = solved(PiecewiseProblem(objective, prior), np.full(4, 0.6))
         known = solved(
-            PiecewiseProblem(objective, prior, Layout(4, ((1,),))),
+            PiecewiseProblem(objective, prior, ((1,),)),
             np.array([0.55, 0.5, 0.6, 0.3, 0.42, 0.8]),
         )
         search = JumpSearch(base, Deadline(), known=known)
@@ -317,19 +145,6 @@ class TestRace:
         search = JumpSearch(still(record(0.6)), Deadline(), known=None)
         search.run()
         assert search.alternatives() == []
-
-
-def test_before_an_earlier_second_jump_of_a_parameter_all_that_follows_moves_along() -> None:
-    objective = still(record(0.6)).problem.objective
-    problem = PiecewiseProblem(objective, Prior.box(objective.unknowns), Layout(3, ((DRIFT,),)))
-    base = solved(problem, np.array([0.55, 0.65, 0.3, 0.43, 0.6]))
-    layout, point = _added(base, DRIFT, 0.2, -0.1)
-    assert layout.events == ((DRIFT,), (DRIFT,))
-    before, later = base.point[[2, 4]]
-    np.testing.assert_allclose(point[4:], [later - 0.1, 0.2, before - 0.1])
-    # A later one leaves what came before it.
-    _, point = _added(base, DRIFT, 0.8, -0.1)
-    np.testing.assert_allclose(point[4:], [later, 0.8, later - 0.1])
 
 
 @pytest.mark.parametrize(
@@ -354,7 +169,7 @@ def test_time_and_size_are_covered(backend: str) -> None:
         y = lag_outputs(fine, u, 0.5, p)[::10] + 0.05 * rng.standard_normal(301)
         window = Record(fine[::10], u[::10], y)
         objective = window_of(LAG, window, 0.05, backend)
-        problem = PiecewiseProblem(objective, Prior.box(objective.unknowns), Layout(3))
+        problem = PiecewiseProblem(objective, Prior.box(objective.unknowns))
         base = levenberg_marquardt(problem, np.array([[0.52, 0.4, 0.3]]), 301, 60, Deadline())
         best = JumpSearch(hypothesis_at(problem, base.z[0]), Deadline(), known=None).run()
         if best.layout.events != ((2,),):
@@ -387,22 +202,11 @@ def test_hypotheses_that_diverge_lose_without_a_warning() -> None:
     objective = window_of(grows, Record(t, None, 1.0 / (1.05 - t)), SIGMA)
     prior = Prior.box(objective.unknowns)
     point = np.array([0.25, 0.25, 0.5, 1.0])  # p from 1 to 4 at half time
-    problem = PiecewiseProblem(objective, prior, Layout(2, ((1,),)))
+    problem = PiecewiseProblem(objective, prior, ((1,),))
     squares = problem.linearise(point[None], np.full((1, 4), 1e-7), 51)[0]
     assert not np.isfinite(squares[0]) or squares[0] > 1e9
-    base = hypothesis_at(PiecewiseProblem(objective, prior, Layout(2)), np.array([1 / 4.2, 0.25]))
+    base = hypothesis_at(PiecewiseProblem(objective, prior), np.array([1 / 4.2, 0.25]))
     assert JumpSearch(base, Deadline(), known=None).run().jumps == 0
-
-
-def test_colour_that_the_noise_is_known_to_have_costs_a_jump_nothing() -> None:
-    noise = lfilter([0.8], [1.0, -0.6], np.random.default_rng(5).standard_normal(400))
-    hypotheses: list[Any] = [
-        SimpleNamespace(squares=s, cost=c, neg2_log_evidence=e, trajectory=(None, noise[:, None]))
-        for s, c, e in ((420.0, 420.0, 420.0), (400.0, 410.0, 415.0))
-    ]
-    without, jumped = hypotheses
-    assert not _beats(jumped, without, 0.0)
-    assert _beats(jumped, without, 0.6)
 
 
 def test_a_jump_before_the_window_is_not_tried_where_it_could_not_win() -> None:
@@ -415,6 +219,6 @@ def test_a_jump_before_the_window_is_not_tried_where_it_could_not_win() -> None:
             if 15.0 < off @ prior.precision @ off < 40.0:
                 search = JumpSearch(base, Deadline(), known=None)
                 search.run()
-                tried.setdefault(gap, []).append(any(h.before for h in search.tried))
+                tried.setdefault(gap, []).append(any(h.earlier for h in search.tried))
     assert all(tried[1.0])
     assert not any(tried[1e-9])

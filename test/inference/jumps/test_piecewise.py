@@ -31,9 +31,7 @@ def problem(
 ) -> PiecewiseProblem:
     record = Record(T, U, np.sin(T) if y is None else y)
     objective = window_of(LAG, record, SIGMA, backend, **settings)
-    return PiecewiseProblem(
-        objective, Prior.box(objective.unknowns), Layout(objective.dimension, events)
-    )
+    return PiecewiseProblem(objective, Prior.box(objective.unknowns), events)
 
 
 def share(seconds: float) -> float:
@@ -157,7 +155,7 @@ class TestRoll:
 
     def test_of_a_plant_linear_in_its_parameters_it_is_exact(self) -> None:
         objective = window_of(INTEGRATOR, Record(T, U, U), SIGMA)
-        rolled = PiecewiseProblem(objective, Prior.box(objective.unknowns), Layout(3, ((2,),)))
+        rolled = PiecewiseProblem(objective, Prior.box(objective.unknowns), ((2,),))
         point = np.array([0.5, 0.75, 0.4, share(6.283), 0.9])  # drift from -0.2 to 0.8
         y = rolled.roll(point[None])[1][:, 0, 0]
         expected = integrator_design(T, U) @ [0.0, 1.5, -0.2] + np.maximum(T - 6.283, 0.0)
@@ -246,7 +244,7 @@ def test_the_trajectory_has_gaps_where_nothing_was_measured() -> None:
     y[3, 0] = NAN
     y[7:9] = NAN
     objective = window_of(OSCILLATOR, Record(t, np.sin(t), y), 0.5)
-    rolled = PiecewiseProblem(objective, Prior.box(objective.unknowns), Layout(4, ((2,),)))
+    rolled = PiecewiseProblem(objective, Prior.box(objective.unknowns), ((2,),))
     point = np.array([0.6, 0.4, 0.5, 0.5, 0.3, 0.9])
     states, residuals = rolled.trajectory(point)
     assert states.shape == (31, 2)
@@ -266,7 +264,7 @@ def test_steps_of_a_time_are_not_rounded_away_in_seconds_since_1970() -> None:
     jacobians = []
     for record in (Record(T, U, np.sin(T)), late):
         objective = window_of(LAG, record, SIGMA)
-        rolled = PiecewiseProblem(objective, Prior.box(objective.unknowns), Layout(3, ((TAU,),)))
+        rolled = PiecewiseProblem(objective, Prior.box(objective.unknowns), ((TAU,),))
         jacobians.append(rolled.linearisation(point, np.full(5, 1e-8)).jacobian)
     # The nodes themselves are rounded, by 2.4e-6 of their distance.
     np.testing.assert_allclose(*jacobians, rtol=1e-3, atol=1e-2)

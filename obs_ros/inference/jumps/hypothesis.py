@@ -1,0 +1,134 @@
+"""Hypotheses about a window: the least squares point of a piecewise problem, and its evidence.
+
+The marginal likelihood of the samples y under a hypothesis H with parameters z is approximated by
+Laplace's method (MacKay 1992, Neural Computation 4, 415-447; 2003, chapter 28). With residuals r in
+units of the noise, Jacobian J and a normal prior of mean m and precision P, at the optimum z
+
+    -2 log p(y, H) = r'r + (z - m)' P (z - m) + log det(J'J + P) - log det P - 2 log odds(H) + const
+
+in which the constant is the same for all hypotheses of a window. The least is the most probable.
+"""
+
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+
+from obs_ros.core.linear_algebra import scaled_inverse
+from obs_ros.core.residual_tests import inflation_by
+from obs_ros.core.typing import Array
+from obs_ros.inference.jumps.piecewise import Layout, Linearisation, PiecewiseProblem
+from obs_ros.inference.prior import BOX_VARIANCE
+
+TINY = 1e-200  # guards a division
+
+
+@dataclass(frozen=True)
+class Hypothesis:
+    """Optimum `point` (D,) of a piecewise problem, with its evidence and information.
+
+    `earlier` holds the places of parameters that jumped between the last window known and this one;
+    `covariance` (D, D) is the joint one of the point, in boxes and windows; `cost` is the sum of
+    squares of residuals and prior and of the penalties, -2 log prior odds.
+    """
+
+    problem: PiecewiseProblem
+    earlier: tuple[int, ...]
+    point: Array
+    linearisation: Linearisation
+    covariance: Array
+    cost: float
+    neg2_log_evidence: float
+
+    @property
+    def layout(self) -> Layout:
+        """Layout of the point."""
+        return self.problem.layout
+
+    @cached_property
+    def squares(self) -> float:
+        """Sum of squared residuals, without those of the prior."""
+        return float(self.linearisation.residual @ self.linearisation.residual)
+
+    @cached_property
+    def trajectory(self) -> tuple[Array, Array]:
+        """States (K, n) and scaled residuals (K, r); NaN = not measured."""
+        return self.problem.trajectory(self.point)
+
+    @property
+    def jumps(self) -> int:
+        """Number of jumps of single parameters."""
+        return len(self.earlier) + sum(map(len, self.problem.events))
+
+    @property
+    def parameters(self) -> frozenset[int]:
+        """Places of the parameters that jumped."""
+        return frozenset(self.earlier).union(*self.problem.events)
+
+
+def hypothesis_at(
+    problem: PiecewiseProblem, point: Array, earlier: tuple[int, ...] = ()
+) -> Hypothesis:
+    """Return the hypothesis whose optimum is `point` (D,), by Laplace's approximation there."""
+    linearisation = _linearised(problem, point)
+    precision = problem.precision(point)
+    off = point - problem.mean(point)
+    # A time lies anywhere in the window: as a normal prior, that is about the time found.
+    known = precision.copy()
+    known[problem.layout.times, problem.layout.times] += 1.0 / BOX_VARIANCE
+    information = linearisation.jacobian.T @ linearisation.jacobian + known
+    narrowing = np.linalg.slogdet(information)[1] - np.linalg.slogdet(known)[1]
+    squares = linearisation.residual @ linearisation.residual + off @ precision @ off
+    cost = float(squares) + _penalty(problem, earlier)
+    return Hypothesis(
+        problem=problem,
+        earlier=earlier,
+        point=point,
+        linearisation=linearisation,
+        covariance=scaled_inverse(information),
+        cost=cost,
+        neg2_log_evidence=cost + float(narrowing),
+    )
+
+
+def beats(rival: Hypothesis, best: Hypothesis, correlation: float) -> bool:
+    """Whether a hypothesis with more jumps is to be believed rather than the best so far.
+
+    Squares gained must exceed all that the evidence charges for them. Where the rival's residual is
+    more correlated than the noise, of lag-1 `correlation`, squares count for less: a jump must not
+    stand for dynamics that the model lacks. Cost must fall too, as at the kinks of a model the
+    determinants mean little.
+    """
+    gained = best.squares - rival.squares
+    paid = (rival.neg2_log_evidence - rival.squares) - (best.neg2_log_evidence - best.squares)
+    if gained <= paid or rival.cost > best.cost:
+        return False
+    return gained > paid * inflation_by(rival.trajectory[1], correlation)
+
+
+def _penalty(problem: PiecewiseProblem, earlier: tuple[int, ...]) -> float:
+    """Return -2 log of the prior odds of a hypothesis against that without jumps."""
+    settings = problem.settings
+    penalty = settings.earlier_penalty(problem.prior.gap) * len(earlier) if earlier else 0.0
+    for event in problem.events:
+        penalty += settings.jump_penalty + settings.further_penalty * (len(event) - 1)
+    return penalty
+
+
+def _linearised(problem: PiecewiseProblem, point: Array) -> Linearisation:
+    """Return the linearisation at a point (D,), by differences that suit the noise.
+
+    At a kink, such as two levels that become equal, a much smaller step would see a slope that no
+    window could ever tell; on a chaotic plant a larger one would see no slope at all.
+    """
+    settings = problem.settings
+    steps = np.full(point.size, settings.first_step)
+    for _ in range(settings.step_trials):
+        linearisation = problem.linearisation(point, steps)
+        slopes = np.sqrt((linearisation.jacobian**2).sum(axis=0))
+        wanted = settings.step / np.maximum(slopes, TINY)
+        wanted = np.clip(wanted, settings.smallest_step, settings.largest_step)
+        if (np.maximum(wanted / steps, steps / wanted) < settings.step_ratio).all():
+            break
+        steps = wanted
+    return linearisation

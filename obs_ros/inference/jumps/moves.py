@@ -1,0 +1,188 @@
+"""Moves from one hypothesis to others: one jump more, one less, or one of another parameter."""
+
+import math
+from collections.abc import Iterator
+from dataclasses import dataclass, replace
+from typing import NamedTuple
+
+import numpy as np
+
+from obs_ros.core.typing import Array
+from obs_ros.inference.jumps.hypothesis import TINY, Hypothesis
+from obs_ros.inference.jumps.piecewise import PiecewiseProblem, may_jump
+from obs_ros.inference.jumps.screening import (
+    gain_of_earlier_jump,
+    screened,
+    values_at,
+    widened,
+)
+
+
+class Start(NamedTuple):
+    """A problem, the point (D,) from which it is solved, and the places of earlier jumps."""
+
+    problem: PiecewiseProblem
+    point: Array
+    earlier: tuple[int, ...]
+
+
+@dataclass(frozen=True)
+class NewJump:
+    """One parameter jumps at a time of its own, near `time`, a share of the window.
+
+    The `score` of a move is its gain in -2 log evidence to first order, less its penalty.
+    """
+
+    score: float
+    parameter: int
+    time: float
+
+    def start(self, base: Hypothesis) -> Iterator[Start]:
+        """Yield a start at the best time nearby; one on either side, if an input steps between."""
+        times = base.problem.settings.times
+        fine = self.time + np.arange(-times + 1, times, 2) / times**2
+        fine = fine[(fine > 0.0) & (fine < 1.0)]
+        gains, sizes = screened(base, fine, [self.parameter])
+        for i in _peaks(gains[:, 0])[:2]:
+            yield with_jump(base, self.parameter, float(fine[i]), float(sizes[i, 0]))
+
+
+@dataclass(frozen=True)
+class JoinedJump:
+    """One parameter jumps with others, at the time of an `event` that is there, by `size` boxes."""
+
+    score: float
+    parameter: int
+    event: int
+    size: float
+
+    def start(self, base: Hypothesis) -> Iterator[Start]:
+        """Yield the one start."""
+        yield _joined(base, self.parameter, self.event, self.size)
+
+
+@dataclass(frozen=True)
+class EarlierJump:
+    """One parameter jumped between the last window known and this one."""
+
+    score: float
+    parameter: int
+
+    def start(self, base: Hypothesis) -> Iterator[Start]:
+        """Yield the one start, under a prior that is as wide as the parameter's box."""
+        prior = widened(base.problem.prior, base.problem.objective.unknowns, self.parameter)
+        problem = replace(base.problem, prior=prior)
+        yield Start(problem, base.point, (*base.earlier, self.parameter))
+
+
+Move = NewJump | JoinedJump | EarlierJump
+
+
+def promising_moves(base: Hypothesis, hopeful: float) -> list[Move]:
+    """Return the moves that are worth an exact solution, the best first.
+
+    They score more than `hopeful`, and not too much less than the best.
+    """
+    settings = base.problem.settings
+    found = _jumps_of_their_own(base, hopeful)
+    parameters = may_jump(base.problem.objective.unknowns)
+    for event, place in enumerate(base.layout.times):
+        others = [i for i in parameters if i not in base.problem.events[event]]
+        if others:
+            gains, sizes = screened(base, base.point[[place]], others)
+            scores = gains[0] - settings.further_penalty
+            found += map(JoinedJump, scores, others, [event] * len(others), sizes[0])
+    found.sort(key=lambda move: -move.score)
+    worst = max(hopeful, found[0].score - settings.rival_margin) if found else hopeful
+    return [move for move in found[: settings.rivals] if move.score > worst]
+
+
+def without_one(base: Hypothesis) -> Iterator[Start]:
+    """Yield starts without one of the jumps inside the window each."""
+    start = Start(base.problem, base.point, base.earlier)
+    for event, parameters in enumerate(base.problem.events):
+        for i in range(len(parameters)):
+            yield _without(start, event, i)
+
+
+def with_one_exchanged(base: Hypothesis) -> Iterator[Start]:
+    """Yield starts with another parameter in place of each that jumped.
+
+    Screening sees parameters beside those that jumped already. Of two that act alike, the second is
+    not missed there, and would not be named.
+    """
+    still = set(may_jump(base.problem.objective.unknowns)) - base.parameters
+    for event, jumped, before, after in base.layout.jumped(base.point):
+        for other in sorted(still):
+            both = _joined(base, other, event, 0.0)
+            parameters = both.problem.events[event]
+            place = int(both.problem.layout.times[event]) + len(parameters)
+            steps = np.full(both.point.size, both.problem.settings.first_step)
+            jacobian = both.problem.linearisation(both.point, steps).jacobian
+            old, new = jacobian[:, after], jacobian[:, place]
+            # As much as changes the outputs most nearly as the jump does that it is to replace.
+            size = (base.point[after] - base.point[before]) * (old @ new) / max(new @ new, TINY)
+            both.point[place] += size
+            yield _without(both, event, parameters.index(jumped))
+
+
+def with_jump(base: Hypothesis, parameter: int, time: float, size: float) -> Start:
+    """Return a start with one more event; the parameter's later values move along."""
+    value = values_at(base, parameter, np.array([time]))[0] + size
+    point, times = base.point.copy(), base.layout.times
+    for jump in base.layout.jumped(point):
+        if jump.parameter == parameter and base.point[times[jump.event]] > time:
+            point[jump.after] += size
+    problem = replace(base.problem, events=(*base.problem.events, (parameter,)))
+    return Start(problem, np.concatenate([point, [time, value]]), base.earlier)
+
+
+def _joined(base: Hypothesis, parameter: int, event: int, size: float) -> Start:
+    """Return a start with one more parameter that jumps at the time of an event."""
+    events, place = list(base.problem.events), int(base.layout.times[event])
+    end = place + 1 + len(events[event])
+    events[event] = (*events[event], parameter)
+    value = values_at(base, parameter, base.point[[place]])[0] + size
+    problem = replace(base.problem, events=tuple(events))
+    return Start(problem, np.insert(base.point, end, value), base.earlier)
+
+
+def _without(start: Start, event: int, i: int) -> Start:
+    """Return a start without the jump of the i-th parameter of an event."""
+    problem, point, earlier = start
+    events, place = list(problem.events), int(problem.layout.times[event])
+    rest = (*events[event][:i], *events[event][i + 1 :])
+    events[event : event + 1] = [rest] if rest else []
+    gone = [place + 1 + i] if rest else [place, place + 1]
+    return Start(replace(problem, events=tuple(events)), np.delete(point, gone), earlier)
+
+
+def _jumps_of_their_own(base: Hypothesis, hopeful: float) -> list[Move]:
+    """Return for each parameter the best new jump and, where one could pay, the earlier jump."""
+    problem = base.problem
+    settings, prior = problem.settings, problem.prior
+    parameters = may_jump(problem.objective.unknowns)
+    if not parameters:
+        return []
+    # A prior that is not believed can give back no more than it costs now.
+    off = base.point[: problem.objective.dimension] - prior.mean
+    price = settings.earlier_penalty(prior.gap)
+    doubted = not problem.events and off @ prior.precision @ off > price + hopeful
+    times = np.arange(1, settings.times) / settings.times
+    gains = screened(base, times, parameters).gains
+    scores = gains - settings.jump_penalty - 2.0 * math.log(settings.times)
+    found: list[Move] = []
+    for j, parameter in enumerate(parameters):
+        i = int(scores[:, j].argmax())
+        found.append(NewJump(scores[i, j], parameter, float(times[i])))
+        if doubted and parameter not in base.earlier:
+            score = gain_of_earlier_jump(base, parameter) - price
+            found.append(EarlierJump(score, parameter))
+    return found
+
+
+def _peaks(gains: Array) -> list[int]:
+    """Return where the gains (T,) are larger than beside them, the largest first."""
+    beside = np.concatenate([[-np.inf], gains, [-np.inf]])
+    peaks = np.flatnonzero((gains >= beside[:-2]) & (gains >= beside[2:]))
+    return sorted(peaks.tolist(), key=lambda i: -gains[i])

@@ -1,0 +1,105 @@
+"""Gains in evidence that single further jumps promise, to first order, without solving anything.
+
+This is the generalised likelihood ratio of Willsky & Jones (1976, IEEE Trans. Automatic Control 21,
+108-112), of parameters in place of states and with a prior of the size. A jump by a size d changes
+the residual from r to r + s d, with s (M,) its shape. The squares that it saves, once everything
+else has been fitted anew, and what the evidence charges for one more unknown make
+
+    gain = (s'r)^2 / h - log(h / w)    at    d = -s'r / h,    h = s's + w - s'J C J's
+
+with w the prior precision of the size, J the Jacobian and C the covariance of the hypothesis as it
+stands. All times and parameters share one rollout: the shapes are sums of forward differences.
+"""
+
+from collections.abc import Sequence
+from dataclasses import replace
+from typing import NamedTuple
+
+import numpy as np
+
+from obs_ros.core.linear_algebra import scaled_inverse
+from obs_ros.core.typing import Array
+from obs_ros.inference.jumps.hypothesis import Hypothesis
+from obs_ros.inference.parameterisation import Unknowns
+from obs_ros.inference.prior import Prior, box_variances
+
+
+class Screening(NamedTuple):
+    """Gains (T, J) in -2 log evidence, penalties apart, and sizes (T, J) in boxes."""
+
+    gains: Array
+    sizes: Array
+
+
+def screened(base: Hypothesis, times: Array, parameters: Sequence[int]) -> Screening:
+    """Screen jumps of each parameter (J,) at each time (T,), a share of the window.
+
+    A jump begins at the nearest node and lasts to the end.
+    """
+    problem, d = base.problem, len(parameters)
+    times = at_nodes(problem.objective.grid.t, times)
+    probe = replace(problem, events=(*problem.events, *[tuple(parameters)] * times.size))
+    values = np.array([values_at(base, parameter, times) for parameter in parameters]).T
+    point = np.concatenate([base.point, np.column_stack([times, values]).ravel()])
+    points = np.repeat(point[None], 1 + times.size * d, axis=0)
+    places = base.point.size + np.arange(times.size)[:, None] * (1 + d) + 1 + np.arange(d)
+    step = np.where(values > 0.5, -1.0, 1.0).ravel() * problem.settings.probe_step
+    points[1 + np.arange(step.size), places.ravel()] += step
+    rows = probe.rows(points)
+    with np.errstate(invalid='ignore'):  # the model may diverge
+        pieces = ((rows[:, 1:] - rows[:, :1]) / step).reshape(-1, times.size, d)
+    pieces = np.nan_to_num(pieces, nan=0.0, posinf=0.0, neginf=0.0)
+    # A piece lasts to the next time; a jump, to the end.
+    shapes = np.cumsum(pieces[:, ::-1], axis=1)[:, ::-1].reshape(-1, times.size * d)
+    unknowns = problem.objective.unknowns
+    variances = box_variances(unknowns)[np.array(parameters) - unknowns.n_states]
+    weight = np.tile(1.0 / variances, times.size)
+    cross = base.linearisation.jacobian.T @ shapes
+    height = (shapes**2).sum(axis=0) + weight
+    height -= (cross * (base.covariance @ cross)).sum(axis=0)
+    height = np.maximum(height, weight)
+    slope = shapes.T @ base.linearisation.residual
+    gains = slope**2 / height - np.log(height / weight)
+    return Screening(gains.reshape(times.size, d), (-slope / height).reshape(times.size, d))
+
+
+def gain_of_earlier_jump(base: Hypothesis, parameter: int) -> float:
+    """Return the gain, penalty apart, of a prior that lets one parameter have jumped before."""
+    narrow, unknowns = base.problem.prior, base.problem.objective.unknowns
+    hessian = base.linearisation.jacobian.T @ base.linearisation.jacobian
+    off = base.point[: unknowns.dimension] - narrow.mean
+    pull = narrow.precision @ off
+    values = []
+    for prior in (narrow, widened(narrow, unknowns, parameter)):
+        gradient = prior.precision @ off - pull
+        information = hessian + prior.precision
+        saved = gradient @ scaled_inverse(information) @ gradient
+        squares = off @ prior.precision @ off - saved
+        log_det = np.linalg.slogdet(information)[1]
+        values.append(squares + log_det - np.linalg.slogdet(prior.precision)[1])
+    return float(values[0] - values[1])
+
+
+def widened(prior: Prior, unknowns: Unknowns, *places: int) -> Prior:
+    """Return the prior with parameters that may since have jumped anywhere in their boxes."""
+    covariance = scaled_inverse(prior.precision)
+    n = unknowns.n_states
+    variances = box_variances(unknowns)
+    for place in places:
+        covariance[place, place] += variances[place - n]
+    return Prior.of(unknowns, prior.mean[n:], covariance[n:, n:], prior.gap)
+
+
+def at_nodes(t: Array, times: Array) -> Array:
+    """Return the shares of the window (T,) at which the nodes nearest to `times` (T,) lie."""
+    nodes = np.searchsorted(t, t[0] + times * (t[-1] - t[0]))
+    return np.asarray((t[np.clip(nodes, 1, t.size - 2)] - t[0]) / (t[-1] - t[0]))
+
+
+def values_at(base: Hypothesis, parameter: int, times: Array) -> Array:
+    """Return the values (T,) of a parameter at some times, in boxes."""
+    values = np.full(times.shape, base.point[parameter])
+    for jump in base.layout.jumped(base.point):
+        if jump.parameter == parameter:
+            values[times >= base.point[base.layout.times[jump.event]]] = base.point[jump.after]
+    return values
