@@ -42,9 +42,9 @@ class Curve:
         squares = (self.errors(z)[:, :nodes] ** 2).sum(axis=1)
         return np.where(np.isfinite(squares), squares, np.inf)
 
-    def block_squares(self, z: Array, gates: IntArray) -> Array:
+    def block_squares(self, z: Array, prefixes: IntArray) -> Array:
         squares = self.errors(z) ** 2
-        edges = [0, *gates]
+        edges = [0, *prefixes]
         blocks = [squares[:, a:b].sum(axis=1) for a, b in pairwise(edges)]
         return np.where(np.isfinite(blocks), blocks, np.inf)
 

@@ -104,9 +104,9 @@ class Posterior:
         """Return the cost (B,) of every point over the first `nodes` nodes (default: all)."""
         return self.objective.costs(z, nodes) + self.prior.squares(z)
 
-    def block_squares(self, z: Array, gates: IntArray) -> Array:
+    def block_squares(self, z: Array, prefixes: IntArray) -> Array:
         """Return squares (G, B) summed between rising numbers of nodes (G,)."""
-        squares = self.objective.block_squares(z, gates)
+        squares = self.objective.block_squares(z, prefixes)
         squares[-1] += self.prior.squares(z)
         return squares
 

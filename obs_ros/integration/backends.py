@@ -35,11 +35,11 @@ class Kernels(Protocol):
     model: Model
     compile_time: float  # s
 
-    def squares(self, grid: Grid, gates: IntArray, x0: Array, p: Array) -> Array:
-        """Sum the squared residuals in units of the outputs' scales between gates.
+    def squares(self, grid: Grid, prefixes: IntArray, x0: Array, p: Array) -> Array:
+        """Sum the squared residuals, in units of the outputs' scales, block by block.
 
-        gates (G,) are rising numbers of nodes; entry g of the result (G, r, B) sums over the nodes
-        from gates[g - 1] (0 at first) to gates[g] - 1.
+        prefixes (G,) are rising numbers of nodes; block g of the result (G, r, B) sums over the
+        nodes from prefixes[g - 1] (0 at first) to prefixes[g] - 1.
         """
 
     def grams(self, grid: Grid, nodes: int, x0: Array, p: Array, width: int) -> Array:

@@ -45,11 +45,11 @@ class CompiledKernels:
         self.model = model
         self.module = load_module(model)
 
-    def squares(self, grid: Grid, gates: IntArray, x0: Array, p: Array) -> Array:
+    def squares(self, grid: Grid, prefixes: IntArray, x0: Array, p: Array) -> Array:
         """See `Kernels.squares`."""
         x, q, count = *padded(x0, p), x0.shape[1]
-        out = np.empty((gates.size, len(self.model.outputs), x.shape[1]))
-        self.module.squares(*axis(grid), *measurements(grid), gates, x, q, out)
+        out = np.empty((prefixes.size, len(self.model.outputs), x.shape[1]))
+        self.module.squares(*axis(grid), *measurements(grid), prefixes, x, q, out)
         return out[:, :, :count]
 
     def grams(self, grid: Grid, nodes: int, x0: Array, p: Array, width: int) -> Array:

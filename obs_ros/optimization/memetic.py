@@ -36,8 +36,8 @@ UNEVOLVED = 4  # candidates handed on as they were drawn: they find what the evo
 SHORT_WINDOW = 100  # nodes; below, there is no prefix worth a search of its own
 PREFIX_SHARES = (16, 8, 32, 4)  # of the window, by round
 SMALLEST_PREFIX = 16  # nodes
-GATES = 48
-# A horizon that no candidate leads on is given up: after so many steps in a row by one gate each,
+PREFIXES = 48  # numbers of nodes at which a growing horizon may end
+# A horizon that no candidate leads on is given up: after so many steps in a row by one prefix each,
 # and after so many steps at all (windows of the zoo that fit need 5 at most).
 CRAWLING, MOST_STEPS = 2, 6
 BAD_SHARE, BAD_NOISE = 0.01, 4.0  # of the signal's and of the noise's mean square
@@ -212,23 +212,23 @@ class Rounds:
         all that is left.
         """
         total = self.objective.nodes
-        gates = np.unique(np.geomspace(nodes, total, GATES).round().astype(np.int64))
-        counts = np.diff([0, *(self.objective.count(int(gate)) for gate in gates)])
+        prefixes = np.unique(np.geomspace(nodes, total, PREFIXES).round().astype(np.int64))
+        counts = np.diff([0, *(self.objective.count(int(prefix)) for prefix in prefixes)])
         steps = crawled = 0
         while nodes < total and steps < MOST_STEPS and crawled < CRAWLING:
             if self.deadline.passed:
                 break
             starts = levenberg_marquardt(self.objective, z, nodes, PREFIX_ITERATIONS, self.deadline)
             z = starts.z[: max(2, len(z) // 2)]
-            blocks = self.objective.block_squares(z, gates)
+            blocks = self.objective.block_squares(z, prefixes)
             self._remember(z, blocks.sum(axis=0))
             variance = starts.squares[0] / max(1, self.objective.count(nodes) - z.shape[1])
             reach = self._reach(blocks, counts, variance)
-            beyond, reached = int(gates[gates > nodes][0]), int(gates[reach.max()])
+            beyond, reached = int(prefixes[prefixes > nodes][0]), int(prefixes[reach.max()])
             steps += 1
             crawled = crawled + 1 if reached <= beyond else 0
             nodes = max(beyond, reached)
-            z = z[np.argsort(blocks[: np.searchsorted(gates, nodes) + 1].sum(axis=0))]
+            z = z[np.argsort(blocks[: np.searchsorted(prefixes, nodes) + 1].sum(axis=0))]
         return z
 
     def _reach(self, blocks: Array, counts: IntArray, variance: float) -> IntArray:

@@ -48,7 +48,7 @@ class LeastSquares(Problem, Linearised, Protocol):
     def signal(self) -> float:
         """Mean square of the measured values about their means, in units of the residuals."""
 
-    def block_squares(self, z: Array, gates: IntArray) -> Array:
+    def block_squares(self, z: Array, prefixes: IntArray) -> Array:
         """Return squares (G, B) summed between rising numbers of nodes (G,)."""
 
     def residuals(self, z: Array) -> Array:
