@@ -64,7 +64,6 @@ def scipy_search(objective: Objective, rng: np.random.Generator, *_: Any) -> Fou
         cost=2.0 * float(found.cost),
         converged=bool(found.success),
         accepted=Acceptance.METHOD if found.success else None,
-        white=None,
         effort=Effort(1, 'start'),
     )
 

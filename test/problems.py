@@ -11,7 +11,7 @@ ROUNDING = 1e-9
 
 
 class Curve:
-    """Fit curve(z (B, d), s (K,)) -> (B, K) to y (K,): a `LeastSquares` for the searches."""
+    """Fit curve(z (B, d), s (K,)) -> (B, K) to y (K,): a `Problem` for the searches."""
 
     is_least_squares = True
 

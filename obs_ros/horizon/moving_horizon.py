@@ -259,7 +259,6 @@ def _from_warm(
         cost=float(solved.squares[0]),
         converged=bool(solved.converged[0]),
         accepted=rule,
-        white=None,
         effort=Effort(1, 'round'),
     )
 

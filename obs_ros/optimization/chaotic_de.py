@@ -72,6 +72,5 @@ def chaotic_de_search(
         cost=cost,
         converged=gathered,
         accepted=Acceptance.GATHERED if gathered else None,
-        white=None,
         effort=Effort(evolution.generation - 1, 'generation'),
     )

@@ -18,7 +18,7 @@ from obs_ros.optimization.differential_evolution import check_count
 from obs_ros.optimization.genetic_operators import among_best, offspring
 from obs_ros.optimization.initial_population import BLOCK, costs_in_time, first_population
 from obs_ros.optimization.levenberg_marquardt import levenberg_marquardt
-from obs_ros.optimization.problem import LeastSquares
+from obs_ros.optimization.problem import Problem
 from obs_ros.optimization.result import Acceptance, Effort, Found
 
 Coding = Literal['base10', 'real']
@@ -70,7 +70,7 @@ def check_breeding(population: int, parents: int, elite: int, mutation: float) -
 
 
 def ga_search(
-    objective: LeastSquares,
+    objective: Problem,
     rng: np.random.Generator,
     deadline: Deadline,
     settings: GASettings,
@@ -108,11 +108,11 @@ def ga_search(
         others = population.z[rng.permutation(order[settings.elite :])[: settings.elite]]
         starts = np.vstack([best, elite, others])
         return _polished(objective, starts, best, cost, deadline, effort)
-    return Found(best, cost, converged=False, accepted=None, white=None, effort=effort)
+    return Found(best, cost, converged=False, accepted=None, effort=effort)
 
 
 def _begun(
-    objective: LeastSquares,
+    objective: Problem,
     z: Array,
     settings: GASettings,
     rng: np.random.Generator,
@@ -130,7 +130,7 @@ def _begun(
 
 
 def _polished(
-    objective: LeastSquares,
+    objective: Problem,
     starts: Array,
     best: Array,
     cost: float,
@@ -148,7 +148,7 @@ def _polished(
     accepted = Acceptance.POLISHED if agree else None
     if squares < cost:
         best, cost = ends.z[0], squares
-    return Found(best, cost, converged, accepted, None, effort)
+    return Found(best, cost, converged, accepted, effort)
 
 
 class _Strings:

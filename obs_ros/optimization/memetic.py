@@ -28,7 +28,7 @@ from obs_ros.optimization.initial_population import (
     first_population,
 )
 from obs_ros.optimization.levenberg_marquardt import Starts, Trail, levenberg_marquardt
-from obs_ros.optimization.problem import LeastSquares
+from obs_ros.optimization.problem import Problem
 from obs_ros.optimization.result import Acceptance, Effort, Found
 
 ELITE = 4  # evolved candidates handed on
@@ -78,7 +78,7 @@ class MemeticSettings:
 
 
 def memetic_search(
-    objective: LeastSquares,
+    objective: Problem,
     rng: np.random.Generator,
     deadline: Deadline,
     settings: MemeticSettings,
@@ -102,14 +102,13 @@ def memetic_search(
 class Rounds:
     """One search: what its rounds have found so far."""
 
-    objective: LeastSquares
+    objective: Problem
     rng: np.random.Generator
     deadline: Deadline
     settings: MemeticSettings
     warm: Array | None
     noise_known: bool
     accepted: Acceptance | None = None
-    white: bool | None = None
     converged: bool = False
     best: Array = field(init=False)
     squares: float = np.inf
@@ -150,7 +149,6 @@ class Rounds:
             cost=self.squares,
             converged=self.converged,
             accepted=self.accepted,
-            white=self.white,
             effort=Effort(self.rounds, 'round'),
         )
 
@@ -289,8 +287,7 @@ class Rounds:
             return
         # A residual too small to matter is not asked for its colour: rounding is not white.
         negligible = NEGLIGIBLE**2 * self.objective.signal * self.objective.count(nodes)
-        self.white = self.squares <= negligible or is_white(self.objective.residuals(self.best))
-        if self.white:
+        if self.squares <= negligible or is_white(self.objective.residuals(self.best)):
             self.accepted = Acceptance.WHITE_SURVIVORS if fast else Acceptance.WHITE_ROUNDS
         elif agreeing >= 2:
             # More rounds would find it again: what is left is no fault of the search.
