@@ -35,7 +35,7 @@ from obs_ros.inference.noise import Noise, variances_left
 from obs_ros.inference.objective import Objective
 from obs_ros.inference.prior import Posterior, Prior
 from obs_ros.optimization.levenberg_marquardt import levenberg_marquardt
-from obs_ros.optimization.memetic import FULL_ITERATIONS
+from obs_ros.optimization.memetic import MemeticSettings
 from obs_ros.optimization.result import Acceptance, Effort, Found
 from obs_ros.samples.range_check import without_absurd
 
@@ -245,7 +245,9 @@ def _from_warm(
 ) -> Found | None:
     """Return the fit from a warm start alone, where it or the known jumps explain the window."""
     nodes = posterior.nodes
-    solved = levenberg_marquardt(posterior, warm[None], nodes, FULL_ITERATIONS, deadline)
+    solved = levenberg_marquardt(
+        posterior, warm[None], nodes, MemeticSettings.full_iterations, deadline
+    )
     count = posterior.count(nodes)
     spread = np.sqrt(2.0 * count / independent_share(correlation))
     limit = (count + EXCESS * spread) / inflation(correlation)

@@ -27,8 +27,8 @@ from obs_ros.integration.backends import Backend, Kernels, check_backend, kernel
 from obs_ros.integration.grid import Grid
 from obs_ros.models import load_model
 from obs_ros.optimization import lm_linalg
-from obs_ros.optimization.levenberg_marquardt import Trail, levenberg_marquardt
-from obs_ros.optimization.memetic import FULL_ITERATIONS, PATIENCE, SAME_OPTIMUM
+from obs_ros.optimization.levenberg_marquardt import LMSettings, Trail, levenberg_marquardt
+from obs_ros.optimization.memetic import MemeticSettings
 from obs_ros.optimization.methods import Method, method_for
 from obs_ros.optimization.result import Found
 from obs_ros.samples.range_check import without_absurd
@@ -295,14 +295,14 @@ class Solver:
             if off.max() < UNEQUAL * off.min():
                 break
             objective.grid = objective.grid.rescaled(off)
-            share = SAME_OPTIMUM * objective.dimension / values
+            share = LMSettings.same_optimum * objective.dimension / values
             polished = levenberg_marquardt(
                 objective,
                 found.z[None],
                 objective.nodes,
-                FULL_ITERATIONS,
+                MemeticSettings.full_iterations,
                 deadline,
-                hopeless=partial(_hardly_fall, Trail(PATIENCE), share),
+                hopeless=partial(_hardly_fall, Trail(MemeticSettings.patience), share),
             )
             found = replace(found, z=polished.z[0], cost=float(polished.squares[0]))
         return found
