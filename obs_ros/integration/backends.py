@@ -17,8 +17,6 @@ from obs_ros.core.typing import Array, IntArray
 from obs_ros.integration.grid import Grid
 from obs_ros.integration.vectorised import NumpyKernels
 
-LONGEST_REASON = 400  # characters of a compiler's message
-
 Backend = Literal['numba', 'numpy']
 Made = TypeVar('Made')
 
@@ -105,10 +103,10 @@ def compiled_or_numpy(
         return plain()
 
 
-def gist(message: str) -> str:
-    """Return what a compiler's message says of the user's code, without the way there."""
+def gist(message: str, longest: int = 400) -> str:
+    """Return the part of a compiler's message about the user's code, in `longest` characters."""
     words = re.sub(r'Failed in nopython mode pipeline \(step: [\w ]*\)', '', message)
-    return ' '.join(words.partition('During: ')[0].split())[:LONGEST_REASON]
+    return ' '.join(words.partition('During: ')[0].split())[:longest]
 
 
 def check_backend(backend: str | None) -> str | None:
