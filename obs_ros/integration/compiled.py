@@ -77,11 +77,11 @@ class CompiledStepper:
         self.model = model
         self.module = load_module(model)
         self.measure = self.module.measure
-        self._carry = self.module.carry
+        self._propagate = self.module.propagate
 
-    def carry(self, path: Path, x: Array, p: Array) -> None:
-        """See `Stepper.carry`."""
-        self._carry(path.t, path.dt, path.steps, path.u, path.slope, path.pieces, x, p)
+    def propagate(self, path: Path, x: Array, p: Array) -> None:
+        """See `Stepper.propagate`."""
+        self._propagate(path.t, path.dt, path.steps, path.u, path.slope, path.pieces, x, p)
 
 
 class CompiledSeriesParallel:

@@ -28,7 +28,7 @@ def step_euler(t, h, x, u0, u1, u2, p):
 
 @jit
 def advance(x, p, t, dt, steps, u, slope, k):
-    """Carry the 16 candidates in x over the interval from node k to the next."""
+    """Propagate the candidates in x over the interval from node k to the next."""
     h = dt / steps
     for j in range(steps):
         s = j * h
@@ -93,8 +93,8 @@ def trajectories(t, steps, u, slope, x0, p, states, outputs):
 
 
 @entry
-def carry(t, dt, steps, u, slope, pieces, x0, p):
-    """Carry the candidates x0 (n, lanes), in place, over the first `pieces` pieces of a path."""
+def propagate(t, dt, steps, u, slope, pieces, x0, p):
+    """Propagate candidates x0 (n, lanes), in place, over the first `pieces` pieces of a path."""
     x = np.empty(N_STATES * N_LANES)
     q = np.empty(max(1, N_PARAMETERS) * N_LANES)
     for chunk in range(x0.shape[1] // N_LANES):
