@@ -14,7 +14,7 @@ from scipy.optimize import least_squares
 from obs_ros.core.typing import Array
 from obs_ros.inference.objective import Objective
 from obs_ros.optimization.initial_population import first_population
-from obs_ros.optimization.memetic import UNEVOLVED, MemeticSettings, Rounds
+from obs_ros.optimization.memetic import MemeticSettings, Rounds
 from obs_ros.optimization.methods import Method
 from obs_ros.optimization.result import Acceptance, Effort, Found
 
@@ -30,7 +30,7 @@ class DirectRounds(Rounds):
             settings.chaos, settings.population, objective.dimension, self.rng, even=True
         )
         if settings.generations > 0:
-            unevolved = z[self.rng.permutation(len(z))[:UNEVOLVED]]
+            unevolved = z[self.rng.permutation(len(z))[: settings.unevolved]]
             z = np.vstack([self._evolve(z, objective.nodes), unevolved])
         if not self.deadline.never:
             self._remember(z, objective.costs(z))  # whatever happens later, there is an answer
@@ -64,7 +64,6 @@ def scipy_search(objective: Objective, rng: np.random.Generator, *_: Any) -> Fou
         cost=2.0 * float(found.cost),
         converged=bool(found.success),
         accepted=Acceptance.METHOD if found.success else None,
-        white=None,
         effort=Effort(1, 'start'),
     )
 

@@ -29,9 +29,9 @@ class Watched(Objective):
         cost = super().costs(z, nodes)
         return self._note(z, cost) if nodes in (None, self.nodes) else cost
 
-    def block_squares(self, z: Array, gates: IntArray) -> Array:
-        squares = super().block_squares(z, gates)
-        if gates[-1] == self.nodes:
+    def block_squares(self, z: Array, prefixes: IntArray) -> Array:
+        squares = super().block_squares(z, prefixes)
+        if prefixes[-1] == self.nodes:
             self._note(z, squares.sum(axis=0))
         return squares
 

@@ -51,7 +51,7 @@ def main(arguments: list[str] | None = None) -> list[Row]:
     parser.add_argument('--rounds', type=int, default=41, help='interleaved measurements')
     chosen = parser.parse_args(arguments)
     grid = Grid.of(THREE_TANK, random_window(1, chosen.samples, 20.0).record, np.ones(2))
-    gates = np.array([chosen.samples])
+    prefixes = np.array([chosen.samples])
     compiled, vectorised = kernels_for(THREE_TANK), kernels_for(THREE_TANK, 'numpy')
     with tempfile.TemporaryDirectory() as folder:
         c = c_rollout(grid, Path(folder))
@@ -60,9 +60,9 @@ def main(arguments: list[str] | None = None) -> list[Row]:
                 lanes,
                 chosen.samples,
                 chosen.rounds,
-                lambda x0, p: compiled.squares(grid, gates, x0, p)[0],
+                lambda x0, p: compiled.squares(grid, prefixes, x0, p)[0],
                 c,
-                lambda x0, p: vectorised.squares(grid, gates, x0, p)[0],
+                lambda x0, p: vectorised.squares(grid, prefixes, x0, p)[0],
             )
             for lanes in LANES
         ]

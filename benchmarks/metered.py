@@ -30,10 +30,10 @@ class Meter:
         self.compile_time = kernels.compile_time
         self.calls, self.steps, self.seconds = 0, 0, 0.0
 
-    def squares(self, grid: Grid, gates: IntArray, x0: Array, p: Array) -> Array:
+    def squares(self, grid: Grid, prefixes: IntArray, x0: Array, p: Array) -> Array:
         """See `Kernels.squares`."""
-        nodes = int(gates[-1])
-        return self._met(grid, nodes, x0, lambda: self.kernels.squares(grid, gates, x0, p))
+        nodes = int(prefixes[-1])
+        return self._met(grid, nodes, x0, lambda: self.kernels.squares(grid, prefixes, x0, p))
 
     def grams(self, grid: Grid, nodes: int, x0: Array, p: Array, width: int) -> Array:
         """See `Kernels.grams`."""

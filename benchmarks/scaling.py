@@ -260,13 +260,13 @@ def by_lanes(lanes: Sequence[int]) -> Curve:
     """Return the curve of single kernel calls with ever more candidates."""
     record = random_window(1, LANE_SAMPLES, SNR).record
     grid = Grid.of(THREE_TANK, record, np.ones(2))
-    kernels, gates, width = kernels_for(THREE_TANK), np.array([LANE_SAMPLES]), 7
+    kernels, prefixes, width = kernels_for(THREE_TANK), np.array([LANE_SAMPLES]), 7
     rows, seconds = [], []
     for count in lanes:
         rng = np.random.default_rng(count)
         x0, p = rng.uniform(5.0, 95.0, (3, count)), rng.uniform(0.2, 1.0, (3, count))
         calls = (
-            lambda x0=x0, p=p: kernels.squares(grid, gates, x0, p),
+            lambda x0=x0, p=p: kernels.squares(grid, prefixes, x0, p),
             lambda x0=x0, p=p: kernels.grams(grid, LANE_SAMPLES, x0, p, width),
             lambda x0=x0, p=p: kernels.trajectories(grid, x0, p),
         )

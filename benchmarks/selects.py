@@ -65,7 +65,7 @@ def measured(plant: str, choice: str, plain: Model, model: Model, rounds: int) -
 def rollout(model: Model) -> Callable[[], Array]:
     """Return a call that rolls candidates of the model out, after a check against NumPy."""
     grid, x0, p = window(model, SAMPLES, CANDIDATES)
-    gates = np.array([SAMPLES])
+    prefixes = np.array([SAMPLES])
     compiled = kernels_for(model, 'numba')
     short, few = np.array([50]), slice(0, 16)
     np.testing.assert_allclose(
@@ -73,7 +73,7 @@ def rollout(model: Model) -> Callable[[], Array]:
         kernels_for(model, 'numpy').squares(grid, short, x0[:, few], p[:, few]),
         rtol=1e-9,
     )
-    return lambda: compiled.squares(grid, gates, x0, p)
+    return lambda: compiled.squares(grid, prefixes, x0, p)
 
 
 def window(model: Model, samples: int, candidates: int) -> tuple[Grid, Array, Array]:

@@ -11,7 +11,7 @@ ROUNDING = 1e-9
 
 
 class Curve:
-    """Fit curve(z (B, d), s (K,)) -> (B, K) to y (K,): a `LeastSquares` for the searches."""
+    """Fit curve(z (B, d), s (K,)) -> (B, K) to y (K,): a `Problem` for the searches."""
 
     is_least_squares = True
 
@@ -42,9 +42,9 @@ class Curve:
         squares = (self.errors(z)[:, :nodes] ** 2).sum(axis=1)
         return np.where(np.isfinite(squares), squares, np.inf)
 
-    def block_squares(self, z: Array, gates: IntArray) -> Array:
+    def block_squares(self, z: Array, prefixes: IntArray) -> Array:
         squares = self.errors(z) ** 2
-        edges = [0, *gates]
+        edges = [0, *prefixes]
         blocks = [squares[:, a:b].sum(axis=1) for a, b in pairwise(edges)]
         return np.where(np.isfinite(blocks), blocks, np.inf)
 

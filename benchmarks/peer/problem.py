@@ -14,7 +14,7 @@ from obs_ros.inference.objective import Objective
 from obs_ros.inference.parameterisation import Unknowns
 from obs_ros.integration.backends import kernels_for
 from obs_ros.integration.grid import Grid
-from obs_ros.optimization.memetic import SAME_OPTIMUM
+from obs_ros.optimization.levenberg_marquardt import LMSettings
 
 
 class Stopped(Exception):
@@ -72,7 +72,7 @@ class Problem:
     @property
     def room(self) -> float:
         """How far above the optimum still counts as reaching it, in sigma^2."""
-        return SAME_OPTIMUM * self.d
+        return LMSettings.same_optimum * self.d
 
     @property
     def width(self) -> Array:

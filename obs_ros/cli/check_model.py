@@ -179,13 +179,13 @@ def speed(kernels: Kernels, trial: Trial) -> list[str]:
     """Return how long compiling took, and a candidate's step."""
     model = kernels.model
     grid = Grid.of(model, trial.record, np.ones(len(model.outputs)))
-    gates = np.array([grid.t.size])
+    prefixes = np.array([grid.t.size])
     lanes = LANES if kernels.name == 'numba' else LANES // 8
     x0, p = (np.repeat(values[:, None], lanes, axis=1) for values in (trial.x0, trial.p))
     best, begin = math.inf, time.perf_counter()
     for _ in range(REPEATS):
         start = time.perf_counter()
-        kernels.squares(grid, gates, x0, p)
+        kernels.squares(grid, prefixes, x0, p)
         best = min(best, time.perf_counter() - start)
         if time.perf_counter() - begin > ENOUGH:
             break

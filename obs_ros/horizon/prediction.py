@@ -75,7 +75,7 @@ class Prediction:
                     self._rest.append(interval.path)
             self._newest = stamp
         if len(self._rest) >= MOST:
-            self._carry()
+            self._propagate()
         return self._newest if outputs and self.since is not None else None
 
     def start(self, estimate: Estimate) -> None:
@@ -97,7 +97,7 @@ class Prediction:
         """Return the states at the newest output by name; None if there is no prediction."""
         if self.since is None:
             return None
-        self._carry()
+        self._propagate()
         x = self._x[:, 0].tolist()
         if not math.isfinite(sum(x)):
             self.diverged += 1
@@ -106,9 +106,9 @@ class Prediction:
             return None
         return dict(zip(self._names, x, strict=True))
 
-    def _carry(self) -> None:
+    def _propagate(self) -> None:
         if self._rest:
-            stepper_for(self.model, self._backend).carry(joined(self._rest), self._x, self._p)
+            stepper_for(self.model, self._backend).propagate(joined(self._rest), self._x, self._p)
             self._rest.clear()
 
     def _forget(self) -> None:

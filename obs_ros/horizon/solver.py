@@ -30,8 +30,8 @@ from obs_ros.inference.window_state import WindowState
 from obs_ros.integration.backends import Kernels, check_backend, kernels_for
 from obs_ros.integration.grid import Grid
 from obs_ros.optimization import lm_linalg
-from obs_ros.optimization.levenberg_marquardt import Trail, levenberg_marquardt
-from obs_ros.optimization.memetic import FULL_ITERATIONS, PATIENCE, SAME_OPTIMUM
+from obs_ros.optimization.levenberg_marquardt import LMSettings, Trail, levenberg_marquardt
+from obs_ros.optimization.memetic import MemeticSettings
 from obs_ros.optimization.methods import Method, method_for
 from obs_ros.optimization.result import Found
 from obs_ros.samples.range_check import without_absurd
@@ -246,7 +246,7 @@ class Solver:
         """Weight the outputs by their own residuals where the guess of their noise was off."""
         guessed = np.array([name not in self.noise for name in names(self.model.outputs)])
         objective = window.objective
-        share = SAME_OPTIMUM * objective.dimension / objective.count(objective.nodes)
+        share = LMSettings.same_optimum * objective.dimension / objective.count(objective.nodes)
         for _ in range(POSING.reweightings if guessed.any() and guessed.size > 1 else 0):
             if deadline.passed:
                 break
@@ -259,9 +259,9 @@ class Solver:
                 window.objective,
                 found.z[None],
                 objective.nodes,
-                FULL_ITERATIONS,
+                MemeticSettings.full_iterations,
                 deadline,
-                hopeless=partial(_hardly_fall, Trail(PATIENCE), share),
+                hopeless=partial(_hardly_fall, Trail(MemeticSettings.patience), share),
             )
             found = replace(found, z=polished.z[0], cost=float(polished.squares[0]))
         return window, found

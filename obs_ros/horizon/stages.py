@@ -24,7 +24,7 @@ from obs_ros.inference.noise import variances_left
 from obs_ros.inference.prior import Posterior, Prior
 from obs_ros.inference.window_state import WindowState
 from obs_ros.optimization.levenberg_marquardt import levenberg_marquardt
-from obs_ros.optimization.memetic import FULL_ITERATIONS
+from obs_ros.optimization.memetic import MemeticSettings
 from obs_ros.optimization.result import Acceptance, Effort, Found
 
 
@@ -181,7 +181,9 @@ def _from_warm(
     """Return the fit from a warm start alone, where it or the known jumps explain the window."""
     posterior, correlation = window.posterior, window.correlation
     nodes = posterior.nodes
-    solved = levenberg_marquardt(posterior, warm[None], nodes, FULL_ITERATIONS, deadline)
+    solved = levenberg_marquardt(
+        posterior, warm[None], nodes, MemeticSettings.full_iterations, deadline
+    )
     count = posterior.count(nodes)
     spread = np.sqrt(2.0 * count / independent_share(correlation))
     limit = (count + STAGES.excess * spread) / inflation(correlation)
@@ -195,7 +197,6 @@ def _from_warm(
         cost=float(solved.squares[0]),
         converged=bool(solved.converged[0]),
         accepted=rule,
-        white=None,
         effort=Effort(1, 'round'),
     )
 

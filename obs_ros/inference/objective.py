@@ -106,9 +106,9 @@ class Objective:
             squares = np.sqrt(squares)
         return _finite(squares.sum(axis=0))
 
-    def block_squares(self, z: Array, gates: IntArray) -> Array:
+    def block_squares(self, z: Array, prefixes: IntArray) -> Array:
         """Return squared residuals (G, B), summed between rising numbers of nodes (G,)."""
-        return _finite(self._squares(z, gates).sum(axis=1))
+        return _finite(self._squares(z, prefixes).sum(axis=1))
 
     def linearise(self, z: Array, h: Array, nodes: int) -> tuple[Array, Array, Array]:
         """Return squares (P,), gradients J'r (P, d) and J'J (P, d, d) at points z (P, d).
@@ -134,9 +134,9 @@ class Objective:
         weight = np.where(self.grid.weight > 0, self.grid.weight, np.nan)
         return states[:, :, 0], weight * (outputs[:, :, 0] - self.grid.y)
 
-    def _squares(self, z: Array, gates: IntArray) -> Array:
+    def _squares(self, z: Array, prefixes: IntArray) -> Array:
         self.counter.candidates += len(z)
-        return self.kernels.squares(self.grid, gates, *self.unknowns.values(z))
+        return self.kernels.squares(self.grid, prefixes, *self.unknowns.values(z))
 
     def _trajectories(self, z: Array) -> tuple[Array, Array]:
         self.counter.candidates += len(z)

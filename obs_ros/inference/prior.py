@@ -65,7 +65,7 @@ def box_variances(unknowns: Unknowns) -> Array:
 class Posterior:
     """The least squares of a window with those of a prior added to its last node.
 
-    A `LeastSquares` problem like the `Objective` that it stands for.
+    A `Problem` of least squares like the `Objective` that it stands for.
     """
 
     def __init__(self, objective: Objective, prior: Prior) -> None:
@@ -76,6 +76,11 @@ class Posterior:
     def dimension(self) -> int:
         """Number of unknowns, d."""
         return self.objective.dimension
+
+    @property
+    def is_least_squares(self) -> bool:
+        """See `Objective.is_least_squares`."""
+        return self.objective.is_least_squares
 
     @property
     def limits(self) -> Array:
@@ -104,9 +109,9 @@ class Posterior:
         """Return the cost (B,) of every point over the first `nodes` nodes (default: all)."""
         return self.objective.costs(z, nodes) + self.prior.squares(z)
 
-    def block_squares(self, z: Array, gates: IntArray) -> Array:
+    def block_squares(self, z: Array, prefixes: IntArray) -> Array:
         """Return squares (G, B) summed between rising numbers of nodes (G,)."""
-        squares = self.objective.block_squares(z, gates)
+        squares = self.objective.block_squares(z, prefixes)
         squares[-1] += self.prior.squares(z)
         return squares
 

@@ -17,8 +17,6 @@ from obs_ros.core.typing import Array, IntArray
 from obs_ros.integration.grid import Grid
 from obs_ros.integration.vectorised import NumpyKernels
 
-LONGEST_REASON = 400  # characters of a compiler's message
-
 Backend = Literal['numba', 'numpy']
 Made = TypeVar('Made')
 
@@ -35,11 +33,11 @@ class Kernels(Protocol):
     model: Model
     compile_time: float  # s
 
-    def squares(self, grid: Grid, gates: IntArray, x0: Array, p: Array) -> Array:
-        """Sum the squared residuals in units of the outputs' scales between gates.
+    def squares(self, grid: Grid, prefixes: IntArray, x0: Array, p: Array) -> Array:
+        """Sum the squared residuals, in units of the outputs' scales, block by block.
 
-        gates (G,) are rising numbers of nodes; entry g of the result (G, r, B) sums over the nodes
-        from gates[g - 1] (0 at first) to gates[g] - 1.
+        prefixes (G,) are rising numbers of nodes; block g of the result (G, r, B) sums over the
+        nodes from prefixes[g - 1] (0 at first) to prefixes[g] - 1.
         """
 
     def grams(self, grid: Grid, nodes: int, x0: Array, p: Array, width: int) -> Array:
@@ -105,10 +103,10 @@ def compiled_or_numpy(
         return plain()
 
 
-def gist(message: str) -> str:
-    """Return what a compiler's message says of the user's code, without the way there."""
+def gist(message: str, longest: int = 400) -> str:
+    """Return the part of a compiler's message about the user's code, in `longest` characters."""
     words = re.sub(r'Failed in nopython mode pipeline \(step: [\w ]*\)', '', message)
-    return ' '.join(words.partition('During: ')[0].split())[:LONGEST_REASON]
+    return ' '.join(words.partition('During: ')[0].split())[:longest]
 
 
 def check_backend(backend: str | None) -> str | None:

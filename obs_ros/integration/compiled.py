@@ -19,10 +19,9 @@ from obs_ros.core.model import Model
 from obs_ros.core.typing import AnyArray, Array, IntArray
 from obs_ros.integration.functions import Rebuilder
 from obs_ros.integration.grid import Grid
-from obs_ros.integration.path import Path, Stretch
+from obs_ros.integration.path import LANES, Path, Stretch, lanes
 from obs_ros.integration.selects import SELECTS
 
-LANES = 16  # candidates per chunk; below that LLVM unrolls the lane loop instead of vectorising it
 BLOCK_VALUES = 4096  # 32 kB: the outputs of one time block stay in the first-level cache
 
 # Products may be fused, reciprocals taken and the sign of zero lost; NaN and infinity must survive,
@@ -45,11 +44,11 @@ class CompiledKernels:
         self.model = model
         self.module = load_module(model)
 
-    def squares(self, grid: Grid, gates: IntArray, x0: Array, p: Array) -> Array:
+    def squares(self, grid: Grid, prefixes: IntArray, x0: Array, p: Array) -> Array:
         """See `Kernels.squares`."""
         x, q, count = *padded(x0, p), x0.shape[1]
-        out = np.empty((gates.size, len(self.model.outputs), x.shape[1]))
-        self.module.squares(*axis(grid), *measurements(grid), gates, x, q, out)
+        out = np.empty((prefixes.size, len(self.model.outputs), x.shape[1]))
+        self.module.squares(*axis(grid), *measurements(grid), prefixes, x, q, out)
         return out[:, :, :count]
 
     def grams(self, grid: Grid, nodes: int, x0: Array, p: Array, width: int) -> Array:
@@ -78,11 +77,11 @@ class CompiledStepper:
         self.model = model
         self.module = load_module(model)
         self.measure = self.module.measure
-        self._carry = self.module.carry
+        self._propagate = self.module.propagate
 
-    def carry(self, path: Path, x: Array, p: Array) -> None:
-        """See `Stepper.carry`."""
-        self._carry(path.t, path.dt, path.steps, path.u, path.slope, path.pieces, x, p)
+    def propagate(self, path: Path, x: Array, p: Array) -> None:
+        """See `Stepper.propagate`."""
+        self._propagate(path.t, path.dt, path.steps, path.u, path.slope, path.pieces, x, p)
 
 
 class CompiledSeriesParallel:
@@ -117,15 +116,14 @@ def measurements(grid: Grid) -> tuple[AnyArray, ...]:
 def padded(x0: Array, p: Array) -> tuple[Array, Array]:
     """Repeat the last candidate until the lanes are full."""
     count = x0.shape[1]
-    if count % LANES == 0:
+    width = lanes(count)
+    if count == width:
         return np.ascontiguousarray(x0), np.ascontiguousarray(p)
-    full = []
-    for values in (x0, p):
-        lanes = np.empty((len(values), count + -count % LANES))
-        lanes[:, :count] = values
-        lanes[:, count:] = values[:, -1:]
-        full.append(lanes)
-    return full[0], full[1]
+    full = np.empty((len(x0), width)), np.empty((len(p), width))
+    for all_lanes, values in zip(full, (x0, p), strict=True):
+        all_lanes[:, :count] = values
+        all_lanes[:, count:] = values[:, -1:]
+    return full
 
 
 def load_module(model: Model) -> ModuleType:

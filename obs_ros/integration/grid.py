@@ -8,9 +8,6 @@ from obs_ros.core.model import Model, Variable
 from obs_ros.core.record import Record
 from obs_ros.core.typing import Array, BoolArray, IntArray
 
-# Real stamps jitter: an interval this much longer than max_step is still one step.
-STEP_TOLERANCE = 0.01
-
 
 @dataclass(frozen=True)
 class Grid:
@@ -49,7 +46,7 @@ class Grid:
                 )
         u, slope = interpolate(record.t, record.u, tuple(model.inputs))
         mask = np.isfinite(record.y)
-        interval = np.diff(record.t) / (model.max_step * (1.0 + STEP_TOLERANCE))
+        interval = np.diff(record.t) / longest_step(model)
         return cls(
             t=record.t.copy(),
             steps=np.maximum(1, np.ceil(interval)).astype(np.int64),
@@ -82,6 +79,11 @@ class Grid:
     def measured_values(self, nodes: int) -> int:
         """Count the measured output values at the first `nodes` nodes."""
         return int(np.count_nonzero(self.weight[:nodes]))
+
+
+def longest_step(model: Model, tolerance: float = 0.01) -> float:
+    """Return the longest interval (s) of one step: stamps jitter by some share of `max_step`."""
+    return model.max_step * (1.0 + tolerance)
 
 
 def interpolate(t: Array, u: Array, inputs: tuple[Variable, ...]) -> tuple[Array, Array]:

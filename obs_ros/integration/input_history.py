@@ -7,7 +7,7 @@ import numpy as np
 
 from obs_ros.core.model import Model
 from obs_ros.core.typing import Array
-from obs_ros.integration.grid import STEP_TOLERANCE
+from obs_ros.integration.grid import longest_step
 from obs_ros.integration.path import Path
 
 MOST = 4096  # samples that wait for an output
@@ -24,7 +24,7 @@ class HeldInputs:
         width = len(model.inputs)
         self._kinds = [variable.interpolation for variable in model.inputs]
         self._moving = any(kind != 'hold' for kind in self._kinds)
-        self._longest = model.max_step * (1.0 + STEP_TOLERANCE)
+        self._longest = longest_step(model)
         self._rows = 0
         self._room(8, width)
         self._width = width

@@ -28,7 +28,7 @@ def step_euler(t, h, x, u0, u1, u2, p):
 
 @jit
 def advance(x, p, t, dt, steps, u, slope, k):
-    """Carry the 16 candidates in x over the interval from node k to the next."""
+    """Propagate the candidates in x over the interval from node k to the next."""
     h = dt / steps
     for j in range(steps):
         s = j * h
@@ -48,8 +48,8 @@ def load(source, chunk, rows, x):
 
 
 @entry
-def squares(t, steps, u, slope, y, weight, measured, gates, x0, p, out):
-    """Sums of squared scaled residuals between gates: out (gates, outputs, lanes)."""
+def squares(t, steps, u, slope, y, weight, measured, prefixes, x0, p, out):
+    """Sums of squared scaled residuals from prefix to prefix: out (prefixes, outputs, lanes)."""
     x = np.empty(N_STATES * N_LANES)
     q = np.empty(max(1, N_PARAMETERS) * N_LANES)
     total = np.empty(N_OUTPUTS * N_LANES)
@@ -57,9 +57,9 @@ def squares(t, steps, u, slope, y, weight, measured, gates, x0, p, out):
         load(x0, chunk, N_STATES, x)
         load(p, chunk, N_PARAMETERS, q)
         k = 0
-        for g in range(gates.size):
+        for g in range(prefixes.size):
             total[:] = 0.0
-            while k < gates[g]:
+            while k < prefixes[g]:
                 if k > 0:
                     advance(x, q, t[k - 1], t[k] - t[k - 1], steps[k - 1], u, slope, k - 1)
                 if measured[k]:
@@ -93,8 +93,8 @@ def trajectories(t, steps, u, slope, x0, p, states, outputs):
 
 
 @entry
-def carry(t, dt, steps, u, slope, pieces, x0, p):
-    """Carry the candidates x0 (n, lanes), in place, over the first `pieces` pieces of a path."""
+def propagate(t, dt, steps, u, slope, pieces, x0, p):
+    """Propagate candidates x0 (n, lanes), in place, over the first `pieces` pieces of a path."""
     x = np.empty(N_STATES * N_LANES)
     q = np.empty(max(1, N_PARAMETERS) * N_LANES)
     for chunk in range(x0.shape[1] // N_LANES):

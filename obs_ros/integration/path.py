@@ -4,7 +4,9 @@ from typing import NamedTuple
 
 from obs_ros.core.typing import Array, BoolArray, IntArray
 
-LANES = 16  # candidates are stepped in chunks of so many
+# Candidates are stepped in chunks of so many: of fewer LLVM unrolls the loop over the lanes instead
+# of vectorising it.
+LANES = 16
 
 
 class Path(NamedTuple):

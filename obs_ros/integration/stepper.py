@@ -24,7 +24,7 @@ class Stepper(Protocol):
     model: Model
     compile_time: float  # s
 
-    def carry(self, path: Path, x: Array, p: Array) -> None:
+    def propagate(self, path: Path, x: Array, p: Array) -> None:
         """Integrate the states x along the path, in place."""
 
     def measure(self, t: float, u: Array, x: Array, p: Array, y: Array) -> None:
@@ -41,9 +41,9 @@ class NumpyStepper:
         self.model = model
         self._step = STEPS[model.integrator]
 
-    def carry(self, path: Path, x: Array, p: Array) -> None:
-        """See `Stepper.carry`."""
-        carried, parameters = tuple(x), tuple(p)
+    def propagate(self, path: Path, x: Array, p: Array) -> None:
+        """See `Stepper.propagate`."""
+        states, parameters = tuple(x), tuple(p)
         with np.errstate(all='ignore'):
             for k in range(path.pieces):
                 h = path.dt[k] / path.steps[k]
@@ -53,10 +53,10 @@ class NumpyStepper:
                         tuple(path.u[k] + after * path.slope[k])
                         for after in (s, s + 0.5 * h, s + h)
                     )
-                    carried = self._step(
-                        self.model.dynamics, path.t[k] + s, h, carried, u0, u1, u2, parameters
+                    states = self._step(
+                        self.model.dynamics, path.t[k] + s, h, states, u0, u1, u2, parameters
                     )
-        for row, values in zip(x, carried, strict=True):
+        for row, values in zip(x, states, strict=True):
             row[:] = values
 
     def measure(self, t: float, u: Array, x: Array, p: Array, y: Array) -> None:
@@ -94,6 +94,6 @@ def run_once(stepper: Stepper) -> float:
     )
     x = np.repeat([[inside(v)] for v in model.states], LANES, axis=1)
     p = np.repeat([inside(v) for v in model.parameters], LANES).reshape(-1, LANES)
-    stepper.carry(path, x, p)
+    stepper.propagate(path, x, p)
     stepper.measure(1.0, u[0], x, p, np.empty((len(model.outputs), LANES)))
     return time.perf_counter() - begin

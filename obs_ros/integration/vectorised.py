@@ -20,14 +20,14 @@ class NumpyKernels:
         self.model = model
         self.step = STEPS[model.integrator]
 
-    def squares(self, grid: Grid, gates: IntArray, x0: Array, p: Array) -> Array:
+    def squares(self, grid: Grid, prefixes: IntArray, x0: Array, p: Array) -> Array:
         """See `Kernels.squares`."""
-        total = np.zeros((gates.size, len(self.model.outputs), x0.shape[1]))
-        gate = np.searchsorted(gates, np.arange(gates[-1]), side='right')
-        for k, _, y in self._nodes(grid, int(gates[-1]), x0, p):
+        total = np.zeros((prefixes.size, len(self.model.outputs), x0.shape[1]))
+        block = np.searchsorted(prefixes, np.arange(prefixes[-1]), side='right')
+        for k, _, y in self._nodes(grid, int(prefixes[-1]), x0, p):
             if grid.measured[k]:
                 for i, yi in enumerate(y):
-                    total[gate[k], i] += (grid.weight[k, i] * (yi - grid.y[k, i])) ** 2
+                    total[block[k], i] += (grid.weight[k, i] * (yi - grid.y[k, i])) ** 2
         return total
 
     def grams(self, grid: Grid, nodes: int, x0: Array, p: Array, width: int) -> Array:

@@ -20,8 +20,6 @@ from obs_ros.optimization.initial_population import (
 from obs_ros.optimization.problem import Problem
 from obs_ros.optimization.result import Acceptance, Effort, Found
 
-GATHERED = 1e-3  # extent of the population, in the unit box, that counts as converged
-
 
 @dataclass(frozen=True)
 class ChaoticDESettings:
@@ -33,6 +31,7 @@ class ChaoticDESettings:
     strategy: Strategy = 'rand/1/bin'
     differential_weight: float = 0.7
     crossover: float = 0.7
+    gathered: float = 1e-3  # boxes; a population of no greater extent has converged
 
     def __post_init__(self) -> None:
         check_population(self.chaos)
@@ -66,12 +65,11 @@ def chaotic_de_search(
             break
         evolution.tell(costs_in_time(objective, evolution.ask(deadline), deadline))
     best, cost = evolution.best
-    gathered = bool(np.ptp(evolution.population, axis=0).max() < GATHERED)
+    gathered = bool(np.ptp(evolution.population, axis=0).max() < settings.gathered)
     return Found(
         z=best,
         cost=cost,
         converged=gathered,
         accepted=Acceptance.GATHERED if gathered else None,
-        white=None,
         effort=Effort(evolution.generation - 1, 'generation'),
     )

@@ -15,9 +15,8 @@ from obs_ros.core.typing import Array, BoolArray, IntArray
 
 Genes = NDArray[np.int8]
 
-FEWEST_VALUES = 1000  # that the digits of a trait can tell apart in its range
 MOST_DIGITS = 15  # that a float64 holds
-ROUNDING = 4.0 * float(np.finfo(np.float64).eps)
+ROUNDING = 4.0 * float(np.finfo(np.float64).eps)  # of a product, relative
 
 
 @dataclass(frozen=True, eq=False)
@@ -38,14 +37,19 @@ class Base10:
 
     @classmethod
     def of(
-        cls, lower: ArrayLike, upper: ArrayLike, digits: int, signed: bool | None = None
+        cls,
+        lower: ArrayLike,
+        upper: ArrayLike,
+        digits: int,
+        signed: bool | None = None,
+        fewest_values: int = 1000,
     ) -> 'Base10':
         """Write numbers between lower and upper (T,) with at least `digits` digits.
 
         There is one digit or more before the point where a range reaches 0.1, and as many as the
         largest number in it needs; below 0.1 the first digit is the largest number's. All traits
-        get more digits where a range is narrow against its numbers. `signed` None gives a sign
-        gene to the ranges with negative numbers.
+        get more digits where those of one would tell less than `fewest_values` numbers of its range
+        apart. `signed` None gives a sign gene to the ranges with negative numbers.
 
         Raises ValueError for ranges that are not finite, crossed, or too narrow for 15 digits, and
         for fewer than one digit.
@@ -60,7 +64,7 @@ class Base10:
         largest = np.maximum(np.abs(low), np.abs(high))
         before = np.floor(np.log10(largest)).astype(np.int64) + 1
         before = np.where(largest >= 0.1, np.maximum(before, 1), before)
-        after = np.ceil(np.log10(FEWEST_VALUES / (high - low))).astype(np.int64)
+        after = np.ceil(np.log10(fewest_values / (high - low))).astype(np.int64)
         needed = max(digits, int((before + after).max()))
         if needed > MOST_DIGITS:
             i = int((before + after).argmax())
@@ -103,13 +107,10 @@ class Base10:
         """Return which whole numbers (N, T) of the last digit are in their trait's range."""
         return (whole >= self.lowest) & (whole <= self.highest)
 
-    def uniform(self, draws: Array) -> IntArray:
-        """Return whole numbers (N, T) in range from draws (N, T) uniform on [0, 1)."""
-        return self.lowest + (draws * (self.highest - self.lowest + 1)).astype(np.int64)
-
     def first_population(self, draws: Array) -> Genes:
         """Return chromosomes uniform in their ranges from draws (N, T) uniform on [0, 1)."""
-        return digits_of(self.uniform(draws), self.digits)
+        whole = self.lowest + (draws * (self.highest - self.lowest + 1)).astype(np.int64)
+        return digits_of(whole, self.digits)
 
 
 def whole_numbers(genes: Genes) -> IntArray:

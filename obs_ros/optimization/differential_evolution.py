@@ -1,6 +1,6 @@
 """Differential evolution over the unit box (Storn & Price 1997; Yang, Li & Dahhou 2020)."""
 
-from typing import Literal, get_args
+from typing import ClassVar, Literal, get_args
 
 import numpy as np
 
@@ -8,8 +8,6 @@ from obs_ros.core.deadline import Deadline
 from obs_ros.core.typing import Array, IntArray
 
 Strategy = Literal['rand/1/bin', 'best/1/bin']
-
-MOST_DRAWS = 2**20  # at once
 
 
 class DifferentialEvolution:
@@ -23,6 +21,8 @@ class DifferentialEvolution:
     Raises ValueError for fewer than four individuals, an unknown strategy, or a weight outside
     (0, 2] or crossover outside [0, 1].
     """
+
+    most_draws: ClassVar[int] = 2**20  # random numbers at once: 8 MB
 
     def __init__(
         self,
@@ -73,7 +73,7 @@ class DifferentialEvolution:
         size = len(self.population)
         others = np.tile(np.arange(3), (size, 1))
         # Row by row the draws are the same, and a large population needs no square of its size.
-        block = max(1, MOST_DRAWS // size)
+        block = max(1, self.most_draws // size)
         for first in range(0, size, block):
             if first and deadline is not None and deadline.passed:
                 break

@@ -16,16 +16,17 @@ from obs_ros.optimization import real_coded
 from obs_ros.optimization.decimal_coding import Base10
 from obs_ros.optimization.differential_evolution import check_count
 from obs_ros.optimization.genetic_operators import among_best, offspring
-from obs_ros.optimization.initial_population import BLOCK, costs_in_time, first_population
-from obs_ros.optimization.levenberg_marquardt import levenberg_marquardt
-from obs_ros.optimization.problem import LeastSquares
+from obs_ros.optimization.initial_population import BLOCKS, costs_in_time, first_population
+from obs_ros.optimization.levenberg_marquardt import (
+    LM_DEFAULTS,
+    LMSettings,
+    levenberg_marquardt,
+    optimum_width,
+)
+from obs_ros.optimization.problem import Problem
 from obs_ros.optimization.result import Acceptance, Effort, Found
 
 Coding = Literal['base10', 'real']
-
-POLISH_ITERATIONS = 120
-# Two costs are one optimum when they differ by less than this times d times the noise variance.
-SAME_OPTIMUM = 0.1
 
 
 @dataclass(frozen=True)
@@ -44,6 +45,8 @@ class GASettings:
     mutation: float = 0.2
     digits: int = 6
     polish: bool = True
+    polish_iterations: int = 120  # rollouts at most
+    local: LMSettings = LM_DEFAULTS
 
     def __post_init__(self) -> None:
         if self.coding not in get_args(Coding):
@@ -70,7 +73,7 @@ def check_breeding(population: int, parents: int, elite: int, mutation: float) -
 
 
 def ga_search(
-    objective: LeastSquares,
+    objective: Problem,
     rng: np.random.Generator,
     deadline: Deadline,
     settings: GASettings,
@@ -107,12 +110,12 @@ def ga_search(
     if wanted and not deadline.passed:
         others = population.z[rng.permutation(order[settings.elite :])[: settings.elite]]
         starts = np.vstack([best, elite, others])
-        return _polished(objective, starts, best, cost, deadline, effort)
-    return Found(best, cost, converged=False, accepted=None, white=None, effort=effort)
+        return _polished(objective, starts, best, cost, deadline, settings, effort)
+    return Found(best, cost, converged=False, accepted=None, effort=effort)
 
 
 def _begun(
-    objective: LeastSquares,
+    objective: Problem,
     z: Array,
     settings: GASettings,
     rng: np.random.Generator,
@@ -121,34 +124,39 @@ def _begun(
     """Return the population of points (N, d) and their costs: of as many as there is time for."""
     coded = _Strings if settings.coding == 'base10' else _Reals
     costs: list[Array] = []
-    for first in range(0, len(z), BLOCK):
+    for first in range(0, len(z), BLOCKS.points):
         if first and deadline.passed:
             break
-        costs.append(objective.costs(coded(z[first : first + BLOCK], settings, rng).z))
+        costs.append(objective.costs(coded(z[first : first + BLOCKS.points], settings, rng).z))
     reached = np.concatenate(costs)
     return coded(z[: reached.size], settings, rng), reached
 
 
 def _polished(
-    objective: LeastSquares,
+    objective: Problem,
     starts: Array,
     best: Array,
     cost: float,
     deadline: Deadline,
+    settings: GASettings,
     effort: Effort,
 ) -> Found:
     """Take the starts (P, d) to their optima, and believe in the best if half of them end there."""
-    nodes = objective.nodes
-    ends = levenberg_marquardt(objective, starts, nodes, POLISH_ITERATIONS, deadline)
+    ends = levenberg_marquardt(
+        objective,
+        starts,
+        objective.nodes,
+        settings.polish_iterations,
+        deadline,
+        settings=settings.local,
+    )
     squares, converged = float(ends.squares[0]), bool(ends.converged[0])
-    d = objective.dimension
-    variance = max(squares, objective.floor(nodes)) / max(1, objective.count(nodes) - d)
-    same = ends.converged & (ends.squares - squares <= SAME_OPTIMUM * d * variance)
-    agree = converged and 2 * np.count_nonzero(same) >= len(starts) and not deadline.passed
+    agreeing = ends.agreeing(squares, optimum_width(objective, squares, settings.local))
+    agree = converged and 2 * agreeing >= len(starts) and not deadline.passed
     accepted = Acceptance.POLISHED if agree else None
     if squares < cost:
         best, cost = ends.z[0], squares
-    return Found(best, cost, converged, accepted, None, effort)
+    return Found(best, cost, converged, accepted, effort)
 
 
 class _Strings:

@@ -92,13 +92,6 @@ def mutated(genes: Genes, signed: BoolArray, probability: float, draws: Array) -
     return children
 
 
-def put_inside(coding: Base10, genes: Genes, draws: Array) -> Genes:
-    """Return the genes with a random value, from draws (N, T), for every trait out of range."""
-    whole = whole_numbers(genes)
-    mended = np.where(coding.inside(whole), whole, coding.uniform(draws))
-    return digits_of(mended, coding.digits)
-
-
 def bred_until_inside(
     coding: Base10, breed: Callable[[int], Genes], children: int, tries: int
 ) -> Genes:

@@ -6,6 +6,7 @@ makes a difference against uniform or Latin hypercube starts.
 
 import math
 from collections.abc import Callable, Iterator
+from dataclasses import dataclass
 
 import numpy as np
 
@@ -14,8 +15,16 @@ from obs_ros.core.registry import suggest
 from obs_ros.core.typing import Array
 from obs_ros.optimization.problem import Problem
 
-BLOCK = 1024  # points between two looks at the clock; as much memory as they need is enough
-SHARE = 1.0 / 3.0  # of the time that is left, which drawing points may have taken
+
+@dataclass(frozen=True)
+class BlockSettings:
+    """How many points are drawn or rolled out between two looks at the clock."""
+
+    points: int = 1024  # no more of them are in memory than that
+    share: float = 1.0 / 3.0  # of the time that is left, which drawing points may have taken
+
+
+BLOCKS = BlockSettings()
 
 
 def cubic(z: float) -> float:
@@ -67,7 +76,7 @@ def first_population(
     parts: list[Array] = []
     for points in _blocks(kind, size, dimension, rng):
         parts.append(points)
-        if deadline is not None and deadline.elapsed > SHARE * deadline.remaining:
+        if deadline is not None and deadline.elapsed > BLOCKS.share * deadline.remaining:
             break
     points = parts[0] if len(parts) == 1 else np.concatenate(parts)
     if even and kind in ('cubic', 'logistic'):
@@ -83,17 +92,17 @@ def costs_in_time(
     Infinite from where the deadline passes; the first block is always rolled out.
     """
     costs = np.full(len(z), np.inf)
-    for first in range(0, len(z), BLOCK):
+    for first in range(0, len(z), BLOCKS.points):
         if first and deadline.passed:
             break
-        part = slice(first, first + BLOCK)
+        part = slice(first, first + BLOCKS.points)
         costs[part] = problem.costs(z[part], nodes)
     return costs
 
 
 def _blocks(kind: str, size: int, dimension: int, rng: np.random.Generator) -> Iterator[Array]:
     """Yield the points in blocks (B, d); Latin hypercubes are one for each block."""
-    sizes = [min(BLOCK, size - first) for first in range(0, size, BLOCK)]
+    sizes = [min(BLOCKS.points, size - first) for first in range(0, size, BLOCKS.points)]
     if kind == 'uniform':
         yield from (rng.random((block, dimension)) for block in sizes)
     elif kind == 'latin_hypercube':

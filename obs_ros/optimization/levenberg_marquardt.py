@@ -1,7 +1,9 @@
 """Bounded Levenberg-Marquardt from many starts at once, on batched finite differences.
 
-Marquardt scaling, Nielsen's damping update (Madsen, Nielsen & Tingleff 2004), bounds by freezing
-what leans outward and clipping the step. A trial point and its Jacobian are one rollout.
+Least squares F(z) = |r(z)|^2 within limits: each step solves (J'J + mu D) s = -J'r, with D the
+diagonal of J'J (Marquardt 1963) and mu by Nielsen's rule (Madsen, Nielsen & Tingleff 2004, section
+3.2). An unknown at a limit whose gradient leans outward is frozen; a step is clipped to the limits.
+A trial point and its Jacobian are one rollout.
 """
 
 from collections import deque
@@ -13,18 +15,34 @@ import numpy as np
 from obs_ros.core.deadline import Deadline
 from obs_ros.core.typing import AnyArray, Array, BoolArray
 from obs_ros.optimization.lm_linalg import NOTHING, damped_steps, judged
-from obs_ros.optimization.problem import Linearised
+from obs_ros.optimization.problem import Linearised, Problem
 
-DAMPING = 1e-2
-MAX_DAMPING = 1e10
-MAX_REJECTIONS = 8
-FIRST_STEP = 1e-8
-# Difference steps follow the noise: a fixed one loses a third of chaotic plants.
-STEP_SHARE, MIN_STEP, MAX_STEP = 0.02, 1e-11, 1e-6
-# Converged when a full Gauss-Newton step would gain less than this share of d * noise variance.
-GAIN_SHARE, STALLED_SHARE = 0.01, 1e-9
-# Rollouts in which a start must gain that much: at a kink full steps promise for ever.
-PATIENCE = 40
+
+@dataclass(frozen=True)
+class LMSettings:
+    """Settings of Levenberg-Marquardt.
+
+    Steps of z are in boxes; gains are shares of d times the noise variance, by which a fit's
+    squares scatter.
+    """
+
+    damping: float = 1e-2  # mu at the start, against the curvature
+    most_damping: float = 1e10  # a start that needs more has stalled
+    most_rejections: int = 8  # trials in a row, after which a start has stalled
+    least_curvature: float = 1e-6  # of an unknown in D, against the largest
+    fastest_shrink: float = 1.0 / 3.0  # of mu at one step (Nielsen)
+    first_step: float = 1e-8  # of the differences, as long as the noise is not known
+    # Later steps follow the noise: a fixed one loses a third of chaotic plants.
+    step_share: float = 0.02  # of an unknown's deviation with all others known
+    least_step: float = 1e-11  # rounding
+    most_step: float = 1e-6  # curvature
+    converged_gain: float = 0.01  # of a full Gauss-Newton step: less is not worth a rollout
+    stalled_gain: float = 1e-9  # of a damped step
+    patience: int = 40  # rollouts for a gain of `converged_gain`: a kink promises one for ever
+    same_optimum: float = 0.1025  # apart at most are squares of one optimum: 0.41 for d = 4
+
+
+LM_DEFAULTS = LMSettings()
 
 
 @dataclass(frozen=True)
@@ -34,6 +52,10 @@ class Starts:
     z: Array
     squares: Array
     converged: BoolArray
+
+    def agreeing(self, best: float, width: float) -> int:
+        """Count the converged starts whose squares are at most `width` above the best."""
+        return int(np.count_nonzero(self.converged & (self.squares - best <= width)))
 
 
 class Trail:
@@ -58,18 +80,19 @@ def levenberg_marquardt(
     deadline: Deadline,
     enough: Callable[[Starts], bool] | None = None,
     hopeless: Callable[[float], bool] | None = None,
+    settings: LMSettings = LM_DEFAULTS,
 ) -> Starts:
     """Minimise the squares over the first `nodes` nodes from every start z (P, d).
 
     Each start ends at least as good as it began. It stops when it has converged, stalled or
     diverged; all stop after `iterations` rollouts, at the deadline, when those that have converged
-    so far are `enough`, or when the least squares so far, told at every rollout, are `hopeless`.
+    so far are `enough`, or when the least squares so far, given at every rollout, are `hopeless`.
     """
-    d = z.shape[1]
-    freedom = max(1, objective.count(nodes) - d)
+    freedom = max(1, objective.count(nodes) - z.shape[1])
     least = objective.floor(nodes)
-    limits = objective.limits
-    batch = _Batch.of(z, *objective.linearise(z, np.full_like(z, FIRST_STEP), nodes))
+    batch = _Batch.of(
+        z, *objective.linearise(z, np.full_like(z, settings.first_step), nodes), settings
+    )
     begun = usable(batch.squares, batch.hessian)
     stopped = [batch.take(~begun)]
     batch = batch.take(begun)
@@ -81,21 +104,7 @@ def levenberg_marquardt(
         if hopeless is not None and hopeless(lowest):
             break
         variance = max(least, lowest) / freedom
-        step, gain, full_gain = damped_steps(
-            batch.z, batch.gradient, batch.hessian, batch.damping, limits
-        )
-        batch.converged = full_gain < GAIN_SHARE * d * variance
-        trial = batch.z + step
-        inside = ((trial > limits[0]) & (trial < limits[1])).all(axis=1)
-        over = (
-            batch.converged
-            | (inside & (gain <= STALLED_SHARE * d * variance))
-            | (batch.rejections >= MAX_REJECTIONS)
-            | (batch.damping >= MAX_DAMPING)
-        )
-        if iteration % PATIENCE == 0:
-            over |= batch.mark - batch.squares < GAIN_SHARE * d * variance
-            batch.mark = batch.squares.copy()
+        trial, gain, over = batch.propose(objective.limits, variance, iteration)
         if over.any():
             stopped.append(batch.take(over))
             best = np.min(batch.squares, initial=best, where=batch.converged)
@@ -104,16 +113,23 @@ def levenberg_marquardt(
             batch, trial, gain = batch.take(~over), trial[~over], gain[~over]
             if not batch.squares.size:
                 break
-        h = STEP_SHARE * np.sqrt(variance / np.maximum(batch.curvature, NOTHING))
-        h = np.minimum(np.maximum(h, MIN_STEP), MAX_STEP)
+        h = batch.difference_steps(variance)
         batch.move(trial, gain, *objective.linearise(trial, h, nodes))
     return _sorted([*stopped, batch])
+
+
+def optimum_width(problem: Problem, squares: float, settings: LMSettings = LM_DEFAULTS) -> float:
+    """Return how far apart the squares of fits of one optimum may be, next to a fit's `squares`."""
+    nodes, d = problem.nodes, problem.dimension
+    variance = max(squares, problem.floor(nodes)) / max(1, problem.count(nodes) - d)
+    return settings.same_optimum * d * variance
 
 
 @dataclass
 class _Batch:
     """Starts under way: z (P, d), squares (P,), J'r (P, d), J'J (P, d, d) and damping (P,)."""
 
+    settings: LMSettings
     z: Array
     squares: Array
     gradient: Array
@@ -125,28 +141,58 @@ class _Batch:
     mark: Array  # squares (P,) some rollouts ago
 
     @classmethod
-    def of(cls, z: Array, squares: Array, gradient: Array, hessian: Array) -> '_Batch':
+    def of(
+        cls, z: Array, squares: Array, gradient: Array, hessian: Array, settings: LMSettings
+    ) -> '_Batch':
         return cls(
+            settings=settings,
             z=z,
             squares=squares,
             gradient=gradient,
             hessian=hessian,
-            damping=np.full(len(z), DAMPING),
+            damping=np.full(len(z), settings.damping),
             growth=np.full(len(z), 2.0),
             rejections=np.zeros(len(z), dtype=np.int64),
             converged=np.zeros(len(z), dtype=bool),
             mark=np.full(len(z), np.inf),
         )
 
-    @property
-    def curvature(self) -> Array:
-        """Diagonals (P, d) of J'J."""
-        return np.diagonal(self.hessian, axis1=1, axis2=2)
+    def propose(
+        self, limits: Array, variance: float, iteration: int
+    ) -> tuple[Array, Array, BoolArray]:
+        """Return trial points (P, d), their predicted gains (P,), and which starts are over (P,).
+
+        `variance` is that of the noise; those that are over have converged, stalled or crept.
+        """
+        s, d = self.settings, self.z.shape[1]
+        step, gain, full_gain = damped_steps(
+            self.z, self.gradient, self.hessian, self.damping, limits, s.least_curvature
+        )
+        self.converged = full_gain < s.converged_gain * d * variance
+        trial = self.z + step
+        inside = ((trial > limits[0]) & (trial < limits[1])).all(axis=1)
+        over = (
+            self.converged
+            | (inside & (gain <= s.stalled_gain * d * variance))
+            | (self.rejections >= s.most_rejections)
+            | (self.damping >= s.most_damping)
+        )
+        if iteration % s.patience == 0:
+            over |= self.mark - self.squares < s.converged_gain * d * variance
+            self.mark = self.squares.copy()
+        return trial, gain, over
+
+    def difference_steps(self, variance: float) -> Array:
+        """Return steps (P, d) of finite differences for noise of this variance."""
+        s, curvature = self.settings, np.diagonal(self.hessian, axis1=1, axis2=2)
+        h = s.step_share * np.sqrt(variance / np.maximum(curvature, NOTHING))
+        return np.minimum(np.maximum(h, s.least_step), s.most_step)
 
     def take(self, chosen: BoolArray) -> '_Batch':
         """Return the chosen starts."""
         # Field by field: fields() would take longer than the linear algebra of small windows.
         return _Batch(
+            self.settings,
             self.z[chosen],
             self.squares[chosen],
             self.gradient[chosen],
@@ -163,7 +209,10 @@ class _Batch:
     ) -> None:
         """Go to the trial points that cost less, and adapt the damping to the predicted gains."""
         squares = np.where(usable(squares, hessian), squares, np.inf)
-        won = judged(self.squares, squares, gain, self.damping, self.growth, self.rejections)
+        won = judged(
+            self.squares, squares, gain, self.damping, self.growth, self.rejections,
+            self.settings.fastest_shrink,
+        )  # fmt: skip
         if won.all():
             self.z, self.squares, self.gradient, self.hessian = trial, squares, gradient, hessian
         else:

@@ -12,17 +12,15 @@ from obs_ros.core.jit import accelerated
 from obs_ros.core.typing import AnyArray, Array, BoolArray
 
 TINY_DAMPING = 1e-11  # keeps a singular matrix solvable
-SMALLEST_SCALE = 1e-6  # of an unknown's curvature, against the largest
 NOTHING = 1e-200  # keeps the scale of an unknown without influence positive
-FASTEST_SHRINK = 1.0 / 3.0
 
 
 @functools.cache
 def prepare() -> None:
     """Compile what is below, or load it compiled: at the first solve it would cost its deadline."""
-    one = np.ones((1, 1))
-    damped_steps(one, one, np.ones((1, 1, 1)), np.ones(1), np.ones((2, 1)))
-    judged(np.ones(1), np.ones(1), np.ones(1), np.ones(1), np.ones(1), np.ones(1, dtype=np.int64))
+    a, one = np.ones(1), np.ones((1, 1))
+    damped_steps(one, one, one[None], a, np.ones((2, 1)), 1.0)
+    judged(a, a, a, a.copy(), a.copy(), np.ones(1, dtype=np.int64), 1.0)
 
 
 @accelerated
@@ -64,12 +62,18 @@ def solved(hessian: Array, scale: Array, damping: float, right: Array, free: Boo
 
 @accelerated
 def damped_steps(
-    z: Array, gradient: Array, hessian: Array, damping: Array, limits: Array
+    z: Array,
+    gradient: Array,
+    hessian: Array,
+    damping: Array,
+    limits: Array,
+    least_curvature: float,
 ) -> tuple[Array, Array, Array]:
     """Return damped steps (P, d), their predicted gains (P,) and those of undamped steps (P,).
 
     From points z (P, d) with J'r (P, d), J'J (P, d, d) and damping (P,), between limits (2, d). An
-    unknown at its limit that leans outward is frozen; a step is clipped to the limits.
+    unknown at its limit that leans outward is frozen; a step is clipped to the limits. No unknown's
+    scale is below `least_curvature` times the largest.
     """
     count, d = z.shape
     step = np.zeros((count, d))
@@ -80,7 +84,7 @@ def damped_steps(
         for i in range(d):
             most = max(most, hessian[s, i, i])
         for i in range(d):
-            scale[i] = max(hessian[s, i, i], SMALLEST_SCALE * most) + NOTHING
+            scale[i] = max(hessian[s, i, i], least_curvature * most) + NOTHING
             outward = (z[s, i] <= limits[0, i] and gradient[s, i] > 0.0) or (
                 z[s, i] >= limits[1, i] and gradient[s, i] < 0.0
             )
@@ -104,11 +108,18 @@ def damped_steps(
 
 @accelerated
 def judged(
-    squares: Array, tried: Array, gain: Array, damping: Array, growth: Array, rejections: AnyArray
+    squares: Array,
+    tried: Array,
+    gain: Array,
+    damping: Array,
+    growth: Array,
+    rejections: AnyArray,
+    fastest_shrink: float,
 ) -> BoolArray:
     """Return which trials (P,) cost less, and adapt damping, growth and rejections (P,) in place.
 
-    Nielsen's rule: the better the gain was predicted, the less damping. A step clipped at the box
+    Nielsen's rule: the better the gain was predicted, the less damping, but not less than
+    `fastest_shrink` of it at once. A step clipped at the box
     may even predict a loss; that, and a trial that is not finite, counts as rejected.
     """
     won = np.zeros(squares.size, dtype=np.bool_)
@@ -116,7 +127,7 @@ def judged(
         ratio = (squares[s] - tried[s]) / gain[s] if gain[s] > 0.0 else -1.0
         won[s] = ratio > 0.0  # false for NaN
         if won[s]:
-            damping[s] *= max(FASTEST_SHRINK, 1.0 - (2.0 * min(ratio, 1.0) - 1.0) ** 3)
+            damping[s] *= max(fastest_shrink, 1.0 - (2.0 * min(ratio, 1.0) - 1.0) ** 3)
             growth[s] = 2.0
             rejections[s] = 0
         else:

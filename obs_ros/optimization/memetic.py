@@ -2,10 +2,8 @@
 
 Chaotic differential evolution on a short prefix of the window, its best and some un-evolved
 candidates taken by Levenberg-Marquardt over a horizon that grows to the whole window; in rounds
-until an acceptance rule holds.
-
-Differential evolution gives the diversity of the start; measured, the growing horizon does the
-work: on a short prefix even a chaotic plant has few false minima, and what fits it well leads on.
+until an acceptance rule holds. Differential evolution gives the diversity of the start; measured,
+the growing horizon does the work.
 """
 
 from dataclasses import dataclass, field
@@ -15,40 +13,34 @@ import numpy as np
 
 from obs_ros.core.deadline import Deadline
 from obs_ros.core.residual_tests import is_white, like_noise
-from obs_ros.core.typing import Array, IntArray
+from obs_ros.core.typing import Array
 from obs_ros.optimization.differential_evolution import (
     DifferentialEvolution,
     Strategy,
     check_count,
     check_settings,
 )
+from obs_ros.optimization.growing_horizon import (
+    HORIZON_DEFAULTS,
+    HorizonSettings,
+    first_prefix,
+    grown,
+)
 from obs_ros.optimization.initial_population import (
     check_population,
     costs_in_time,
     first_population,
 )
-from obs_ros.optimization.levenberg_marquardt import Starts, Trail, levenberg_marquardt
-from obs_ros.optimization.problem import LeastSquares
+from obs_ros.optimization.levenberg_marquardt import (
+    LM_DEFAULTS,
+    LMSettings,
+    Starts,
+    Trail,
+    levenberg_marquardt,
+    optimum_width,
+)
+from obs_ros.optimization.problem import Problem
 from obs_ros.optimization.result import Acceptance, Effort, Found
-
-ELITE = 4  # evolved candidates handed on
-UNEVOLVED = 4  # candidates handed on as they were drawn: they find what the evolution left
-SHORT_WINDOW = 100  # nodes; below, there is no prefix worth a search of its own
-PREFIX_SHARES = (16, 8, 32, 4)  # of the window, by round
-SMALLEST_PREFIX = 16  # nodes
-GATES = 48
-# A horizon that no candidate leads on is given up: after so many steps in a row by one gate each,
-# and after so many steps at all (windows of the zoo that fit need 5 at most).
-CRAWLING, MOST_STEPS = 2, 6
-BAD_SHARE, BAD_NOISE = 0.01, 4.0  # of the signal's and of the noise's mean square
-PREFIX_ITERATIONS, FULL_ITERATIONS = 12, 120
-PATIENCE = 8  # rollouts in which a window that does not fit must come nearer
-DIRECT_ITERATIONS = 2  # at least, that every start should get before a short deadline
-ROUND_ROLLOUTS = 30  # rollouts of a population over the window that a round costs, roughly
-# Two costs are the same optimum when they differ by less than this times d times the noise
-# variance: 0.41 for four unknowns.
-SAME_OPTIMUM = 0.1025
-NEGLIGIBLE = 1e-6  # of the signal, root mean square
 
 
 @dataclass(frozen=True)
@@ -67,6 +59,16 @@ class MemeticSettings:
     crossover: float = 0.9
     acceptance: str = 'fast'
     max_rounds: int = 8
+    elite: int = 4  # evolved candidates handed on
+    unevolved: int = 4  # handed on as they were drawn: they find what the evolution left
+    short_window: int = 100  # nodes; below, there is no prefix worth a search of its own
+    full_iterations: int = 120  # rollouts over the whole window, in each round
+    direct_iterations: int = 2  # that every start should get before a short deadline
+    round_rollouts: int = 30  # of a population over the window, which a round costs roughly
+    patience: int = 8  # rollouts in which a window that does not fit must come nearer
+    negligible: float = 1e-6  # of the signal, root mean square: what is left is rounding
+    horizon: HorizonSettings = HORIZON_DEFAULTS
+    local: LMSettings = LM_DEFAULTS
 
     def __post_init__(self) -> None:
         check_population(self.chaos)
@@ -78,14 +80,14 @@ class MemeticSettings:
 
 
 def memetic_search(
-    objective: LeastSquares,
+    objective: Problem,
     rng: np.random.Generator,
     deadline: Deadline,
     settings: MemeticSettings,
     warm: Array | None = None,
     noise_known: bool = False,
 ) -> Found:
-    """Search the optimum of a window; `warm` (d,) is a start to race against fresh ones.
+    """Search the optimum of a window; `warm` (d,) is a start beside fresh ones.
 
     Residuals have unit variance when `noise_known`. Returns the best point ever seen over the whole
     window; at least one population is rolled out over it, however early the deadline.
@@ -100,16 +102,15 @@ def memetic_search(
 
 @dataclass
 class Rounds:
-    """One search: what its rounds have found so far."""
+    """One search, with the best that its rounds have found so far."""
 
-    objective: LeastSquares
+    objective: Problem
     rng: np.random.Generator
     deadline: Deadline
     settings: MemeticSettings
     warm: Array | None
     noise_known: bool
     accepted: Acceptance | None = None
-    white: bool | None = None
     converged: bool = False
     best: Array = field(init=False)
     squares: float = np.inf
@@ -121,7 +122,7 @@ class Rounds:
 
     def run(self, number: int) -> None:
         """Run one round from a fresh population."""
-        nodes = self.objective.nodes
+        settings = self.settings
         candidates = self._first_candidates(number)
         self.rounds += 1
         if self.deadline.passed:
@@ -131,11 +132,12 @@ class Rounds:
         last = levenberg_marquardt(
             self.objective,
             candidates,
-            nodes,
-            FULL_ITERATIONS,
+            self.objective.nodes,
+            settings.full_iterations,
             self.deadline,
             enough,
-            partial(self._stuck, Trail(PATIENCE)),
+            partial(self._stuck, Trail(settings.patience)),
+            settings.local,
         )
         self._remember(last.z, last.squares)
         self.bests.append(float(last.squares[0]))
@@ -150,7 +152,6 @@ class Rounds:
             cost=self.squares,
             converged=self.converged,
             accepted=self.accepted,
-            white=self.white,
             effort=Effort(self.rounds, 'round'),
         )
 
@@ -165,33 +166,33 @@ class Rounds:
             even=True,
             deadline=self.deadline,
         )
-        unevolved = z[self.rng.permutation(len(z))[:UNEVOLVED]]
+        unevolved = z[self.rng.permutation(len(z))[: settings.unevolved]]
         if self.warm is not None:
             z[-1] = self.warm
             unevolved = np.vstack([unevolved, self.warm])
-        if nodes <= SHORT_WINDOW or not self.deadline.never:
+        if nodes <= settings.short_window or not self.deadline.never:
             # Whatever happens later, there is an answer; and it tells what a round will take.
             begin = self.deadline.elapsed
             costs = costs_in_time(self.objective, z, self.deadline)
             self._remember(z, costs)
             spent, left = self.deadline.elapsed - begin, self.deadline.remaining
-            if nodes <= SHORT_WINDOW or left < ROUND_ROLLOUTS * spent:
-                starts = np.vstack([z[np.argsort(costs)[:ELITE]], unevolved])
+            if nodes <= settings.short_window or left < settings.round_rollouts * spent:
+                starts = np.vstack([z[np.argsort(costs)[: settings.elite]], unevolved])
                 # Few starts that get somewhere are better than many that do not.
                 iteration = spent / len(z) * (1 + self.objective.dimension)  # of one start
-                affordable = left / (DIRECT_ITERATIONS * max(iteration, 1e-9))
+                affordable = left / (settings.direct_iterations * max(iteration, 1e-9))
                 return starts[: max(1, int(min(affordable, len(starts))))]
-        prefix = self._prefix(number)
-        evolved = self._evolve(z, prefix)
-        return self._grow(np.vstack([evolved, unevolved]), prefix)
-
-    def _prefix(self, number: int) -> int:
-        """Nodes of the first horizon: a share of the window that still tells something."""
-        nodes, d = self.objective.nodes, self.objective.dimension
-        prefix = max(nodes // PREFIX_SHARES[number % len(PREFIX_SHARES)], SMALLEST_PREFIX)
-        while prefix < nodes and self.objective.count(prefix) < 4 * d:
-            prefix *= 2
-        return min(prefix, nodes)
+        prefix = first_prefix(self.objective, number, settings.horizon)
+        starts = np.vstack([self._evolve(z, prefix), unevolved])
+        return grown(
+            self.objective,
+            starts,
+            prefix,
+            self.deadline,
+            self._remember,
+            settings.horizon,
+            settings.local,
+        )
 
     def _evolve(self, z: Array, nodes: int) -> Array:
         settings = self.settings
@@ -203,64 +204,23 @@ class Rounds:
                 break
             trials = evolution.ask(self.deadline)
             evolution.tell(costs_in_time(self.objective, trials, self.deadline, nodes))
-        return evolution.population[np.argsort(evolution.costs)[:ELITE]]
-
-    def _grow(self, z: Array, nodes: int) -> Array:
-        """Polish over a horizon that grows as far as the best candidate stays near the data.
-
-        Where no candidate does, as in a window that the model cannot explain, the whole window is
-        all that is left.
-        """
-        total = self.objective.nodes
-        gates = np.unique(np.geomspace(nodes, total, GATES).round().astype(np.int64))
-        counts = np.diff([0, *(self.objective.count(int(gate)) for gate in gates)])
-        steps = crawled = 0
-        while nodes < total and steps < MOST_STEPS and crawled < CRAWLING:
-            if self.deadline.passed:
-                break
-            starts = levenberg_marquardt(self.objective, z, nodes, PREFIX_ITERATIONS, self.deadline)
-            z = starts.z[: max(2, len(z) // 2)]
-            blocks = self.objective.block_squares(z, gates)
-            self._remember(z, blocks.sum(axis=0))
-            variance = starts.squares[0] / max(1, self.objective.count(nodes) - z.shape[1])
-            reach = self._reach(blocks, counts, variance)
-            beyond, reached = int(gates[gates > nodes][0]), int(gates[reach.max()])
-            steps += 1
-            crawled = crawled + 1 if reached <= beyond else 0
-            nodes = max(beyond, reached)
-            z = z[np.argsort(blocks[: np.searchsorted(gates, nodes) + 1].sum(axis=0))]
-        return z
-
-    def _reach(self, blocks: Array, counts: IntArray, variance: float) -> IntArray:
-        """Return for every candidate the first block (B,) that it misses; the last if none.
-
-        blocks (G, B) are squares, counts (G,) the numbers of residuals in them.
-        """
-        limit = BAD_SHARE * self.objective.signal + BAD_NOISE * variance
-        bad = ~(blocks < limit * np.maximum(counts, 1)[:, None])
-        bad[-1] = True
-        return np.asarray(bad.argmax(axis=0))
+        return evolution.population[np.argsort(evolution.costs)[: settings.elite]]
 
     def _enough(self, quorum: int, stopped: Starts) -> bool:
         """Whether so many have converged to one optimum that the others may stop."""
         best = stopped.squares[0]
         if not stopped.converged[0] or best > self.squares:
             return False
-        return self._agreeing(stopped, best) >= quorum
+        return stopped.agreeing(best, self._width(best)) >= quorum
 
     def _stuck(self, trail: Trail, squares: float) -> bool:
         """Whether the least squares are far above noise and hardly fall any more."""
-        gain = trail.gain(squares)
-        return squares > BAD_NOISE * self._freedom and gain < self._same(squares)
+        far = squares > self.settings.horizon.bad_noise * self._freedom
+        return trail.gain(squares) < self._width(squares) and far
 
-    def _agreeing(self, starts: Starts, best: float) -> int:
-        """Count the converged starts whose squares are the best ones."""
-        return int(np.count_nonzero(starts.converged & (starts.squares - best <= self._same(best))))
-
-    def _same(self, squares: float) -> float:
+    def _width(self, squares: float) -> float:
         """Return how far apart squares of one and the same optimum may be."""
-        variance = max(squares, self.objective.floor(self.objective.nodes)) / self._freedom
-        return SAME_OPTIMUM * self.objective.dimension * variance
+        return optimum_width(self.objective, squares, self.settings.local)
 
     @property
     def _freedom(self) -> int:
@@ -275,8 +235,7 @@ class Rounds:
         """Decide whether the best point can be believed to be the optimum, and by which rule."""
         if not np.isfinite(self.squares):
             return
-        nodes = self.objective.nodes
-        same = self._same(self.squares)
+        same = self._width(self.squares)
         agreeing = np.count_nonzero(np.array(self.bests) - self.squares <= same)
         if self.noise_known:
             if self.converged and like_noise(self.squares, self._freedom):
@@ -284,13 +243,13 @@ class Rounds:
             elif agreeing >= 2:
                 self.accepted = Acceptance.ROUNDS
             return
-        fast = self.settings.acceptance == 'fast' and self._agreeing(last, self.squares) >= 2
+        fast = self.settings.acceptance == 'fast' and last.agreeing(self.squares, same) >= 2
         if not fast and agreeing < 2:
             return
         # A residual too small to matter is not asked for its colour: rounding is not white.
-        negligible = NEGLIGIBLE**2 * self.objective.signal * self.objective.count(nodes)
-        self.white = self.squares <= negligible or is_white(self.objective.residuals(self.best))
-        if self.white:
+        values = self.objective.count(self.objective.nodes)
+        negligible = self.settings.negligible**2 * self.objective.signal * values
+        if self.squares <= negligible or is_white(self.objective.residuals(self.best)):
             self.accepted = Acceptance.WHITE_SURVIVORS if fast else Acceptance.WHITE_ROUNDS
         elif agreeing >= 2:
             # More rounds would find it again: what is left is no fault of the search.

@@ -1,26 +1,50 @@
-"""Minimise over a box. Nothing here knows plants or ROS.
+"""The search methods, by name: each minimises the costs of a `Problem` over the unit box."""
 
-A method is a function `(objective, rng, deadline, settings, warm, noise_known) -> Found` with a
-frozen dataclass of settings.
-"""
-
-from collections.abc import Callable, Mapping
+from collections.abc import Mapping
 from dataclasses import fields
-from typing import Any, NamedTuple
+from typing import Any, NamedTuple, Protocol
 
+import numpy as np
+
+from obs_ros.core.deadline import Deadline
 from obs_ros.core.registry import suggest
 from obs_ros.core.texts import quoted
+from obs_ros.core.typing import Array
 from obs_ros.optimization.chaotic_de import ChaoticDESettings, chaotic_de_search
 from obs_ros.optimization.ga import GASettings, ga_search
 from obs_ros.optimization.memetic import MemeticSettings, memetic_search
+from obs_ros.optimization.problem import Problem
 from obs_ros.optimization.result import Found
 
 
-class Method(NamedTuple):
-    """A search method: its function, its settings, whether it needs a sum of squares."""
+class Search(Protocol):
+    """A function that looks for the least cost, by the deadline, and tells the best point."""
 
-    search: Callable[..., Found]
-    settings: type
+    def __call__(
+        self,
+        problem: Problem,
+        rng: np.random.Generator,
+        deadline: Deadline,
+        settings: Any,
+        warm: Array | None = None,
+        noise_known: bool = False,
+        /,
+    ) -> Found:
+        """Search with `settings` of the method's own type.
+
+        `warm` (d,) is a point to start from; with `noise_known` the residuals have unit variance.
+        """
+
+
+class Method(NamedTuple):
+    """A search method: its function, its frozen dataclass of settings, and what it needs.
+
+    With `needs_squares` it is given only problems that are least squares, and what it finds gets
+    standard deviations and, in the window observer, a prior and jumps.
+    """
+
+    search: Search
+    settings: type[Any]
     needs_squares: bool
 
 

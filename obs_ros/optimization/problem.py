@@ -1,23 +1,8 @@
-"""What a search sees of its problem: points of the unit box and their costs."""
+"""The problem that a search method solves: costs of points of the unit box."""
 
 from typing import Protocol
 
 from obs_ros.core.typing import Array, IntArray
-
-
-class Problem(Protocol):
-    """Costs over the unit box; +inf for a point that has none."""
-
-    @property
-    def dimension(self) -> int:
-        """Number of unknowns, d."""
-
-    @property
-    def is_least_squares(self) -> bool:
-        """Whether the costs are sums of squares, as of a `LeastSquares`."""
-
-    def costs(self, z: Array, nodes: int | None = None) -> Array:
-        """Return the costs (B,) of points z (B, d), over a prefix of the window."""
 
 
 class Linearised(Protocol):
@@ -37,8 +22,19 @@ class Linearised(Protocol):
         """Return squares (P,), J'r (P, d) and J'J (P, d, d) at points z (P, d), steps h (P, d)."""
 
 
-class LeastSquares(Problem, Linearised, Protocol):
-    """A problem whose cost is a sum of squared residuals along the nodes of a window."""
+class Problem(Linearised, Protocol):
+    """All that a search method may ask; the costs are the squares if `is_least_squares`.
+
+    Every method gets one of these, its own costs or those with a prior's squares added.
+    """
+
+    @property
+    def dimension(self) -> int:
+        """Number of unknowns, d."""
+
+    @property
+    def is_least_squares(self) -> bool:
+        """Whether the costs are sums of squared residuals along the nodes."""
 
     @property
     def nodes(self) -> int:
@@ -48,8 +44,11 @@ class LeastSquares(Problem, Linearised, Protocol):
     def signal(self) -> float:
         """Mean square of the measured values about their means, in units of the residuals."""
 
-    def block_squares(self, z: Array, gates: IntArray) -> Array:
-        """Return squares (G, B) summed between rising numbers of nodes (G,)."""
+    def costs(self, z: Array, nodes: int | None = None) -> Array:
+        """Return the costs (B,) of points z (B, d) over a prefix of the window; +inf: none."""
+
+    def block_squares(self, z: Array, prefixes: IntArray) -> Array:
+        """Return squares (G, B), summed between rising numbers of nodes (G,)."""
 
     def residuals(self, z: Array) -> Array:
         """Return the residuals (K, r) of one point (d,); NaN where nothing was measured."""

@@ -41,13 +41,11 @@ class Found:
     """Best point z (d,) of the unit box and its cost.
 
     `converged`: the last local search saw nothing left to gain; `accepted`: the rule by which the
-    point is believed to be the optimum, None if none holds; `white`: whether its residual looks
-    like noise, None where nobody looked.
+    point is believed to be the optimum, None if none holds.
     """
 
     z: Array
     cost: float
     converged: bool
     accepted: Acceptance | None
-    white: bool | None
     effort: Effort

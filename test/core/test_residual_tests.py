@@ -40,6 +40,28 @@ def test_noise_is_hardly_ever_taken_for_a_mismatch() -> None:
     assert sum(not is_white(window) for window in noise) <= 15
 
 
+def test_white_noise_is_white_and_a_trend_is_not() -> None:
+    rng = np.random.default_rng(4)
+    verdicts = [is_white(rng.standard_normal((200, 2))) for _ in range(1000)]
+    assert 0.98 < np.mean(verdicts) <= 1.0  # 0.995 is meant
+    trend = rng.standard_normal((200, 2)) + np.linspace(-1.0, 1.0, 200)[:, None]
+    assert not is_white(trend)
+
+
+def test_the_verdict_is_a_bool_since_reports_ask_whether_it_is_false() -> None:
+    assert is_white(np.tile([1.0, -1.0], 50)[:, None]) is False
+    assert is_white(np.zeros((5, 1))) is True
+
+
+def test_missing_residuals_do_not_matter() -> None:
+    rng = np.random.default_rng(5)
+    residuals = rng.standard_normal((200, 2))
+    residuals[rng.random((200, 2)) < 0.5] = np.nan
+    assert is_white(residuals)
+    assert is_white(np.full((5, 2), np.nan))
+    assert is_white(np.zeros((5, 1)))
+
+
 @pytest.mark.parametrize('r', [0.3, -0.3])
 def test_autoregressive_noise_is_found(r: float) -> None:
     """Each of 100 windows of 300, seed 2: 5.2 standard deviations expected, 2.81 needed."""

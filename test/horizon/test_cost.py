@@ -27,9 +27,9 @@ class Counting:
         self.kernels, self.name, self.model = kernels, kernels.name, kernels.model
         self.compile_time, self.steps = 0.0, 0
 
-    def squares(self, grid: Any, gates: Any, x0: Array, p: Array) -> Any:
-        self._count(grid, int(gates[-1]), x0)
-        return self.kernels.squares(grid, gates, x0, p)
+    def squares(self, grid: Any, prefixes: Any, x0: Array, p: Array) -> Any:
+        self._count(grid, int(prefixes[-1]), x0)
+        return self.kernels.squares(grid, prefixes, x0, p)
 
     def grams(self, grid: Any, nodes: int, x0: Array, p: Array, width: int) -> Any:
         self._count(grid, nodes, x0)

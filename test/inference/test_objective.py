@@ -82,8 +82,8 @@ def test_the_truth_costs_nothing_and_everything_else_more(backend: str, fitness:
 
 def test_block_squares_add_up_to_the_costs(backend: str) -> None:
     problem, z = objective(backend), candidates()
-    gates = np.array([4, 5, 20, 31])
-    blocks = problem.block_squares(z, gates)
+    prefixes = np.array([4, 5, 20, 31])
+    blocks = problem.block_squares(z, prefixes)
     assert blocks.shape == (4, 6)
     np.testing.assert_allclose(np.cumsum(blocks, axis=0)[2], problem.costs(z, 20), rtol=1e-12)
     np.testing.assert_allclose(blocks.sum(axis=0), problem.costs(z), rtol=1e-12)

@@ -104,15 +104,15 @@ def candidates(count: int, seed: int = 4) -> tuple[Array, Array]:
     return draw.uniform(-2.0, 2.0, (2, count)), draw.uniform(0.2, 2.0, (2, count))
 
 
-def test_squares_are_those_of_the_measured_residuals_between_gates(backend: str) -> None:
+def test_squares_are_those_of_the_measured_residuals_between_prefixes(backend: str) -> None:
     kernels, grid = kernels_for(OSCILLATOR, backend), missing_record(OSCILLATOR)
     x0, p = candidates(5)
     _, outputs = kernels.trajectories(grid, x0, p)
     terms = (grid.weight[..., None] * (outputs - grid.y[..., None])) ** 2
-    gates = np.array([1, 7, 8, 30, 41])
-    squares = kernels.squares(grid, gates, x0, p)
+    prefixes = np.array([1, 7, 8, 30, 41])
+    squares = kernels.squares(grid, prefixes, x0, p)
     assert squares.shape == (5, 2, 5)
-    for g, (first, last) in enumerate(pairwise([0, *gates])):
+    for g, (first, last) in enumerate(pairwise([0, *prefixes])):
         np.testing.assert_allclose(squares[g], terms[first:last].sum(axis=0), rtol=1e-12)
     short = kernels.squares(grid, np.array([20]), x0, p)
     np.testing.assert_allclose(short[0], terms[:20].sum(axis=0), rtol=1e-12)
@@ -138,12 +138,12 @@ def test_both_kernels_agree_for_any_number_of_candidates(count: int) -> None:
     pytest.importorskip('numba')
     for interpolation in ('hold', 'linear', 'mean'):
         model = with_interpolation(OSCILLATOR, interpolation)
-        grid, gates = missing_record(model), np.array([3, 11, 41])
+        grid, prefixes = missing_record(model), np.array([3, 11, 41])
         x0, p = candidates(count)
         a, b = kernels_for(model, 'numba'), kernels_for(model, 'numpy')
         for left, right in zip(
-            (*a.trajectories(grid, x0, p), a.squares(grid, gates, x0, p)),
-            (*b.trajectories(grid, x0, p), b.squares(grid, gates, x0, p)),
+            (*a.trajectories(grid, x0, p), a.squares(grid, prefixes, x0, p)),
+            (*b.trajectories(grid, x0, p), b.squares(grid, prefixes, x0, p)),
             strict=True,
         ):
             assert left.shape == right.shape

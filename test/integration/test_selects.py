@@ -148,14 +148,16 @@ def test_a_plant_that_chooses_costs_about_what_a_plain_one_costs(
     pytest.importorskip('numba')
     from obs_ros.integration.compiled import CompiledKernels
 
-    gates = np.array([200])
+    prefixes = np.array([200])
 
     def fastest(model: Model) -> float:
         grid, x0, p = window(model, 200, 64)
         kernels = CompiledKernels(model)
-        found = kernels.squares(grid, gates, x0, p)
-        np.testing.assert_allclose(found, NumpyKernels(model).squares(grid, gates, x0, p), 1e-9)
-        return min(cpu_seconds(lambda: kernels.squares(grid, gates, x0, p), 3) for _ in range(20))
+        found = kernels.squares(grid, prefixes, x0, p)
+        np.testing.assert_allclose(found, NumpyKernels(model).squares(grid, prefixes, x0, p), 1e-9)
+        return min(
+            cpu_seconds(lambda: kernels.squares(grid, prefixes, x0, p), 3) for _ in range(20)
+        )
 
     assert fastest(choosing) < MARGIN * fastest(plain)
 

@@ -34,7 +34,7 @@ def test_a_path_of_several_pieces_gives_what_a_rollout_gives(backend: str, integ
     stepper = stepper_for(model, backend)
     assert stepper.name == backend
     path = Path(3, t, np.diff(t), grid.steps, u, 0.0 * u)
-    stepper.carry(path, x, p)
+    stepper.propagate(path, x, p)
     y = np.empty((2, x.shape[1]))
     stepper.measure(t[-1], u[-1], x, p, y)
     np.testing.assert_allclose(x, states[-1], rtol=1e-12)
@@ -46,7 +46,7 @@ def test_a_plant_without_inputs_and_parameters_and_a_candidate_that_diverges(bac
     x, p = np.full((1, LANES), 0.5), np.empty((0, LANES))
     x[0, 3], x[0, 4] = 4.0, NAN
     empty = np.empty((2, 0))
-    stepper.carry(Path(1, np.zeros(2), np.ones(1), np.array([100]), empty, empty), x, p)
+    stepper.propagate(Path(1, np.zeros(2), np.ones(1), np.array([100]), empty, empty), x, p)
     assert not np.isfinite(x[0, 3:5]).any()
     np.testing.assert_allclose(np.delete(x[0], [3, 4]), 1.0, rtol=1e-6)
 

@@ -25,7 +25,7 @@ class OpenLoop(RecursiveObserver):
         self.parameters = np.repeat(self.p[:, None], LANES, axis=1)
 
     def _step(self, before: Instant, now: Instant, path: Any) -> None:
-        self.stepper.carry(path, self.lanes, self.parameters)
+        self.stepper.propagate(path, self.lanes, self.parameters)
         self.x[:] = self.lanes[:, 0]
         self.innovation[0] = now.y[0] - self.x[0]
         self.steps.append((before, now))

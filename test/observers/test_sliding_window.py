@@ -2,6 +2,7 @@
 
 import re
 import threading
+from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
@@ -10,8 +11,10 @@ from plants import tank_outputs
 
 from obs_ros import Estimate, Outcome, Record, Sample, solve_window
 from obs_ros.observers.sliding_window import SlidingWindowObserver
+from obs_ros.optimization.levenberg_marquardt import levenberg_marquardt
 from obs_ros.optimization.methods import METHODS, Method
-from obs_ros.optimization.result import Found
+from obs_ros.optimization.problem import Problem
+from obs_ros.optimization.result import Acceptance, Effort, Found
 from plant_sim.scenarios import load_scenario
 from plant_sim.simulation import Simulation
 
@@ -124,6 +127,33 @@ def test_results_begun_before_a_reset_are_dropped() -> None:
         assert (a.t0, a.parameters) == (300.0, b.parameters)
         assert a.stddev == pytest.approx(b.stddev, abs=0.0, rel=0.0, nan_ok=True)
         assert a.evaluations == b.evaluations
+
+
+def test_a_method_of_the_users_own_may_ask_a_window_with_a_prior_all_that_it_asks_others() -> None:
+    asked = set()
+
+    @dataclass(frozen=True)
+    class Own:
+        starts: int = 8
+
+    def own(problem: Any, rng: Any, deadline: Any, settings: Own, *_: Any) -> Found:
+        asked.update(name for name in dir(Problem) if name[0] != '_' and hasattr(problem, name))
+        assert problem.is_least_squares and problem.signal > 0.0
+        z = rng.random((settings.starts, problem.dimension))
+        found = levenberg_marquardt(problem, z, problem.nodes, 100, deadline)
+        cost = float(problem.costs(found.z[:1])[0])
+        assert problem.residuals(found.z[0]).shape == (problem.nodes, 2)
+        assert problem.block_squares(found.z[:1], np.array([problem.nodes]))[0, 0] == cost
+        return Found(found.z[0], cost, True, Acceptance.METHOD, Effort(8, 'start'))
+
+    method = Method(own, Own, needs_squares=True)
+    alone = solve_window('three_tank', window(0, 101), method, noise=NOISE)
+    estimate = run(make(noise=NOISE, search=method), samples(0, 102))[0]
+    assert asked == {name for name in dir(Problem) if name[0] != '_'}
+    for found in (alone, estimate):
+        assert found.outcome is Outcome.CONVERGED
+        assert found.parameters['p2'] == pytest.approx(0.5, abs=0.01)
+    assert estimate.cost == pytest.approx(alone.cost, abs=0.1)
 
 
 def test_the_same_samples_give_the_same_bits_also_after_a_reset() -> None:

@@ -18,7 +18,6 @@ from obs_ros.optimization.genetic_operators import (
     fitness_of,
     mutated,
     offspring,
-    put_inside,
     roulette,
     string_crossover,
     trait_crossover,
@@ -97,9 +96,10 @@ def test_genes_mutate_as_often_as_told_and_to_any_digit() -> None:
 
 
 def test_a_trait_out_of_range_becomes_a_random_value_and_others_stay() -> None:
-    genes = np.zeros((1000, 3, 6), dtype=np.int8)
+    genes = np.zeros((1001, 3, 6), dtype=np.int8)
     genes[:, 0, 1] = 2  # 2.0 is inside, 0.0 is below 0.8, 0.0 is inside
-    mended = CODING.decode(put_inside(CODING, genes, np.random.default_rng(4).random((1000, 3))))
+    order, rng = np.arange(1001), np.random.default_rng(4)
+    mended = offspring(genes, order, 2, 1, 1e-9, CODING, rng)[1][1:]
     assert (mended[:, 0] == 2.0).all() and (mended[:, 2] == 0.0).all()
     assert mended[:, 1].min() < 0.802 and mended[:, 1].max() > 1.198
     assert mended[:, 1].mean() == pytest.approx(1.0, abs=0.015)

@@ -9,7 +9,12 @@ from scipy.optimize import least_squares, lsq_linear
 
 from obs_ros.core.deadline import Deadline
 from obs_ros.core.typing import Array
-from obs_ros.optimization.levenberg_marquardt import levenberg_marquardt
+from obs_ros.optimization.levenberg_marquardt import (
+    LMSettings,
+    Starts,
+    levenberg_marquardt,
+    optimum_width,
+)
 
 NEVER = Deadline()
 
@@ -77,7 +82,7 @@ def test_converged_means_that_little_is_left_to_gain_even_at_bounds(count: int) 
         best = 2.0 * lsq_linear(a, y, (0.0, 1.0), tol=1e-14).cost
         if found.converged[0]:
             converged += 1
-            # Less than what tells two optima apart, SAME_OPTIMUM.
+            # Less than what tells two optima apart, LMSettings.same_optimum.
             assert found.squares[0] - best < 0.1025 * d * best / (m - d), problem_number
     assert converged > 0.95 * count
 
@@ -177,3 +182,14 @@ def test_only_the_prefix_counts() -> None:
     a = levenberg_marquardt(problem, start, 100, 60, NEVER)
     b = levenberg_marquardt(half, start, 100, 60, NEVER)
     np.testing.assert_allclose(a.z, b.z, rtol=1e-12)
+
+
+def test_only_what_has_converged_within_the_width_of_an_optimum_agrees() -> None:
+    """Squares of one optimum differ by less than 0.1025 d times the noise's variance."""
+    width = optimum_width(decay_problem(nodes=103), 100.0)
+    assert width == pytest.approx(0.1025 * 3.0 * 1.0)
+    assert optimum_width(decay_problem(nodes=103), 100.0, LMSettings(same_optimum=1.0)) == 3.0
+    for above, converged, agreeing in ((0.9, True, 2), (1.1, True, 1), (0.0, False, 1)):
+        squares = np.array([100.0, 100.0 + above * width])
+        ends = Starts(np.full((2, 3), 0.5), squares, np.array([True, converged]))
+        assert ends.agreeing(100.0, width) == agreeing

@@ -32,6 +32,7 @@ def test_a_singular_matrix_gives_finite_steps() -> None:
         (row.T @ row)[None],
         np.array([1e-12]),
         np.array([[0.0] * 3, [1.0] * 3]),
+        1e-6,
     )
     assert np.isfinite(step).all()
     assert gain[0] > 0.0
@@ -42,7 +43,7 @@ def test_a_better_predicted_gain_damps_less_and_a_nan_is_rejected() -> None:
     damps, growth = np.ones(3), np.full(3, 2.0)
     rejections = np.zeros(3, dtype=np.int64)
     squares, tried = np.full(3, 10.0), np.array([5.0, 9.9, np.nan])
-    won = lm_linalg.judged(squares, tried, np.full(3, 5.0), damps, growth, rejections)
+    won = lm_linalg.judged(squares, tried, np.full(3, 5.0), damps, growth, rejections, 1.0 / 3.0)
     assert won.tolist() == [True, True, False]
     assert damps[0] == pytest.approx(1.0 / 3.0)
     assert damps[1] > 1.0

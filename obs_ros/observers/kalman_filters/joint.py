@@ -111,7 +111,7 @@ class KalmanObserver(RecursiveObserver):
         self._correct(now)
 
     def _step(self, before: Instant, now: Instant, path: Path) -> None:
-        self._stepper.carry(path, self._x, self._p)
+        self._stepper.propagate(path, self._x, self._p)
         if not self._predict((now.stamp - before.stamp) / 1e9):
             self._restart_covariance(now)
         self._correct(now)

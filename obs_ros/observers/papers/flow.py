@@ -104,7 +104,7 @@ class FlowObserver(RecursiveObserver):
         lanes[:r] = self.flows[:, None]
         lanes[r:n] = self.x[r:, None]
         lanes[n:] = self.filters[:, None]
-        self._stepper.carry(self._with_outputs(path, before.y, now.y), lanes, self._parameters)
+        self._stepper.propagate(self._with_outputs(path, before.y, now.y), lanes, self._parameters)
         self.flows[:] = np.minimum(np.maximum(lanes[:r, 0], self._least), self._most)
         self.x[r:], self.filters[:] = lanes[r:n, 0], lanes[n:, 0]
         self._read(now)

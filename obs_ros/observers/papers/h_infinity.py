@@ -140,7 +140,7 @@ class HInfinityObserver(RecursiveObserver):
             place(self.x, self.p, self._adapted, self._differences, self._x, self._p)
             self.stepper.measure(t, u, self._x, self._p, self._y)
             e = begin + elapsed * slope - self._y[:, 0]
-            self.stepper.carry(piece, self._x, self._p)
+            self.stepper.propagate(piece, self._x, self._p)
             adapt(
                 self.x, self.p, self._adapted, self._U, self._P, e, dt, self._x,
                 self._differences, self._L, self._H, self._B, self._C, s.adaptation == 'filtered',

@@ -31,7 +31,6 @@ FOUND = Found(
     cost=50.0,
     converged=True,
     accepted=Acceptance.METHOD,
-    white=None,
     effort=Effort(3, 'round'),
 )
 # Scaled, 1 in size and white: of two neighbours every other pair agrees in sign.
