@@ -484,7 +484,7 @@ def test_a_wrong_model_is_named(model: Any, message: str) -> None:
     ('settings', 'message'),
     [
         ({'search': 'gaa'}, "unknown search method 'gaa': did you mean 'ga'?"),
-        ({'search_options': {'populaton': 9}}, "no option 'populaton': did you mean 'population'?"),
+        ({'search_options': {'populaton': 9}}, "no option 'populaton': did you mean 'population'"),
         ({'search_options': {'population': 2}}, 'population must be an integer >= 4, not 2'),
         ({'bounds': {'p1': (1.0, 0.0)}}, 'p1: lower bound 1.0 is not below upper bound 0.0'),
         ({'bounds': {'p4': (0.0, 1.0)}}, "no state or parameter 'p4'"),
