@@ -16,7 +16,7 @@ from obs_ros.core.model import names
 from obs_ros.core.record import Record
 from obs_ros.core.residual_tests import independent_share, inflation
 from obs_ros.core.typing import Array, BoolArray
-from obs_ros.horizon.announcements import SAME_TIME, Announcements
+from obs_ros.horizon.announcements import Announcements
 from obs_ros.horizon.arrival_cost import ArrivalCost, KnownJump, WindowPosterior
 from obs_ros.horizon.probation import Probation, without_stuck
 from obs_ros.horizon.solve import Solver, rescaled_to_residuals
@@ -181,7 +181,7 @@ class MovingHorizon:
         places = {name: i for i, name in enumerate(objective.unknowns.names)}
         start = float(grid.t[0])
         duration = float(grid.t[-1]) - start
-        near = SAME_TIME * duration
+        near = self._announcements.settings.same_time * duration
         earlier = history.jumps
         history.jumps = [known for known in earlier if known.time < start]
         for jump in jumps:
