@@ -1,11 +1,12 @@
-"""Which jumps a window tells of, and which of them are news.
+"""The jumps that a window shows, in the parameters' units, and which of them are news.
 
 Windows that overlap show the same jump again and again: it is announced once, by the first window
 that shows it clearly.
 """
 
-from collections.abc import Iterable, Sequence
-from dataclasses import dataclass, field, replace
+from collections.abc import Iterable, Iterator, Mapping, Sequence
+from dataclasses import dataclass, replace
+from itertools import groupby
 
 import numpy as np
 
@@ -17,47 +18,71 @@ from obs_ros.inference.jumps.hypothesis import Hypothesis
 from obs_ros.inference.jumps.piecewise import interval_of
 from obs_ros.inference.parameterisation import Unknowns
 
-CLEAR = 2.0  # standard deviations from no jump
-SAME_TIME = 0.05  # window; jumps found nearer to each other than that, or
-SAME_DEVIATIONS = 5.0  # than so many standard deviations, are one and the same
+
+@dataclass(frozen=True)
+class AnnouncementSettings:
+    """When a jump is clear, and when two are one; see benchmarks/results/interconnected.md."""
+
+    clear: float = 2.0  # standard deviations of a size, from none: 95 % two-sided
+    same_time: float = 0.05  # window; jumps nearer to each other than that are one and the same,
+    same_deviations: float = 5.0  # and those nearer than so many standard deviations of their times
 
 
-@dataclass
-class Sizes:
-    """What jumped at one time (s): by how much and how surely, in the parameters' units.
+@dataclass(frozen=True)
+class Size:
+    """Size of one parameter's jump and its standard deviation, in the parameter's unit.
 
-    `clear` tells whether any of it is told from no jump at all, as searches see the parameters: on
-    a log scale a ratio may be sure though both values are not.
+    `change` is the size as searches see the parameter, and `spread` its standard deviation, in
+    boxes: on a log scale a ratio may be sure though both values are not.
     """
+
+    value: float
+    stddev: float
+    change: float
+    spread: float
+
+    def clear(self, deviations: float) -> bool:
+        """Whether it is told from no jump at all by more than so many standard deviations."""
+        return abs(self.change) > deviations * self.spread
+
+    @classmethod
+    def of(cls, unknowns: Unknowns, place: int, ends: Array, covariance: Array) -> 'Size':
+        """Return the size of a jump between `ends` (2,), in boxes, of this covariance (2, 2)."""
+        slopes = unknowns.scale.slopes(ends, place) * (-1.0, 1.0)
+        return cls(
+            value=float(np.diff(unknowns.scale.values(ends, place))[0]),
+            stddev=_root(slopes @ covariance @ slopes),
+            change=float(ends[1] - ends[0]),
+            spread=_root(covariance[0, 0] + covariance[1, 1] - 2.0 * covariance[0, 1]),
+        )
+
+
+@dataclass(frozen=True)
+class JumpFound:
+    """Jumps at one time (s), of this standard deviation (s), by parameters' names."""
 
     time: float
     deviation: float
-    sizes: dict[str, float] = field(default_factory=dict)
-    stddev: dict[str, float] = field(default_factory=dict)
-    clear: bool = False
-
-    def add(self, unknowns: Unknowns, place: int, ends: Array, covariance: Array) -> None:
-        """Add a parameter that jumped between two `ends` (2,), in boxes, of this covariance."""
-        name = unknowns.names[place]
-        slopes = unknowns.scale.slopes(ends, place) * (-1.0, 1.0)
-        self.sizes[name] = float(np.diff(unknowns.scale.values(ends, place))[0])
-        self.stddev[name] = _root(slopes @ covariance @ slopes)
-        spread = _root(covariance[0, 0] + covariance[1, 1] - 2.0 * covariance[0, 1])
-        self.clear |= bool(abs(ends[1] - ends[0]) > CLEAR * spread)
+    sizes: Mapping[str, Size]
 
 
 class Announcements:
-    """Remembers what has been announced."""
+    """The jumps that have been announced, as long as a window may show them again."""
 
-    def __init__(self) -> None:
+    def __init__(self, settings: AnnouncementSettings = AnnouncementSettings()) -> None:
+        self.settings = settings
         self._announced: list[Jump] = []
 
     def of(
         self, uncertainty: Uncertainty, alternatives: Sequence[Hypothesis], record: Record
     ) -> tuple[Jump, ...]:
-        """Return what jumped, with its time and size, and whether that is news."""
-        grid = uncertainty.hypothesis.problem.objective.grid
-        names = uncertainty.hypothesis.problem.objective.unknowns.names
+        """Return the jumps of a window, in order of time and earlier ones last; mark the news.
+
+        A jump is news if it is clear, the window is explained, and none that was announced is the
+        same.
+        """
+        objective = uncertainty.hypothesis.problem.objective
+        grid, names = objective.grid, objective.unknowns.names
         start, duration = float(grid.t[0]), float(grid.t[-1] - grid.t[0])
         newest = float(grid.t[np.flatnonzero(grid.measured)[-1]])
         others = tuple(
@@ -66,66 +91,69 @@ class Announcements:
         explained = not uncertainty.fit.too_large
         self._announced = [jump for jump in self._announced if jump.time > start - duration]
         jumps = []
-        for found in _jumped(uncertainty):
+        for found in jumps_of(uncertainty):
             jump = Jump(
                 time=found.time,
                 time_stddev=found.deviation,
-                sizes=found.sizes,
-                stddev=found.stddev,
+                sizes={name: size.value for name, size in found.sizes.items()},
+                stddev={name: size.stddev for name, size in found.sizes.items()},
                 new=False,
                 alternatives=others,
                 stamp=None if record.stamp is None
                 else record.stamp - round((newest - found.time) * 1e9),
             )  # fmt: skip
-            new = explained and found.clear and not self._known(jump, SAME_TIME * duration)
+            clear = any(s.clear(self.settings.clear) for s in found.sizes.values())
+            new = explained and clear and not self._known(jump, duration)
             jumps.append(replace(jump, new=new))
         self._announced += [jump for jump in jumps if jump.new]
         return tuple(jumps)
 
-    def _known(self, jump: Jump, near: float) -> bool:
+    def _known(self, jump: Jump, duration: float) -> bool:
         """Whether this jump has been announced, by this name or by one that explains as much."""
         name = together(jump.sizes)
         for known in self._announced:
             same = name in (together(known.sizes), *known.alternatives)
-            within = SAME_DEVIATIONS * max(jump.time_stddev, known.time_stddev)
+            within = self.settings.same_deviations * max(jump.time_stddev, known.time_stddev)
             if (same or together(known.sizes) in jump.alternatives) and (
-                abs(known.time - jump.time) <= max(near, within)
+                abs(known.time - jump.time) <= max(self.settings.same_time * duration, within)
             ):
                 return True
         return False
 
 
+def jumps_of(uncertainty: Uncertainty) -> Iterator[JumpFound]:
+    """Yield the jumps of a hypothesis: inside the window by time, then those before it."""
+    best, covariance = uncertainty.hypothesis, uncertainty.covariance
+    prior, unknowns = best.problem.prior, best.problem.objective.unknowns
+    t, point = best.problem.objective.grid.t, best.point
+    start, duration = float(t[0]), float(t[-1] - t[0])
+    for event, jumps in groupby(best.layout.jumped(point), lambda jump: jump.event):
+        place = best.layout.times[event]
+        time = start + duration * float(point[place])
+        # Where in its interval a jump lies, the model tells only as a mean.
+        interval = np.diff(t)[interval_of(t, np.array(time))]
+        variance = duration**2 * covariance[place, place] + interval**2 / 12.0
+        sizes = {}
+        for jump in jumps:
+            ends = [jump.before, jump.after]
+            size = Size.of(unknowns, jump.parameter, point[ends], covariance[np.ix_(ends, ends)])
+            sizes[unknowns.names[jump.parameter]] = size
+        yield JumpFound(time, _root(variance), sizes)
+    if best.earlier:
+        # Some time since the last window known; the size is against the mean that it handed on.
+        gap = prior.gap * duration
+        sizes = {
+            unknowns.names[i]: Size.of(
+                unknowns, i, np.array([prior.mean[i], point[i]]), np.diag([0.0, covariance[i, i]])
+            )
+            for i in best.earlier
+        }
+        yield JumpFound(start - 0.5 * gap, gap / np.sqrt(12.0), sizes)
+
+
 def together(names: Iterable[str]) -> str:
     """Return the words for parameters that jump at once."""
     return ' and '.join(sorted(names))
-
-
-def _jumped(uncertainty: Uncertainty) -> list[Sizes]:
-    """Return what a hypothesis says to have jumped: inside the window by time, then before it."""
-    best, covariance = uncertainty.hypothesis, uncertainty.covariance
-    unknowns, t = best.problem.objective.unknowns, best.problem.objective.grid.t
-    start, duration = float(t[0]), float(t[-1] - t[0])
-    found: dict[int, Sizes] = {}
-    for event, parameter, before, after in best.layout.jumped(best.point):
-        place = best.layout.times[event]
-        if event not in found:
-            time = start + duration * float(best.point[place])
-            # Where in its interval a jump lies, the model tells only as a mean.
-            interval = np.diff(t)[interval_of(t, np.array(time))]
-            variance = duration**2 * covariance[place, place] + interval**2 / 12.0
-            found[event] = Sizes(time, _root(variance))
-        ends = [before, after]
-        found[event].add(unknowns, parameter, best.point[ends], covariance[np.ix_(ends, ends)])
-    jumps = list(found.values())
-    if best.earlier:
-        # Some time since the last window known; the size is against what that said.
-        gap = best.problem.prior.gap * duration
-        earlier = Sizes(start - 0.5 * gap, gap / np.sqrt(12.0))
-        for place in best.earlier:
-            ends_of = np.array([best.problem.prior.mean[place], best.point[place]])
-            earlier.add(unknowns, place, ends_of, np.diag([0.0, covariance[place, place]]))
-        jumps.append(earlier)
-    return jumps
 
 
 def _root(variance: Array | np.float64) -> float:

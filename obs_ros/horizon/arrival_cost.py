@@ -12,7 +12,6 @@ import numpy as np
 
 from obs_ros.core.estimate import Jump
 from obs_ros.core.typing import Array
-from obs_ros.horizon.announcements import SAME_TIME
 from obs_ros.inference.jumps.settings import JUMP_SETTINGS, JumpSettings
 from obs_ros.inference.parameterisation import Unknowns
 from obs_ros.inference.prior import Prior, box_variances
@@ -59,14 +58,14 @@ class ArrivalCost:
         self._entries.append(entry)
         del self._entries[:-KEPT]
 
-    def update_jumps(self, jumps: Iterable[Jump], start: float, end: float) -> None:
+    def update_jumps(self, jumps: Iterable[Jump], start: float, end: float, near: float) -> None:
         """Take over the jumps that the window from `start` to `end` (s) found.
 
-        They replace those known inside it. Windows that ended before a new one was known of are
-        forgotten if they end after it, and so are jumps and windows that none will need again.
+        They replace those known inside it. A jump is new unless one of the same parameters was
+        known within `near` (s): then the windows that ended after it, and did not know of it, are
+        forgotten. So are jumps and windows that no later window needs.
         """
         places = {name: i for i, name in enumerate(self._unknowns.names)}
-        near = SAME_TIME * (end - start)
         earlier = self.jumps
         self.jumps = [known for known in earlier if known.time < start]
         for jump in jumps:

@@ -163,12 +163,14 @@ class MovingHorizon:
         self._explained = None if fits.too_large else best
         if fits.too_large:
             return False
-        self._arrival_cost.update_jumps(uncertainty.jumps, grid.t[0], grid.t[-1])
+        start, end = float(grid.t[0]), float(grid.t[-1])
+        near = self._announcements.settings.same_time * (end - start)
+        self._arrival_cost.update_jumps(uncertainty.jumps, start, end, near)
         if not uncertainty.drifting and np.isfinite(uncertainty.covariance).all():
             final = best.layout.final(best.point)[unknowns.n_states :]
             covariance = uncertainty.covariance[np.ix_(final, final)]
             if uncertainty.bent:  # the valley is not where correlations say that it is
                 covariance = np.diag(np.diagonal(covariance))
             mean = best.point[final]
-            self._arrival_cost.add(WindowPosterior(float(grid.t[-1]), mean, covariance))
+            self._arrival_cost.add(WindowPosterior(end, mean, covariance))
         return True

@@ -144,7 +144,7 @@ def test_a_new_jump_forgets_windows_that_did_not_know_of_it() -> None:
     for time, newest in ((25.0, 25.0), (24.4, 20.0), (24.0, 20.0), (5.0, None)):
         sizes = {UNKNOWNS.names[1]: 0.1}
         jump = Jump(time=time, time_stddev=0.1, sizes=sizes, stddev=sizes, new=True)
-        sequence.update_jumps([jump], time - 5.0, time + 5.0)
+        sequence.update_jumps([jump], time - 5.0, time + 5.0, near=0.5)
         assert sequence.jumps[-1] == KnownJump(time, GAIN)
         prior = sequence.prior(40.0, DURATION)
         assert (None if prior is None else taken(prior)) == pytest.approx(newest)
