@@ -8,6 +8,7 @@ from typing import Any
 from obs_ros.core.estimate import Estimate
 from obs_ros.core.record import Sample
 from obs_ros.core.texts import quoted
+from obs_ros.interface.forecast import window_reach
 from obs_ros.interface.settings import build_observer
 from obs_ros.observers.base import Observer
 from obs_ros.replay.forecast import Forecaster
@@ -64,9 +65,10 @@ def replay(
     account = Account(History(setup.model))
     forecaster = None
     if not observer.immediate:
-        duration = account.horizon = values['window.duration']
-        reach = duration + (values['window.period'] or duration)
-        forecaster = Forecaster(setup.model, duration, reach, values['window.capacity'])
+        account.horizon = values['window.duration']
+        forecaster = Forecaster(
+            setup.model, account.horizon, window_reach(values), values['window.capacity']
+        )
     account.compile_time = observer.prepare()
     limit = values['deadline'] if deadline and not observer.immediate else None
     begin = time.perf_counter()
@@ -110,8 +112,6 @@ def _step(
         due = observer.absorb(sample)
         if observer.last_break is not last_break:
             _tell(account, f'start anew: {observer.last_break}')
-            if forecaster is not None:
-                forecaster.reset()
         if forecaster is not None:
             forecaster.push(sample)
         estimate = observer.estimate(limit) if due else None
