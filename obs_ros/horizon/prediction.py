@@ -1,8 +1,9 @@
-"""The state now: an estimate of some time ago, carried on to the newest output."""
+"""The state now: an estimate of some time ago, propagated to the newest output."""
 
 import math
 from collections import deque
 from collections.abc import Callable, Sequence
+from dataclasses import dataclass
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -14,10 +15,20 @@ from obs_ros.core.typing import AnyArray
 from obs_ros.integration.backends import Backend
 from obs_ros.integration.path import LANES, Path
 from obs_ros.integration.stepper import stepper_for
-from obs_ros.samples.gate import Intake
+from obs_ros.samples.gate import DEFAULT as GATE
+from obs_ros.samples.gate import GateSettings
+from obs_ros.samples.successive_outputs import SuccessiveOutputs
 
-KEPT = 20000  # intervals between outputs that an estimate may be late
-MOST = 1000  # intervals that are carried at once
+
+@dataclass(frozen=True)
+class PredictionSettings:
+    """The memory of a prediction, in intervals from one output to the next."""
+
+    kept: int = 20000  # that an estimate may be late; 20 s at 1000 Hz
+    at_once: int = 1000  # that wait to be integrated where nobody asks; some ms
+
+
+DEFAULT = PredictionSettings()
 
 
 class Interval(NamedTuple):
@@ -35,19 +46,27 @@ class Prediction:
     which itself is not used. Inputs do as their Variable says, and hold their last value. Without
     a usable estimate there is no prediction; nor does one last beyond a value that is not finite.
 
+    Samples enter by the rules of `Gate`, by whose settings `limit` tells time as the observer does.
     One thread calls everything but `prepare`, which compiles and is for any.
     """
 
-    def __init__(self, model: Model, backend: Backend | None = None) -> None:
+    def __init__(
+        self,
+        model: Model,
+        backend: Backend | None = None,
+        gate: GateSettings = GATE,
+        settings: PredictionSettings = DEFAULT,
+    ) -> None:
         self.model = model
         self.diverged = 0
         self._backend = backend
-        self._intake = Intake(model, 0.0)
+        self._samples = SuccessiveOutputs(model, gate)
         self._names = names(model.states)
         self._x = np.empty((len(model.states), LANES))
         self._p = np.empty((len(model.parameters), LANES))
-        self._trail: deque[Interval] = deque(maxlen=KEPT)  # for estimates to come
-        self._rest: list[Path] = []  # what x has not been carried along yet
+        self._trail: deque[Interval] = deque(maxlen=settings.kept)  # for estimates to come
+        self._rest: list[Path] = []  # what x has not been propagated along yet
+        self._at_once = settings.at_once
         self._newest: int | None = None
         self.since: int | None = None  # stamp of the estimate
 
@@ -55,33 +74,41 @@ class Prediction:
         """Compile the model's steps, unless they are; may take some seconds."""
         stepper_for(self.model, self._backend)
 
+    def limit(self, gate: GateSettings) -> None:
+        """Let samples enter by other limits from now on."""
+        self._samples.gate.settings = gate
+
     def forget(self) -> None:
         """Forget all samples and the estimate."""
-        self._intake.reset()
+        self._samples.reset()
         self._forget()
+
+    def end(self) -> None:
+        """Forget the estimate: there is no prediction until the next one."""
+        self.since = None
+        self._rest.clear()
 
     def absorb(self, sample: Sample) -> int | None:
         """Take a sample; return the stamp (ns) of the output that can be predicted to, if any."""
-        last_break = self._intake.last_break
-        outputs = self._intake.push(sample)
-        if self._intake.last_break is not last_break:
+        if self._samples.push(sample):
             self._forget()
+        outputs = self._samples.due
         for stamp, _ in outputs:
             if self._newest is not None:
-                path = self._intake.inputs.path(self._newest, stamp)
+                path = self._samples.inputs.path(self._newest, stamp)
                 interval = Interval(self._newest, stamp, own(path))
                 self._trail.append(interval)
                 if self.since is not None:
                     self._rest.append(interval.path)
             self._newest = stamp
-        if len(self._rest) >= MOST:
+        if len(self._rest) >= self._at_once:
             self._propagate()
         return self._newest if outputs and self.since is not None else None
 
     def start(self, estimate: Estimate) -> None:
         """Go on from an estimate; from one that is not usable, no more."""
-        stamp, self.since = estimate.stamp, None
-        self._rest.clear()
+        self.end()
+        stamp = estimate.stamp
         if stamp is None or self._newest is None or not estimate.usable:
             return
         while self._trail and self._trail[0].end <= stamp:
@@ -101,8 +128,7 @@ class Prediction:
         x = self._x[:, 0].tolist()
         if not math.isfinite(sum(x)):
             self.diverged += 1
-            self.since = None
-            self._rest.clear()
+            self.end()
             return None
         return dict(zip(self._names, x, strict=True))
 
@@ -112,9 +138,9 @@ class Prediction:
             self._rest.clear()
 
     def _forget(self) -> None:
+        self.end()
         self._trail.clear()
-        self._rest.clear()
-        self._newest = self.since = None
+        self._newest = None
 
 
 def own(path: Path) -> Path:

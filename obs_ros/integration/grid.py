@@ -4,7 +4,8 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from obs_ros.core.model import Model, Variable
+from obs_ros.core.interpolation import segments
+from obs_ros.core.model import Model
 from obs_ros.core.record import Record
 from obs_ros.core.typing import Array, BoolArray, IntArray
 
@@ -44,7 +45,8 @@ class Grid:
                     f'but model {model.name!r} has {len(variables)}: '
                     f'{[variable.name for variable in variables]}'
                 )
-        u, slope = interpolate(record.t, record.u, tuple(model.inputs))
+        kinds = [variable.interpolation for variable in model.inputs]
+        u, slope = segments(record.t, record.u, kinds)
         mask = np.isfinite(record.y)
         interval = np.diff(record.t) / longest_step(model)
         return cls(
@@ -84,27 +86,3 @@ class Grid:
 def longest_step(model: Model, tolerance: float = 0.01) -> float:
     """Return the longest interval (s) of one step: stamps jitter by some share of `max_step`."""
     return model.max_step * (1.0 + tolerance)
-
-
-def interpolate(t: Array, u: Array, inputs: tuple[Variable, ...]) -> tuple[Array, Array]:
-    """Return value and slope (K, m) of every input from every node on, across nodes without one.
-
-    After its last sample an input holds it.
-    """
-    values, slopes = np.zeros((t.size, len(inputs))), np.zeros((t.size, len(inputs)))
-    for i, variable in enumerate(inputs):
-        known = np.flatnonzero(np.isfinite(u[:, i]))
-        held = known[np.searchsorted(known, np.arange(t.size), side='right') - 1]
-        values[:, i] = u[held, i]
-        if variable.interpolation == 'hold' or known.size < 2:
-            continue
-        first, last = known[:-1], known[1:]
-        owner = np.minimum(np.searchsorted(known, held), known.size - 1)
-        inner = owner < known.size - 1
-        if variable.interpolation == 'linear':
-            slope = (u[last, i] - u[first, i]) / (t[last] - t[first])
-            slopes[inner, i] = slope[owner[inner]]
-            values[inner, i] += slopes[inner, i] * (t[inner] - t[held[inner]])
-        else:
-            values[inner, i] = (0.5 * (u[last, i] + u[first, i]))[owner[inner]]
-    return values, slopes

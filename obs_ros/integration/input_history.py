@@ -1,63 +1,74 @@
 """Inputs as they are known live: piece by piece from their own stamps."""
 
 import math
-from bisect import bisect_right
+from bisect import bisect_left, bisect_right
 
 import numpy as np
 
+from obs_ros.core.interpolation import segment
 from obs_ros.core.model import Model
 from obs_ros.core.typing import Array
 from obs_ros.integration.grid import longest_step
 from obs_ros.integration.path import Path
 
-MOST = 4096  # samples that wait for an output
 
-
-class HeldInputs:
-    """Samples of the inputs, from the one in force at the newest output on.
+class InputHistory:
+    """Samples of the inputs, sorted by stamp, from the one in force at the newest output on.
 
     Between two samples an input does as its Variable says; after the last one that is known it
-    holds. An entry that is NaN keeps its last value.
+    holds. An entry that is NaN keeps the value that it had in the sample before.
     """
 
     def __init__(self, model: Model) -> None:
         width = len(model.inputs)
         self._kinds = [variable.interpolation for variable in model.inputs]
-        self._moving = any(kind != 'hold' for kind in self._kinds)
+        self._moving = [i for i, kind in enumerate(self._kinds) if kind != 'hold']
         self._longest = longest_step(model)
         self._rows = 0
         self._room(8, width)
         self._width = width
         self.clear()
 
+    def __len__(self) -> int:
+        return len(self._stamps)
+
     def clear(self) -> None:
         """Forget all samples."""
-        # A plant without inputs knows all of them, always.
         self._stamps: list[int] = []
-        self._values: list[Array] = []
-        self._latest = np.full(self._width, np.nan)
+        self._told: list[Array] = []  # as they came
+        self._values: list[Array] = []  # with what earlier samples say in the place of NaN
 
     def known_at(self, stamp: int) -> bool:
-        """Whether every input has a value at `stamp` (ns)."""
-        return not self._width or (bool(self._stamps) and self._stamps[0] <= stamp)
+        """Whether every input has a value at `stamp` (ns); a plant without inputs knows all."""
+        row = bisect_right(self._stamps, stamp) - 1
+        return not self._width or (row >= 0 and _whole(self._values[row]))
 
     def add(self, stamp: int, values: Array) -> bool:
-        """Store a sample not older than the others; False if the oldest had to go for it."""
-        if math.isfinite(sum(values.tolist())):
-            self._latest = values
-        else:
-            self._latest = np.where(np.isnan(values), self._latest, values)
-            if np.isnan(self._latest).any():
-                return True
-        if self._stamps and self._stamps[-1] >= stamp:
-            self._values[-1] = self._latest
-            return True
-        self._stamps.append(stamp)
-        self._values.append(self._latest)
-        if len(self._stamps) > MOST:
-            del self._stamps[0], self._values[0]
+        """Sort in a sample, values (m,) at `stamp` (ns); False if its stamp is there already."""
+        row = bisect_left(self._stamps, stamp)
+        if row < len(self) and self._stamps[row] == stamp:
             return False
+        self._stamps.insert(row, stamp)
+        self._told.insert(row, values)
+        self._values.insert(row, values)
+        for k in range(row, len(self)):
+            told = self._told[k]
+            if not _whole(told):
+                self._values[k] = np.where(np.isnan(told), self._values[k - 1], told) if k else told
+            elif k > row:
+                break  # it owes nothing to those before it
         return True
+
+    def drop(self, count: int) -> None:
+        """Forget the `count` oldest samples, but not the values that hold on from them."""
+        del self._stamps[:count], self._told[:count], self._values[:count]
+        self._told[:1] = self._values[:1]
+
+    def drop_before(self, stamp: int) -> None:
+        """Forget the samples older than the one in force at `stamp` (ns)."""
+        passed = bisect_right(self._stamps, stamp) - 1
+        if passed > 0:
+            self.drop(passed)
 
     def path(self, begin: int, end: int) -> Path:
         """Return the path from stamp `begin` to stamp `end` (ns), and forget what lies before."""
@@ -74,9 +85,7 @@ class HeldInputs:
             dt = (nodes[k + 1] - nodes[k]) / 1e9
             self._dt[k] = dt
             self._steps[k] = max(1, math.ceil(dt / self._longest))
-        passed = bisect_right(self._stamps, end) - 1
-        if passed > 0:
-            del self._stamps[:passed], self._values[:passed]
+        self.drop_before(end)
         return Path(pieces, self._t, self._dt, self._steps, self._u, self._slope)
 
     def _lay(self, k: int, stamp: int) -> None:
@@ -88,19 +97,21 @@ class HeldInputs:
         self._slope[k] = 0.0
         if row + 1 == len(self._stamps):
             return
+        first, last = self._values[row], self._values[row + 1]
         gap = (self._stamps[row + 1] - self._stamps[row]) / 1e9
-        for i, kind in enumerate(self._kinds):
-            if kind == 'hold':
-                continue
-            rise = self._values[row + 1][i] - self._values[row][i]
-            if kind == 'mean':
-                self._u[k, i] += 0.5 * rise
-            else:
-                self._slope[k, i] = rise / gap
-                self._u[k, i] += rise * ((stamp - self._stamps[row]) / 1e9) / gap
+        after = (stamp - self._stamps[row]) / 1e9
+        for i in self._moving:
+            self._u[k, i], self._slope[k, i] = segment(
+                self._kinds[i], float(first[i]), float(last[i]), gap, after
+            )
 
     def _room(self, rows: int, width: int) -> None:
         self._rows = rows
         self._t, self._dt = np.zeros(rows), np.zeros(rows)
         self._steps = np.ones(rows, dtype=np.int64)
         self._u, self._slope = np.zeros((rows, width)), np.zeros((rows, width))
+
+
+def _whole(values: Array) -> bool:
+    """Whether no value (m,) is NaN; over so few, plain Python is faster than NumPy."""
+    return math.isfinite(sum(values.tolist()))

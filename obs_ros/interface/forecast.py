@@ -1,12 +1,14 @@
-"""~/prediction: the state carried on from the last estimate, sample by sample."""
+"""~/prediction: the state propagated from the last estimate on, sample by sample."""
 
 import time
 from collections.abc import Callable, Mapping
+from typing import Any
 
 from obs_ros.core.estimate import Estimate
 from obs_ros.core.model import Model
 from obs_ros.core.record import Sample
 from obs_ros.horizon.prediction import Prediction
+from obs_ros.samples.gate import GateSettings
 
 
 class Forecast:
@@ -45,6 +47,16 @@ class Forecast:
         """Go on from an estimate."""
         self._prediction.start(estimate)
 
+    def follow(self, values: Mapping[str, Any]) -> None:
+        """Do as the node's parameters say."""
+        self.rate = values['prediction.rate']
+        self._prediction.limit(GateSettings(reach=window_reach(values)))
+
+    def end(self) -> None:
+        """Forget the estimate: the observer has begun a new timeline."""
+        self._prediction.end()
+        self._last = None
+
     def forget(self) -> None:
         """Forget samples and estimate."""
         self._prediction.forget()
@@ -64,3 +76,9 @@ class Forecast:
 
     def _is_time(self, stamp: int) -> bool:
         return not self.rate or self._last is None or (stamp - self._last) * self.rate >= 1e9
+
+
+def window_reach(values: Mapping[str, Any]) -> float:
+    """Return the reach (s) of the windows that the parameters tell of; see `SlidingWindow`."""
+    duration: float = values['window.duration']
+    return duration + (values['window.period'] or duration)

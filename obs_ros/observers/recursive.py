@@ -18,8 +18,9 @@ from obs_ros.integration.path import Path
 from obs_ros.integration.stepper import Stepper, stepper_for
 from obs_ros.models import load_model
 from obs_ros.observers import settings as table
-from obs_ros.samples.gate import Intake
-from obs_ros.samples.stuck_sensor import words
+from obs_ros.samples.gate import GateSettings
+from obs_ros.samples.stuck_sensor import Repeats, words
+from obs_ros.samples.successive_outputs import SuccessiveOutputs
 
 
 class Instant(NamedTuple):
@@ -118,7 +119,10 @@ class RecursiveObserver:
         self._due = self._diverged = self._blind = False
         self._taken, self._remark, self._step_time = 0, '', 0.0
         self._counts = dict.fromkeys(('reset_non_finite', *self.reasons, 'skipped'), 0)
-        self._intake = Intake(self.model, self.settings.longest_gap, self.noise)
+        # Outputs whose noise is known cannot stand still; see `stuck_sensor`.
+        self._repeats = Repeats([output.name in self.noise for output in self.model.outputs])
+        gate = GateSettings(reach=self.settings.longest_gap).within_steps(self.model)
+        self._samples = SuccessiveOutputs(self.model, gate, self._repeats)
         self._forget()
 
     @classmethod
@@ -152,10 +156,9 @@ class RecursiveObserver:
 
     def absorb(self, sample: Sample) -> bool:
         """Take a sample, and one step if it is an output; return whether an estimate is due."""
-        last_break = self._intake.last_break
-        outputs = self._intake.push(sample)
-        if self._intake.last_break is not last_break:
+        if self._samples.push(sample):
             self._forget()
+        outputs = self._samples.due
         for stamp, y in outputs:
             self._counts['skipped'] += self._due
             self._advance(stamp, y)
@@ -178,7 +181,7 @@ class RecursiveObserver:
         message = f'{self._remark}{self._taken} outputs since the start'
         if self._diverged:
             message = f'check the model, the bounds and the start: {message}'
-        if stuck := self._intake.repeats.stuck:
+        if stuck := self._repeats.stuck:
             outcome = Outcome.STALE_OUTPUT
             message = f'{words(self.model, stuck)}; {message}'
         state = dict(zip(states, x, strict=True))
@@ -203,17 +206,17 @@ class RecursiveObserver:
 
     def reset(self) -> None:
         """Forget all samples and estimates, but not the counts."""
-        self._intake.reset()
+        self._samples.reset()
         self._forget()
 
     @property
     def _all_stuck(self) -> bool:
-        return len(self._intake.repeats.stuck) == len(self.model.outputs)
+        return len(self._repeats.stuck) == len(self.model.outputs)
 
     @property
     def counts(self) -> Mapping[str, int]:
         """What was dropped, mended or skipped so far, by reason."""
-        return {**self._intake.counts, **self._counts}
+        return {**self._samples.counts, **self._counts}
 
     @property
     def collected(self) -> None:
@@ -223,7 +226,7 @@ class RecursiveObserver:
     @property
     def last_break(self) -> str | None:
         """The last break of the samples' timeline, in words."""
-        return self._intake.last_break
+        return self._samples.gate.last_break
 
     def _remark_on(self, reason: str, what: str) -> None:
         """Count something that went wrong in a step, and say so from now on."""
@@ -234,7 +237,7 @@ class RecursiveObserver:
         """Take the step to an output."""
         begin = time.perf_counter()
         before = self._before
-        path = self._intake.inputs.path(stamp if before is None else before.stamp, stamp)
+        path = self._samples.inputs.path(stamp if before is None else before.stamp, stamp)
         now = Instant(stamp, stamp / 1e9, y, path.u[path.pieces].copy())
         # What overflows is found below; compiled steps do not warn either.
         with np.errstate(all='ignore'):

@@ -24,7 +24,7 @@ class Settings:
 
     longest_gap: float = setting(
         0.0,
-        'stamps that go further at once start it anew; 0: 1000 mean intervals, 10 s at least',
+        'stamps that go further at once start it anew; 0: 2000 s, or 10 mean intervals if longer',
         's',
         lower=0.0,
         upper=10_000.0,

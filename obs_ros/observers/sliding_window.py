@@ -72,9 +72,7 @@ class SlidingWindowObserver:
 
     def absorb(self, sample: Sample) -> bool:
         """Store a sample; return whether it closed a window. Never blocks for long."""
-        breaks = self._window.last_break
-        self._window.push(sample)
-        if self._window.last_break is not breaks:
+        if self._window.push(sample):
             self._forget()
         record = self._window.take_newest()
         if record is None:

@@ -17,13 +17,12 @@ from obs_ros.interface.readers import Reader, WrongMessageError, topic_readers
 from obs_ros.replay.extras import require
 from obs_ros.samples.merge import Merge, Role, Topic
 
-LARGEST_MESSAGE = 1_000_000  # bytes
 STREAMS = ('input', 'output')
 
 
 @dataclass(frozen=True)
 class Binder:
-    """What says where in a bag the signals are: topics of `output` and `input`, and bindings.
+    """The places of the signals in a bag: topics of `output` and `input`, and bindings.
 
     Relative names of topics are those of a node called `node`, as they were when it listened;
     samples of one stream from several topics wait for each other `wait` s of recorded time.
@@ -33,6 +32,7 @@ class Binder:
     topics: Mapping[str, str]
     bound: Mapping[str, Binding]
     wait: float
+    largest: int = 1_000_000  # bytes of a message; more holds no vector that a plant has
 
     def resolve(self, topic: str) -> str:
         """Return the full name of a topic."""
@@ -56,7 +56,7 @@ class Bag:
         self.refused: Counter[str] = Counter()
         self.done = 0.0
         self.remarks: Sequence[str] = []
-        self._path = path
+        self._path, self._largest = path, binder.largest
         self._highlevel = require('rosbags.highlevel', 'reading a bag')
         self._typesys = require('rosbags.typesys', 'reading a bag')
         self._recorded = 0  # ns, of the message that is read
@@ -84,8 +84,8 @@ class Bag:
             for number, (connection, recorded, raw) in enumerate(messages, 1):
                 self.done = min(1.0, number / total)
                 place = f'{self._path}, message {number}, on {one_line(connection.topic, LONGEST)}'
-                if len(raw) > LARGEST_MESSAGE:
-                    raise ValueError(f'{place}: {len(raw)} bytes, more than {LARGEST_MESSAGE}')
+                if len(raw) > self._largest:
+                    raise ValueError(f'{place}: {len(raw)} bytes, more than {self._largest}')
                 try:
                     message = reader.deserialize(raw, connection.msgtype)
                 except Exception as error:  # the library's own kinds are not all that it raises

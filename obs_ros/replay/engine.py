@@ -8,13 +8,12 @@ from typing import Any
 from obs_ros.core.estimate import Estimate
 from obs_ros.core.record import Sample
 from obs_ros.core.texts import quoted
+from obs_ros.interface.forecast import window_reach
 from obs_ros.interface.settings import build_observer
 from obs_ros.observers.base import Observer
 from obs_ros.replay.forecast import Forecaster
 from obs_ros.replay.history import History
 from obs_ros.replay.settings import Setup
-
-MOST_NOTES = 100  # breaks and failures kept; all are counted
 
 
 @dataclass
@@ -29,8 +28,14 @@ class Account:
     last: int | None = None
     horizon: float | None = None  # of the forecasts; None: there are none
     failed: int = 0
-    notes: list[str] = field(default_factory=list)  # breaks of the timeline, and failures
+    notes: list[str] = field(default_factory=list)  # the first breaks of the timeline and failures
+    most_notes: int = 100  # kept, as many as anybody reads; all are counted
     counts: Mapping[str, int] = field(default_factory=dict)
+
+    def tell(self, text: str) -> None:
+        """Keep a note, unless there are many."""
+        if len(self.notes) < self.most_notes:
+            self.notes.append(text)
 
     @property
     def recorded(self) -> float:
@@ -64,9 +69,10 @@ def replay(
     account = Account(History(setup.model))
     forecaster = None
     if not observer.immediate:
-        duration = account.horizon = values['window.duration']
-        reach = duration + (values['window.period'] or duration)
-        forecaster = Forecaster(setup.model, duration, reach, values['window.capacity'])
+        account.horizon = values['window.duration']
+        forecaster = Forecaster(
+            setup.model, account.horizon, window_reach(values), values['window.capacity']
+        )
     account.compile_time = observer.prepare()
     limit = values['deadline'] if deadline and not observer.immediate else None
     begin = time.perf_counter()
@@ -109,20 +115,13 @@ def _step(
     try:
         due = observer.absorb(sample)
         if observer.last_break is not last_break:
-            _tell(account, f'start anew: {observer.last_break}')
-            if forecaster is not None:
-                forecaster.reset()
+            account.tell(f'start anew: {observer.last_break}')
         if forecaster is not None:
             forecaster.push(sample)
         estimate = observer.estimate(limit) if due else None
     except Exception as error:
         account.failed += 1
-        _tell(account, f'failed at {sample.stamp / 1e9:g} s: {quoted(error)}')
+        account.tell(f'failed at {sample.stamp / 1e9:g} s: {quoted(error)}')
         if observer.immediate:
             observer.reset()
     return estimate
-
-
-def _tell(account: Account, text: str) -> None:
-    if len(account.notes) < MOST_NOTES:
-        account.notes.append(text)

@@ -13,6 +13,8 @@ from obs_ros.core.typing import Array
 from obs_ros.integration.backends import kernels_for
 from obs_ros.integration.grid import Grid
 from obs_ros.samples.align import align
+from obs_ros.samples.gate import Gate, GateSettings
+from obs_ros.samples.merge import Role
 from obs_ros.samples.stream import InputStream, Stream
 
 
@@ -35,35 +37,40 @@ class Forecaster:
     State and parameters are those at the estimate's newest output; the outputs after it, which it
     has not seen, are compared. A forecast is judged when outputs and inputs have passed its end. At
     most `capacity` samples of each stream wait; a forecast whose beginning had to go is given up.
-    Stamps more than `reach` s ahead of all others are strays, as they are to the window.
+    Samples enter by the rules of `Gate`, as they do to the observer whose `reach` (s) is given.
     """
+
+    passed = None  # see `Store`
 
     def __init__(self, model: Model, horizon: float, reach: float, capacity: int) -> None:
         self._model = model
-        self._horizon, self._reach = round(horizon * 1e9), round(reach * 1e9)
+        self._horizon = round(horizon * 1e9)
         self._capacity = capacity
         self._outputs = Stream(len(model.outputs), capacity)
         self._inputs = InputStream(len(model.inputs), capacity)
+        self._gate = Gate.of(model, self, GateSettings(reach=reach))
         self._kinds = [variable.interpolation for variable in model.inputs]
         self._open: deque[tuple[int, int, Array, Array]] = (
             deque()
         )  # index, stamp, state, parameters
 
     def push(self, sample: Sample) -> None:
-        """Take a sample that the observer gets too."""
-        newest = [s.newest for s in (self._inputs, self._outputs) if s.newest is not None]
-        if newest and sample.stamp > max(newest) + self._reach:
-            return
-        for stream, values in ((self._inputs, sample.u), (self._outputs, sample.y)):
-            if values is None or not stream.width:
-                continue
-            known = np.where(np.isfinite(values), values, np.nan)
-            if stream.newest is None or sample.stamp > stream.newest:
-                stream.append(sample.stamp, known)
-            else:
-                stream.insert(sample.stamp, known)
-            if len(stream) > self._capacity:
-                stream.drop(1)
+        """Take a sample that the observer gets too; a new timeline ends all open forecasts."""
+        self._gate.push(sample)
+
+    def keep(self, role: Role, stamp: int, values: Array) -> bool:
+        """See `Store`."""
+        stream = self._inputs if role == 'input' else self._outputs
+        kept = stream.add(stamp, values)
+        if len(stream) > self._capacity:
+            stream.drop(1)
+        return kept
+
+    def forget(self) -> None:
+        """See `Store`."""
+        self._outputs.clear()
+        self._inputs.clear()
+        self._open.clear()
 
     def add(self, index: int, estimate: Estimate) -> None:
         """Let an estimate foretell, unless it is not usable."""
@@ -89,15 +96,9 @@ class Forecaster:
                 found.append(self._compare(index, record, x, p))
         return found
 
-    def reset(self) -> None:
-        """Forget samples and open forecasts, after a break of the timeline."""
-        self._outputs.clear()
-        self._inputs.clear()
-        self._open.clear()
-
     def _passed(self, end: int) -> bool:
-        newest = [stream.newest for stream in (self._outputs, self._inputs) if stream.width]
-        return all(stamp is not None and stamp >= end for stamp in newest)
+        reached = self._gate.reached()
+        return reached is not None and reached >= end
 
     def _compare(self, index: int, record: Record, x: Array, p: Array) -> Forecast:
         grid = Grid.of(self._model, record, np.ones(len(self._model.outputs)))

@@ -1,4 +1,4 @@
-"""What came of a replay, small enough to be kept whatever was replayed."""
+"""The estimates of a replay as numbers, small enough to be kept whatever was replayed."""
 
 import math
 from array import array
@@ -14,8 +14,6 @@ from obs_ros.core.typing import Array, IntArray
 from obs_ros.replay.forecast import Forecast
 from obs_ros.replay.trace import Trace
 
-MOST_JUMPS = 1000  # kept; all are counted
-
 
 class History:
     """Numbers of the estimates, in their order; NaN where there is none.
@@ -24,11 +22,13 @@ class History:
     `residuals`, `forecasts` and `held` (K, r) are root mean squares by output (see `Forecast`),
     `rms` (K, 1) over all outputs. Of the traces, `measured` (K, r) and `applied` (K, m) are what
     was recorded; `path` (K, n + q) are the states that the windows found for their samples, each
-    sample by the first window that holds it, and the parameters at that time.
+    sample by the first window that holds it, and the parameters at that time. The first
+    `most_jumps` jumps are kept, in little memory whatever is announced; all are counted.
     """
 
-    def __init__(self, model: Model) -> None:
+    def __init__(self, model: Model, most_jumps: int = 1000) -> None:
         self.model = model
+        self._most_jumps = most_jumps
         self.outcomes: Counter[str] = Counter()
         self.messages: dict[str, str] = {}  # the last of each outcome
         self.weak: Counter[str] = Counter()
@@ -65,7 +65,7 @@ class History:
         self.weak.update(estimate.weak)
         new = [jump for jump in estimate.jumps if jump.new]
         self.jump_count += len(new)
-        self.jumps += new[: MOST_JUMPS - len(self.jumps)]
+        self.jumps += new[: self._most_jumps - len(self.jumps)]
         self.solve_time += estimate.solve_time
         self._stamps.append(estimate.stamp or 0)
         self._outcomes.append(outcome)

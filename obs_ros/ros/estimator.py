@@ -133,7 +133,7 @@ class Estimator(GuardedNode):
         elif not self._settings.get('prediction.enabled'):
             self._forecast = None
         if self._forecast is not None:
-            self._forecast.rate = self._settings['prediction.rate']
+            self._forecast.follow(self._settings)
 
     def _prepare(self) -> float:
         """Compile what is not compiled yet, in the worker; return the seconds that it took."""
@@ -260,12 +260,14 @@ class Estimator(GuardedNode):
         self._streams.clear()
         self._observer.reset()
         self._forget_solve()
+        if self._forecast is not None:
+            self._forecast.forget()
 
     def _forget_solve(self) -> None:
         self._due = None
         self.progress.estimate, self.progress.behind = None, 0.0
         if self._forecast is not None:
-            self._forecast.forget()
+            self._forecast.end()
         if self._worker.running == 'estimate':
             self._worker.discard()
 

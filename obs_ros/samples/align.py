@@ -4,6 +4,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
+from obs_ros.core.interpolation import segment
 from obs_ros.core.model import Interpolation
 from obs_ros.core.record import Record
 from obs_ros.core.typing import Array, IntArray
@@ -73,4 +74,5 @@ def between(inputs: InputStream, stamp: int, column: int) -> float:
     later, next_value = inputs.after(stamp, column)
     if np.isnan(next_value):
         return value
-    return value + (next_value - value) * (stamp - earlier) / (later - earlier)
+    gap, after = (later - earlier) / 1e9, (stamp - earlier) / 1e9
+    return segment('linear', value, next_value, gap, after)[0]

@@ -2,18 +2,17 @@
 
 from obs_ros.core.typing import Array
 
-# This many samples in a row that fit each other, but not what came before, are believed.
-BELIEVED = 5
-
 
 class Suspects:
     """Samples of one stream that came one after the other, off the timeline, with rising stamps.
 
     Off the timeline means not newer than the newest sample of their stream, or far ahead of it.
-    Stamps that do not rise among themselves (a publisher that always stamps zero) are strays.
+    As many as `believed` of them are samples of a new timeline. Stamps that do not rise among
+    themselves (a publisher that always stamps zero) are strays.
     """
 
-    def __init__(self) -> None:
+    def __init__(self, believed: int) -> None:
+        self._enough = believed
         self._samples: list[tuple[int, Array]] = []
         self._ahead = 0
 
@@ -23,12 +22,12 @@ class Suspects:
     @property
     def believed(self) -> bool:
         """Whether these are samples of a new timeline."""
-        return len(self._samples) >= BELIEVED
+        return len(self._samples) >= self._enough
 
     def add(self, stamp: int, values: Array, *, ahead: bool) -> int:
         """Hold a sample; return how many held ones, far ahead of all, thereby prove strays."""
         strays = self.clear() if self._samples and stamp <= self._samples[-1][0] else 0
-        self._samples.append((stamp, values.copy()))
+        self._samples.append((stamp, values))
         self._ahead += ahead
         return strays
 

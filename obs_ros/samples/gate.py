@@ -1,179 +1,228 @@
-"""Samples as they come, made fit for observers that go from output to output."""
+"""The one gate through which samples enter: what is measured, in order, and of one timeline."""
 
-from collections.abc import Mapping
+from dataclasses import dataclass, replace
 from operator import index
+from typing import Protocol
 
 import numpy as np
 
 from obs_ros.core.model import Model
 from obs_ros.core.record import Sample
 from obs_ros.core.typing import Array
-from obs_ros.integration.input_history import HeldInputs
 from obs_ros.samples.break_detector import Suspects, describe_break
+from obs_ros.samples.merge import Role
 from obs_ros.samples.range_check import COUNTS as MEASURABLE
-from obs_ros.samples.range_check import limits, measured
+from obs_ros.samples.range_check import Limits, limits, measured
 from obs_ros.samples.stream import STAMP_LIMIT
-from obs_ros.samples.stuck_sensor import Repeats
 
 COUNTS = {
-    'late': 'outputs older than the newest: dropped; inputs: dropped too, or in force from now on',
+    'late': 'samples whose window or step was over when they came: outputs are dropped, inputs '
+    'are in force from there on',
+    'reordered': 'samples that came late, but in time to be sorted in',
     'duplicate': 'samples dropped: their stream has that stamp already, and the first one counts',
     **MEASURABLE,
-    'stuck': 'outputs with entries that a stuck sensor repeats, which count as not measured',
     'ahead': 'samples dropped: a stray stamp, far ahead of the newest one',
     'out_of_range': f'samples dropped: a stamp beyond +-{STAMP_LIMIT} ns',
-    'early': 'outputs dropped: not every input had a value yet',
-    'overflow': 'inputs dropped, oldest first: too many came without an output',
     'reset': 'breaks of the timeline, after which all samples were forgotten',
 }
-SHORTEST_GAP, FIRST_GAP = 10.0, 60.0  # s
-INTERVALS = 1000  # mean intervals between outputs that may pass at once
-
-Output = tuple[int, Array]
 
 
-class Intake:
-    """Checks, orders and counts samples; hands the outputs out, one after the other.
+@dataclass(frozen=True)
+class GateSettings:
+    """The limits of the gate; the same ones give the same decisions, whoever listens.
 
-    An output must be newer than the last; an input that comes late is in force from the last output
-    on. Stamps that jump back, or ahead by more than `longest_gap` s, are believed when five samples
-    of a stream in a row tell of them: all is forgotten then, and `last_break` says so. What a stuck
-    sensor repeats counts as not measured; `repeats` tells which are. `noise` tells of which outputs
-    the noise is known.
+    Time goes on over a gap of up to `reach` s. That is what the user configured: duration plus
+    period of a window, the setting `longest_gap` of a recursive observer. Where it is 0, nothing is
+    configured, and the reach is that of the node's default window, so that one stream is one
+    timeline to either kind of observer; or some mean intervals between outputs, where these take
+    longer. Mean intervals alone would not do: 1000 of them make a gap of 15 s the end of a stream
+    of 100 Hz, over which a window of 1000 s, and the plant, go on.
+
+    - `default_reach`: s; a window of 1000 s, and 1000 s to the next.
+    - `intervals`: so many samples of a plant that is sampled by the hour may be lost in a row; up
+      to 200 s from sample to sample `default_reach` is more.
+    - `most_steps`: integration steps within the default reach: a second, of one compiled candidate.
+      Nothing can interrupt the way from one sample to the next.
+    - `believed`: samples in a row, two at least, that fit each other but not the timeline, until
+      they are taken for a new one: one bad stamp must not end everything.
+    """
+
+    reach: float = 0.0
+    default_reach: float = 2000.0
+    intervals: float = 10.0
+    most_steps: float = 1e7
+    believed: int = 5
+
+    def within_steps(self, model: Model) -> 'GateSettings':
+        """Return the settings with a default reach that takes the model `most_steps` at most."""
+        steps = self.most_steps * model.max_step
+        return replace(self, default_reach=min(self.default_reach, steps))
+
+
+DEFAULT = GateSettings()
+
+
+class Store(Protocol):
+    """What keeps the samples that have entered: a window, or an observer's inputs and outputs."""
+
+    @property
+    def passed(self) -> int | None:
+        """Stamp (ns) up to which all is over; None before anything is settled."""
+
+    def keep(self, role: Role, stamp: int, values: Array) -> bool:
+        """Sort in a sample; False if its stamp is there already.
+
+        It is the newest of its stream, or newer than `passed`, or an input.
+        """
+
+    def forget(self) -> None:
+        """Forget all samples: a new timeline begins."""
+
+
+class Gate:
+    """Checks and orders samples, counts them by reason, and hands those that enter to the `store`.
+
+    Per stream, inputs or outputs, a sample enters by these rules, in this order:
+
+    1. Its stamp is one that a clock can give, and some of its entries lie between their limits;
+       the others count as not measured.
+    2. Not newer than the newest of its stream, it is `duplicate` or sorted in: `reordered`. What
+       lies at or before `Store.passed`, and at first what lies farther back than the reach, is
+       `late`. A window has passed what no window to come holds; a recursive observer, which cannot
+       go back, its newest output. A late input is in force from there on.
+    3. Farther ahead of all others than the reach, it is held back, and `ahead` if a sample in order
+       follows. Outputs show that time went on where inputs are rare, such as a set point.
+    4. As many samples of a stream in a row as `GateSettings.believed`, all held back by rule 2 or 3
+       and with rising stamps, tell of a new timeline: `last_break` says so, everything older is
+       forgotten, and those held back enter. None of them is lost.
+
+    The decisions depend on the samples, the settings and `Store.passed` only: two gates with the
+    same settings take the same stream for the same timeline.
     """
 
     def __init__(
-        self, model: Model, longest_gap: float, noise: Mapping[str, float] | None = None
+        self, inputs: Limits, outputs: Limits, store: Store, settings: GateSettings
     ) -> None:
-        self.inputs = HeldInputs(model)
-        # Outputs whose noise is known cannot stand still; see `stuck`.
-        self.repeats = Repeats([variable.name in (noise or {}) for variable in model.outputs])
-        self._limits = {
-            'input': limits(model, model.inputs), 'output': limits(model, model.outputs)
-        }  # fmt: skip
+        self.settings = settings
         self.counts = dict.fromkeys(COUNTS, 0)
         self.last_break: str | None = None
-        self._width = {'input': len(model.inputs), 'output': len(model.outputs)}
-        self._longest_gap = longest_gap
-        self._suspects = {'input': Suspects(), 'output': Suspects()}
+        self._limits: dict[Role, Limits] = {'input': inputs, 'output': outputs}
+        self._store = store
+        self._suspects: dict[Role, Suspects] = {
+            'input': Suspects(settings.believed), 'output': Suspects(settings.believed)
+        }  # fmt: skip
         self.reset()
 
+    @classmethod
+    def of(cls, model: Model, store: Store, settings: GateSettings) -> 'Gate':
+        """Return a gate for samples of a model."""
+        return cls(limits(model, model.inputs), limits(model, model.outputs), store, settings)
+
     def reset(self) -> None:
-        """Forget all samples, but not the counts."""
+        """Forget all stamps, but not the counts."""
         for suspects in self._suspects.values():
             self.counts['ahead'] += suspects.clear()
-        self.inputs.clear()
-        self.repeats.clear()
-        self._newest: dict[str, int | None] = {'input': None, 'output': None}
-        self._first, self._count = 0, 0  # outputs of this timeline
-        self._begun: int | None = None  # the newest output handed out
+        self.newest: dict[Role, int | None] = {'input': None, 'output': None}  # ns
+        self._first, self._outputs = 0, 0  # stamp (ns) of the first, and number, of this timeline
         self._interval = 0.0  # ns, mean over the samples that told of this timeline
 
-    def push(self, sample: Sample) -> list[Output]:
-        """Take a sample; return the outputs (stamp in ns, values) that are due now.
+    def reached(self) -> int | None:
+        """Return the stamp (ns) that outputs and inputs have both reached; None before it."""
+        stamps = [self.newest[role] for role, limits in self._limits.items() if limits]
+        known = [stamp for stamp in stamps if stamp is not None]
+        return min(known) if len(known) == len(stamps) else None
 
-        When `last_break` is another than before, they begin a new timeline.
+    def push(self, sample: Sample) -> bool:
+        """Take a sample; return whether it began a new timeline.
 
         Raises ValueError if the number of outputs or inputs is wrong.
         """
-        y = self._checked('output', sample.y)
-        u = self._checked('input', sample.u)
-        stamp = index(sample.stamp)
-        due: list[Output] = []
+        arrays = self._checked('output', sample.y), self._checked('input', sample.u)
+        stamp, breaks = index(sample.stamp), self.counts['reset']
         if not -STAMP_LIMIT < stamp < STAMP_LIMIT:
             self.counts['out_of_range'] += 1
-            return due
-        for stream, values in (('input', u), ('output', y)):
+            return False
+        roles: tuple[Role, Role] = ('input', 'output')
+        for role, values in zip(roles, reversed(arrays), strict=True):
             if values is not None:
-                values = measured(values, self._limits[stream], self.counts)
+                values = measured(values, self._limits[role], self.counts)
             if values is not None:
-                self._place(stream, stamp, values, due)
-        return due
+                self._place(role, stamp, values)
+        return self.counts['reset'] > breaks
 
-    def _checked(self, stream: str, values: Array | None) -> Array | None:
+    def _checked(self, role: Role, values: Array | None) -> Array | None:
         if values is None:
             return None
         # A copy: compiled steps must see one layout, and whoever publishes may reuse the array.
         array = np.array(values, dtype=np.float64, order='C')
-        width = self._width[stream]
+        width = len(self._limits[role])
         if array.shape != (width,):
-            raise ValueError(f'sample has {stream}s of shape {array.shape}, not ({width},)')
+            raise ValueError(f'sample has {role}s of shape {array.shape}, not ({width},)')
         return array if width else None
 
-    def _place(self, stream: str, stamp: int, values: Array, due: list[Output]) -> None:
-        newest = self._newest[stream]
+    def _place(self, role: Role, stamp: int, values: Array) -> None:
+        newest, suspects = self.newest[role], self._suspects[role]
         if newest is not None and stamp <= newest:
-            self.counts['duplicate' if stamp == newest else 'late'] += 1
-            self._suspect(stream, stamp, values, due, ahead=False)
-        elif self._far_ahead(stamp - self._newest_around(stream, stamp)):
-            self._suspect(stream, stamp, values, due, ahead=True)
+            self.counts[self._sort_in(role, stamp, newest, values)] += 1
+            self._suspect(role, stamp, values, ahead=False)
+        elif stamp - self._newest_around(role, stamp) > self._reach:
+            self._suspect(role, stamp, values, ahead=True)
         else:
-            if self._suspects[stream]:
-                self.counts['ahead'] += self._suspects[stream].clear()
-            self._newest[stream] = stamp
-            if stream == 'input':
-                self._accept_input(stamp, values)
-            else:
-                self._accept_output(stamp, values, due)
+            if suspects:
+                self.counts['ahead'] += suspects.clear()
+            self.newest[role] = stamp
+            if role == 'output':
+                self._first = self._first if self._outputs else stamp
+                self._outputs += 1
+            passed = self._store.passed
+            self.counts['late'] += passed is not None and stamp <= passed
+            self._store.keep(role, stamp, values)
 
-    def _accept_input(self, stamp: int, values: Array) -> None:
-        if self._begun is not None and stamp < self._begun:
-            self.counts['late'] += 1
-            stamp = self._begun
-        self.counts['overflow'] += not self.inputs.add(stamp, values)
+    def _sort_in(self, role: Role, stamp: int, newest: int, values: Array) -> str:
+        """Let the store sort in a sample that is not the newest; return what became of it."""
+        if stamp == newest:
+            return 'duplicate'
+        passed = self._store.passed
+        # Before anything is settled, a stray old stamp must not become the start.
+        if stamp > (newest - self._reach if passed is None else passed):
+            return 'reordered' if self._store.keep(role, stamp, values) else 'duplicate'
+        if role == 'input' and passed is not None:
+            self._store.keep(role, stamp, values)
+        return 'late'
 
-    def _accept_output(self, stamp: int, values: Array, due: list[Output]) -> None:
-        if not self._count:
-            self._first = stamp
-        self._count += 1
-        if stuck := self.repeats.note(values):
-            self.counts['stuck'] += 1
-            values = values.copy()
-            values[list(stuck)] = np.nan
-            if np.isnan(values).all():
-                return
-        if self.inputs.known_at(stamp):
-            self._begun = stamp
-            due.append((stamp, values))
-        else:
-            self.counts['early'] += 1
+    @property
+    def _reach(self) -> int:
+        """The farthest (ns) that a sample can be from the others and on their timeline."""
+        if self.settings.reach:
+            return round(self.settings.reach * 1e9)
+        newest, mean = self.newest['output'], self._interval
+        if newest is not None and self._outputs > 1:
+            mean = max(mean, (newest - self._first) / (self._outputs - 1))
+        return round(max(self.settings.default_reach * 1e9, self.settings.intervals * mean))
 
-    def _far_ahead(self, gap: int) -> bool:
-        """Whether a sample so far (ns) ahead of all others cannot be on their timeline."""
-        if self._longest_gap:
-            return gap > self._longest_gap * 1e9
-        if gap <= SHORTEST_GAP * 1e9:
-            return False
-        newest, mean = self._newest['output'], self._interval
-        if newest is not None and self._count > 1:
-            mean = max(mean, (newest - self._first) / (self._count - 1))
-        return gap > (INTERVALS * mean if mean else FIRST_GAP * 1e9)
-
-    def _newest_around(self, stream: str, default: int) -> int:
-        """Return the newest stamp of the stream; for inputs, of both streams."""
-        own, outputs = self._newest[stream], self._newest['output']
+    def _newest_around(self, role: Role, default: int) -> int:
+        """Return the newest stamp (ns) of the stream; for inputs, of both streams."""
+        own, outputs = self.newest[role], self.newest['output']
         if own is None or outputs is None:
             return next((each for each in (own, outputs) if each is not None), default)
-        return outputs if outputs > own else own
+        return max(own, outputs)
 
-    def _suspect(
-        self, stream: str, stamp: int, values: Array, due: list[Output], *, ahead: bool
-    ) -> None:
-        suspects = self._suspects[stream]
+    def _suspect(self, role: Role, stamp: int, values: Array, *, ahead: bool) -> None:
+        suspects = self._suspects[role]
         self.counts['ahead'] += suspects.add(stamp, values, ahead=ahead)
         if suspects.believed:
-            self._start_afresh(stream, due)
+            self._start_afresh(role)
 
-    def _start_afresh(self, stream: str, due: list[Output]) -> None:
+    def _start_afresh(self, role: Role) -> None:
         """Forget all but the suspects of both streams, which belong to the new timeline."""
-        released = {name: suspects.release() for name, suspects in self._suspects.items()}
-        first, last = released[stream][0][0], released[stream][-1][0]
-        self.last_break = describe_break(stream, self._newest_around(stream, first), first)
+        released = {each: suspects.release() for each, suspects in self._suspects.items()}
+        first, last = released[role][0][0], released[role][-1][0]
+        self.last_break = describe_break(role, self._newest_around(role, first), first)
         self.counts['reset'] += 1
         self.reset()
-        self._interval = (last - first) / (len(released[stream]) - 1)
-        due.clear()
+        self._store.forget()
+        self._interval = (last - first) / (len(released[role]) - 1)
         # Inputs come first: the first of them is then accepted, and no second break can follow.
-        for name in ('input', 'output'):
-            for stamp, values in released[name]:
-                self._place(name, stamp, values, due)
+        for each, samples in released.items():
+            for stamp, values in samples:
+                self._place(each, stamp, values)

@@ -3,6 +3,7 @@
 import math
 from collections import deque
 from collections.abc import Callable, Sequence
+from dataclasses import dataclass
 from typing import Literal, NamedTuple
 
 import numpy as np
@@ -12,8 +13,16 @@ from obs_ros.core.typing import Array
 
 Role = Literal['input', 'output']
 
-RECENT = 8  # intervals that tell when the next message is due
-LONGEST_DUE = 1.0  # s that outputs wait at most for inputs that are due: these may have paused
+
+@dataclass(frozen=True)
+class MergeSettings:
+    """How long outputs wait for inputs of their own time."""
+
+    recent: int = 8  # intervals of a topic that tell when its next message is due
+    longest_due: float = 1.0  # s that outputs wait at most for inputs that are due: they may pause
+
+
+DEFAULT = MergeSettings()
 
 
 class Message(NamedTuple):
@@ -31,13 +40,13 @@ class Topic:
     of their own. `whole` says that each brings all that the topic has: then NaN is a measured NaN.
     """
 
-    def __init__(self, role: Role, entries: Sequence[int], *, whole: bool) -> None:
+    def __init__(self, role: Role, entries: Sequence[int], recent: int, *, whole: bool) -> None:
         self.role = role
         self.entries = list(entries)
         self.queues: dict[tuple[int, ...], deque[Message]] = {}
         self._whole = whole
         self.newest: int | None = None  # stamp of the newest message; None if that tells nothing
-        self._intervals: deque[int] = deque(maxlen=RECENT)
+        self._intervals: deque[int] = deque(maxlen=recent)
         self.missed = False  # waited for in vain, and not heard since
 
     def __len__(self) -> int:
@@ -81,14 +90,21 @@ class Merge:
     still come, but for `wait` s after its arrival at most:
 
     - until each entry of its role, inputs or outputs, is known up to its stamp;
-    - an output, for 1 s at most, for each topic of inputs that is due by its pace so far. One
-      that was waited for in vain is not waited for again until it is heard: inputs may pause.
+    - an output, for `MergeSettings.longest_due` at most, for each topic of inputs that is due by
+      its pace so far. One that was waited for in vain is not waited for again until it is heard:
+      inputs may pause.
 
     Times of arrival (s) are of any one clock, such as that of a recording.
     """
 
-    def __init__(self, wait: float, take: Callable[[Sample, float], None]) -> None:
+    def __init__(
+        self,
+        wait: float,
+        take: Callable[[Sample, float], None],
+        settings: MergeSettings = DEFAULT,
+    ) -> None:
         self._wait = wait
+        self._settings = settings
         self._take = take
         self._topics: list[Topic] = []
         # Stamps of the newest messages, by role and entry.
@@ -99,7 +115,7 @@ class Merge:
 
     def topic(self, role: Role, entries: Sequence[int], *, whole: bool) -> Topic:
         """Return a new topic that brings these entries; see `Topic`."""
-        self._topics.append(Topic(role, entries, whole=whole))
+        self._topics.append(Topic(role, entries, self._settings.recent, whole=whole))
         self._reached[role] |= dict.fromkeys(entries, -math.inf)
         return self._topics[-1]
 
@@ -121,7 +137,7 @@ class Merge:
             stamp, _, arrival = queue[0]
             late = self._due(stamp) if role == 'output' else []
             age = now - arrival
-            if (late and age < min(self._wait, LONGEST_DUE)) or (
+            if (late and age < min(self._wait, self._settings.longest_due)) or (
                 age < self._wait and not self._known(role, stamp)
             ):
                 break

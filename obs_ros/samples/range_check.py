@@ -2,6 +2,7 @@
 
 import math
 from collections.abc import MutableMapping, Sequence
+from dataclasses import dataclass
 
 import numpy as np
 
@@ -9,30 +10,45 @@ from obs_ros.core.model import Model, Variable
 from obs_ros.core.record import Record
 from obs_ros.core.typing import Array
 
-BOXES = 1e6  # widths of its box that a value may lie outside
 LARGEST = 1e100  # where there is no box; sums of squares stay finite far beyond
 
-# Beside a value so many times as large as what is usual in a window, and as 1, all others are lost
-# in rounding: no signal, but a sentinel or a broken conversion.
-ABSURD = 1e15
 
+@dataclass(frozen=True)
+class RangeSettings:
+    """From where on a number is no measurement, but a sentinel or a broken conversion.
+
+    - `boxes`: widths of its box that a value may lie outside; a signal with the wrong unit, by a
+      factor of 1000, must pass, to be seen and told as a mismatch.
+    - `absurd`: times what is usual in a window, and 1; beside such a value all others are lost in
+      rounding.
+    """
+
+    boxes: float = 1e6
+    absurd: float = 1e15
+
+
+DEFAULT = RangeSettings()
 COUNTS = {
     'nan': 'samples with some entries NaN or infinite, which count as not measured',
     'all_nan': 'samples dropped: every entry NaN or infinite',
-    'huge': f'samples with entries beyond {BOXES:g} times their range, which count as not measured',
+    'huge': f'samples with entries beyond {DEFAULT.boxes:g} times their range, which count as not '
+    'measured',
 }
 
 Limits = Sequence[tuple[float, float]]
 
 
-def limits(model: Model, variables: Sequence[Variable]) -> Limits:
+def limits(
+    model: Model, variables: Sequence[Variable], settings: RangeSettings = DEFAULT
+) -> Limits:
     """Return for each input or output between what its measurements lie.
 
     The range of an output without bounds is that of the state of its name, if there is one; without
     any bounds it is set by the nominal value.
     """
     states = {variable.name: variable for variable in model.states}
-    return [_limits(variable, states.get(variable.name)) for variable in variables]
+    boxes = settings.boxes
+    return [_limits(variable, states.get(variable.name), boxes) for variable in variables]
 
 
 def anything(width: int) -> Limits:
@@ -59,13 +75,13 @@ def measured(values: Array, limits: Limits, counts: MutableMapping[str, int]) ->
     return np.where(right, values, np.nan)
 
 
-def without_absurd(record: Record) -> tuple[Record, int]:
+def without_absurd(record: Record, settings: RangeSettings = DEFAULT) -> tuple[Record, int]:
     """Return a window without outputs that its own spread tells from any signal; how many were.
 
     The spread of an output is the median of what differs from its median at all: most of a signal
     may be zero, or one of two levels.
     """
-    if not (np.abs(record.y) > ABSURD).any():  # NaN is not
+    if not (np.abs(record.y) > settings.absurd).any():  # NaN is not
         return record, 0
     y = record.y.copy()
     for column in y.T:
@@ -73,17 +89,17 @@ def without_absurd(record: Record) -> tuple[Record, int]:
         off = np.abs(column - np.median(known)) if known.size else np.zeros(column.size)
         usual = np.abs(known - np.median(known)) if known.size else known
         spread = np.median(usual[usual > 0.0]) if (usual > 0.0).any() else np.inf
-        column[off > ABSURD * max(spread, 1.0)] = np.nan
+        column[off > settings.absurd * max(spread, 1.0)] = np.nan
     absurd = int(np.count_nonzero(np.isnan(y) & np.isfinite(record.y)))
     return (record.with_outputs(y), absurd) if absurd else (record, 0)
 
 
-def _limits(variable: Variable, state: Variable | None) -> tuple[float, float]:
+def _limits(variable: Variable, state: Variable | None, boxes: float) -> tuple[float, float]:
     for each in (variable, state):
         if each is not None and math.isfinite(each.upper - each.lower):
-            reach = BOXES * (each.upper - each.lower)
+            reach = boxes * (each.upper - each.lower)
             return max(each.lower - reach, -LARGEST), min(each.upper + reach, LARGEST)
     if variable.nominal:
-        reach = min(BOXES * abs(variable.nominal), LARGEST)
+        reach = min(boxes * abs(variable.nominal), LARGEST)
         return -reach, reach
     return -LARGEST, LARGEST

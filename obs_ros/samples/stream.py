@@ -16,13 +16,10 @@ class Stream:
     the left when it reaches their end: always contiguous, and O(1) per sample on average. The
     arrays double when needed, up to 2 `capacity` + 2 rows. The one sample above `capacity` leaves
     the caller the choice what to drop.
-
-    `newest` is the newest stamp ever added, also when that sample has been dropped since.
     """
 
     def __init__(self, width: int, capacity: int) -> None:
         self.width = width
-        self.newest: int | None = None
         self._most_rows = 2 * capacity + 2
         rows = min(FIRST_ROWS, self._most_rows)
         self._stamps: IntArray = np.empty(rows, dtype=np.int64)
@@ -47,27 +44,21 @@ class Stream:
         """Size of the arrays in bytes, used or not."""
         return self._stamps.nbytes + self._values.nbytes
 
-    def append(self, stamp: int, values: Array) -> None:
-        """Store a sample that is newer than all others."""
-        if self._stop == len(self._stamps):
-            self._make_room()
-        self._stamps[self._stop] = stamp
-        self._values[self._stop] = values
-        self._stop += 1
-        self.newest = stamp
-
-    def insert(self, stamp: int, values: Array) -> bool:
-        """Sort in a sample that is not the newest; False if its stamp is there already."""
-        row = int(self.stamps.searchsorted(stamp))
-        if row < len(self) and self.stamps[row] == stamp:
-            return False
+    def add(self, stamp: int, values: Array) -> bool:
+        """Sort in a sample; False if its stamp is there already."""
+        row = len(self)
+        if row and stamp <= self._stamps[self._stop - 1]:
+            row = int(self.stamps.searchsorted(stamp))
+            if self.stamps[row] == stamp:
+                return False
         if self._stop == len(self._stamps):
             self._make_room()
         self._stop += 1
-        for array in (self.stamps, self.values):
-            array[row + 1 :] = array[row:-1]
-        self.stamps[row] = stamp
-        self.values[row] = values
+        if row < len(self) - 1:
+            for array in (self.stamps, self.values):
+                array[row + 1 :] = array[row:-1]
+        self._stamps[self._begin + row] = stamp
+        self._values[self._begin + row] = values
         return True
 
     def drop(self, count: int) -> None:
@@ -88,7 +79,6 @@ class Stream:
     def clear(self) -> None:
         """Forget all samples; the arrays stay."""
         self._begin = self._stop = 0
-        self.newest = None
 
     def _make_room(self) -> None:
         count = len(self)
@@ -122,18 +112,12 @@ class InputStream(Stream):
         self._held_stamps: IntArray = np.full(self.width, -STAMP_LIMIT)
         self.known_since: int | None = None if self.width else -STAMP_LIMIT
 
-    def append(self, stamp: int, values: Array) -> None:
-        """Store a sample that is newer than all others."""
-        super().append(stamp, values)
-        if self.known_since is None:
+    def add(self, stamp: int, values: Array) -> bool:
+        """Sort in a sample; False if its stamp is there already."""
+        added = super().add(stamp, values)
+        if added and (self.known_since is None or stamp < self.known_since):
             self._note(stamp, values)
-
-    def insert(self, stamp: int, values: Array) -> bool:
-        """Sort in a sample that is not the newest; False if its stamp is there already."""
-        inserted = super().insert(stamp, values)
-        if inserted:
-            self._note(stamp, values)
-        return inserted
+        return added
 
     def drop(self, count: int) -> None:
         """Drop the `count` oldest samples, remembering the last value of each column."""

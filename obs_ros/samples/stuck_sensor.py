@@ -5,6 +5,7 @@ rounds; where they do for long, and in between never, it says nothing any more.
 """
 
 from collections.abc import Iterable, Sequence
+from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
@@ -12,22 +13,30 @@ from numpy.typing import NDArray
 from obs_ros.core.model import Model, names
 from obs_ros.core.typing import Array
 
-REPEATS = 10  # equal values in a row
-
 Mask = NDArray[np.bool_]
 
 
-def stuck(y: Array, noisy: Sequence[bool] | Mask) -> Mask:
+@dataclass(frozen=True)
+class StuckSettings:
+    """When a sensor is stuck: noise that rounds hardly ever repeats a value so often in a row."""
+
+    repeats: int = 10  # equal values in a row
+
+
+DEFAULT = StuckSettings()
+
+
+def stuck(y: Array, noisy: Sequence[bool] | Mask, settings: StuckSettings = DEFAULT) -> Mask:
     """Return which values (K, r) of a window are repeated by a stuck sensor; NaN = not measured.
 
-    That is a run of `REPEATS` equal values of an output whose noise is known (`noisy` (r,)), or
-    while another output moves. An output that repeats some values for shorter is coarsely rounded,
-    and never called stuck.
+    Stuck is a run of `settings.repeats` equal values, of an output whose noise is known (`noisy`
+    (r,)) or while another output moves. An output that repeats some values for shorter is coarsely
+    rounded, and never called stuck.
     """
     repeated = np.zeros(y.shape, dtype=bool)
     runs: list[list[tuple[int, int]]] = []
     for i, column in enumerate(y.T):
-        runs.append(long_runs(column))
+        runs.append(long_runs(column, settings.repeats))
         for first, last in runs[i]:
             repeated[first : last + 1, i] = True
     moving = np.isfinite(y) & ~repeated
@@ -39,24 +48,25 @@ def stuck(y: Array, noisy: Sequence[bool] | Mask) -> Mask:
     return repeated & np.isfinite(y)
 
 
-def long_runs(column: Array) -> list[tuple[int, int]]:
-    """Return first and last row of the runs of equal values (K,); none where there are short ones.
+def long_runs(column: Array, repeats: int) -> list[tuple[int, int]]:
+    """Return first and last row of the runs of `repeats` equal values (K,) or more.
 
-    A run that the window cuts may be longer than is seen.
+    There are none where shorter ones are found: then the sensor rounds. A run that the window cuts
+    may be longer than is seen.
     """
     rows = np.flatnonzero(np.isfinite(column))
-    if rows.size < REPEATS:
+    if rows.size < repeats:
         return []
     begins = np.flatnonzero(np.diff(column[rows], prepend=np.nan) != 0.0)
     ends = np.append(begins[1:], rows.size) - 1
     lengths = ends - begins + 1
     inner = lengths[1:-1]
-    if ((inner > 1) & (inner < REPEATS)).any():
+    if ((inner > 1) & (inner < repeats)).any():
         return []
     return [
         (int(rows[begin]), int(rows[end]))
         for begin, end in zip(begins, ends, strict=True)
-        if end - begin + 1 >= REPEATS
+        if end - begin + 1 >= repeats
     ]
 
 
@@ -71,8 +81,9 @@ def words(model: Model, outputs: Iterable[int]) -> str:
 class Repeats:
     """The same, value after value, for observers that go from output to output."""
 
-    def __init__(self, noisy: Sequence[bool]) -> None:
+    def __init__(self, noisy: Sequence[bool], settings: StuckSettings = DEFAULT) -> None:
         self._noisy = tuple(noisy)
+        self._repeats = settings.repeats
         self.clear()
 
     def clear(self) -> None:
@@ -89,11 +100,11 @@ class Repeats:
             if value == self._last[i]:
                 self._runs[i] += 1
             elif value == value:  # a NaN is no value
-                self._coarse[i] |= 1 < self._runs[i] < REPEATS
+                self._coarse[i] |= 1 < self._runs[i] < self._repeats
                 self._last[i], self._runs[i] = value, 1
         self.stuck = ()
-        if max(self._runs) >= REPEATS:
-            long = [run >= REPEATS and not rounds
+        if max(self._runs) >= self._repeats:
+            long = [run >= self._repeats and not rounds
                     for run, rounds in zip(self._runs, self._coarse, strict=True)]  # fmt: skip
             moves = not all(long)
             self.stuck = tuple(i for i, is_long in enumerate(long)

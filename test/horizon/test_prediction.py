@@ -9,7 +9,7 @@ from plants import VESSEL, tank_outputs, with_interpolation
 from obs_ros.core.estimate import Estimate, Outcome
 from obs_ros.core.model import names
 from obs_ros.core.record import Sample
-from obs_ros.horizon.prediction import MOST, Prediction
+from obs_ros.horizon.prediction import Prediction, PredictionSettings
 from obs_ros.models.three_tank import THREE_TANK
 
 S = 10**9
@@ -115,11 +115,11 @@ def test_a_stray_stamp_is_not_predicted_to(prediction):
 
 
 def test_it_keeps_up_where_nobody_asks(prediction):
+    most = PredictionSettings().at_once
     absorb(prediction, (0, 'u', 1), (0, 'y', 0))
     prediction.start(vessel()(0.0, 0.0))
-    absorb(prediction, *((0.1 * k, 'y', 0) for k in range(1, 2 * MOST)))
-    assert len(prediction._rest) < MOST
-    assert prediction.state() == {'x': pytest.approx(-0.5 * 0.1 * (2 * MOST - 1))}
+    absorb(prediction, *((0.1 * k, 'y', 0) for k in range(1, 2 * most)))
+    assert prediction.state() == {'x': pytest.approx(-0.5 * 0.1 * (2 * most - 1))}
 
 
 def test_it_follows_three_tanks(backend):

@@ -4,54 +4,11 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from hypothesis import given
-from hypothesis import strategies as st
-from plants import NAN, OSCILLATOR, with_interpolation
+from plants import NAN
 
-from obs_ros import Record, Variable
-from obs_ros.integration.grid import Grid, interpolate
+from obs_ros import Record
+from obs_ros.integration.grid import Grid
 from obs_ros.models.three_tank import THREE_TANK
-
-T = np.array([0.0, 1.0, 2.0, 4.0, 5.0, 8.0])
-U = np.array([2.0, NAN, 4.0, NAN, 0.0, NAN])
-
-
-def path(interpolation: str, t: np.ndarray = T, u: np.ndarray = U) -> tuple[list, list]:
-    variable = Variable('u', interpolation=interpolation)  # type: ignore[arg-type]
-    values, slopes = interpolate(t, u[:, None], (variable,))
-    return values[:, 0].tolist(), slopes[:, 0].tolist()
-
-
-def test_hold_keeps_the_last_value() -> None:
-    assert path('hold') == ([2.0, 2.0, 4.0, 4.0, 0.0, 0.0], [0.0] * 6)
-
-
-def test_linear_runs_to_the_next_sample_across_nodes_without_one_and_then_holds() -> None:
-    values, slopes = path('linear')
-    np.testing.assert_allclose(values, [2.0, 3.0, 4.0, 4.0 - 8.0 / 3.0, 0.0, 0.0])
-    np.testing.assert_allclose(slopes, [1.0, 1.0, -4.0 / 3.0, -4.0 / 3.0, 0.0, 0.0])
-
-
-def test_mean_stays_between_two_samples_and_then_holds() -> None:
-    assert path('mean') == ([3.0, 3.0, 2.0, 2.0, 0.0, 0.0], [0.0] * 6)
-
-
-@pytest.mark.parametrize('interpolation', ['hold', 'linear', 'mean'])
-def test_a_single_sample_is_held(interpolation: str) -> None:
-    assert path(interpolation, T[:3], np.array([5.0, NAN, NAN])) == ([5.0] * 3, [0.0] * 3)
-
-
-@given(
-    st.lists(st.one_of(st.just(NAN), st.floats(-100.0, 100.0)), min_size=1, max_size=12),
-    st.lists(st.floats(0.01, 10.0), min_size=12, max_size=12),
-)
-def test_linear_is_numpys_interpolation(u: list[float], gaps: list[float]) -> None:
-    values = np.array([1.0, *u])
-    t = np.cumsum(gaps)[: values.size - 1]
-    t = np.concatenate([[0.0], t])
-    known = np.isfinite(values)
-    got, _ = path('linear', t, values)
-    np.testing.assert_allclose(got, np.interp(t, t[known], values[known]), atol=1e-9)
 
 
 @pytest.mark.parametrize(
@@ -99,13 +56,3 @@ def test_rescaled_multiplies_the_scales_only() -> None:
 def test_a_record_of_another_plant_is_refused(u: int, y: int, message: str) -> None:
     with pytest.raises(ValueError, match=message):
         Grid.of(THREE_TANK, Record([0.0, 1.0], np.zeros((2, u)), np.zeros((2, y))), np.ones(2))
-
-
-def test_every_input_has_its_own_interpolation() -> None:
-    variables = (Variable('a'), Variable('b', interpolation='linear'))
-    values, slopes = interpolate(
-        np.array([0.0, 2.0]), np.array([[1.0, 1.0], [3.0, 3.0]]), variables
-    )
-    assert values.tolist() == [[1.0, 1.0], [3.0, 3.0]]
-    assert slopes.tolist() == [[0.0, 1.0], [0.0, 0.0]]
-    assert with_interpolation(OSCILLATOR, 'mean').inputs[0].interpolation == 'mean'

@@ -1,6 +1,7 @@
 """The way from topics to the observer: in order of stamp, whatever the backlog, with arrivals."""
 
 import time
+from functools import partial
 
 import numpy as np
 import pytest
@@ -15,6 +16,7 @@ from obs_ros.observers.base import load_observer
 from obs_ros.ros import subscription as feed_module
 from obs_ros.ros.estimator import Estimator
 from obs_ros.ros.messages import STREAM
+from obs_ros.samples.merge import Merge, MergeSettings
 
 S = 10**9
 LEVELS, FLOWS = ('h1', 'h2'), ('Q1', 'Q2')
@@ -67,7 +69,10 @@ def flows(k):
 @pytest.mark.parametrize('observer', ['ekf', 'ukf'])
 def test_a_stall_costs_a_filter_nothing(ros, monkeypatch, observer, first):
     """One topic delivers its whole backlog before the other: no output meets an old input."""
-    monkeypatch.setattr('obs_ros.samples.merge.LONGEST_DUE', 60.0)  # however slow this machine is
+    patient = partial(
+        Merge, settings=MergeSettings(longest_due=60.0)
+    )  # however slow this machine is
+    monkeypatch.setattr('obs_ros.ros.streams.Merge', patient)
     levels = tank_outputs(np.arange(200.0), (50.0, 40.0, 45.0), (0.6, 0.5, 0.7))
     noise = {'h1': 0.01, 'h2': 0.01}
     alone = load_observer(observer)('three_tank', noise=noise)

@@ -2,7 +2,7 @@ import numpy as np
 import pytest
 from bags import BagMaker
 
-from obs_ros.replay.bag import LARGEST_MESSAGE
+from obs_ros.replay.bag import Binder
 from obs_ros.replay.recording import Source, open_recording
 from obs_ros.replay.settings import setup
 
@@ -174,8 +174,8 @@ def test_a_broken_message_is_named(tmp_path):
         read(tmp_path / 'bag')
     with BagMaker(tmp_path / 'large') as bag:
         bag.vector('/plant/input', S, S, u=0.5)
-        bag.raw('/plant/output', 2 * S, kind, bytes(LARGEST_MESSAGE + 1))
-    with pytest.raises(ValueError, match=f'message 2, .* more than {LARGEST_MESSAGE}'):
+        bag.raw('/plant/output', 2 * S, kind, bytes(Binder.largest + 1))
+    with pytest.raises(ValueError, match=f'message 2, .* more than {Binder.largest}'):
         read(tmp_path / 'large')
 
 

@@ -71,13 +71,27 @@ def test_a_forecast_that_diverges_is_infinitely_wrong():
     assert forecaster.judge()[0].rms[0] == math.inf
 
 
-def test_a_sensor_gone_mad_is_infinitely_wrong_too():
+@pytest.mark.parametrize('value', [1e200, math.nan])
+def test_what_the_observer_does_not_take_for_measured_is_not_compared(value):
     forecaster = Forecaster(BALL, 2.0, 4.0, 1000)
     push(forecaster, 0, 31)
     forecaster.add(0, estimate(30, Y[30], V[30]))
-    forecaster.push(Sample(31 * STEP, y=np.array([1e200])))
+    forecaster.push(Sample(31 * STEP, y=np.array([value])))
     push(forecaster, 32, 60)
-    assert forecaster.judge()[0].rms[0] == math.inf
+    (forecast,) = forecaster.judge()
+    assert forecast.rms[0] < 2e-4
+    assert forecast.held[0] == pytest.approx(math.sqrt(np.mean((Y[32:51] - Y[30]) ** 2)))
+
+
+def test_a_new_timeline_ends_the_open_forecasts_and_none_of_its_samples_is_lost():
+    forecaster = Forecaster(BALL, 2.0, 4.0, 1000)
+    push(forecaster, 60, 91)
+    forecaster.add(0, estimate(90, Y[90], V[90]))
+    push(forecaster, 0, 5)
+    forecaster.add(1, estimate(0, Y[0], V[0]))
+    push(forecaster, 5, 40)
+    (forecast,) = forecaster.judge()
+    assert forecast.index == 1 and forecast.rms[0] < 2e-4
 
 
 def test_memory_is_bounded_and_strays_do_not_count():
@@ -88,7 +102,7 @@ def test_memory_is_bounded_and_strays_do_not_count():
     assert forecaster.judge() == []
     push(forecaster, 31, 60)
     assert forecaster.judge() == []  # its beginning had to go
-    forecaster.reset()
+    forecaster.forget()
     push(forecaster, 0, 5)
     forecaster.add(1, estimate(4, math.nan, 0.0))
     push(forecaster, 5, 40)

@@ -11,7 +11,7 @@ LAYOUT = ET.parse(Path(__file__).parents[2] / 'docs' / 'plotjuggler.xml').getroo
 
 
 def test_every_curve_is_published_or_computed_from_what_is():
-    known = {variable.name for variable in load_model('three_tank').unknowns}
+    known = {variable.name for variable in load_model('three_tank').variables}
 
     def published(curve):
         # As PlotJuggler calls the entries of a JointState.

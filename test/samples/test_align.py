@@ -19,7 +19,7 @@ def streams(outputs: dict[int, float], inputs: dict[int, float]) -> tuple[Stream
     y, u = Stream(1, 1000), InputStream(1, 1000)
     for stream, samples in ((y, outputs), (u, inputs)):
         for second, value in samples.items():
-            stream.append(second * S, np.array([value]))
+            stream.add(second * S, np.array([value]))
     return y, u
 
 
@@ -67,16 +67,16 @@ def test_samples_closer_than_a_float_of_seconds_share_a_node() -> None:
     now = 1_760_000_000 * S
     y, u = Stream(1, 10), InputStream(1, 10)
     for stamp in (now, now + S):
-        y.append(stamp, np.array([1.0]))
-        u.append(stamp + 20, np.array([2.0]))
-    u.insert(now - S, np.array([7.0]))
+        y.add(stamp, np.array([1.0]))
+        u.add(stamp + 20, np.array([2.0]))
+    u.add(now - S, np.array([7.0]))
     record = align(y, u, now + 2 * S, ('hold',))
     assert record is not None
     assert record.t.tolist() == [1.76e9, 1.76e9 + 1]
     assert record.u[0, 0] == 2.0
     y.clear()
     for stamp in (now, now + 20):
-        y.append(stamp, np.array([1.0]))
+        y.add(stamp, np.array([1.0]))
     assert align(y, u, now + S, ('hold',)) is None
 
 

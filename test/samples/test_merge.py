@@ -8,7 +8,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from obs_ros.core.record import Sample
-from obs_ros.samples.merge import LONGEST_DUE, Merge
+from obs_ros.samples.merge import Merge, MergeSettings
 
 NAN = float('nan')
 
@@ -202,7 +202,7 @@ class TestOutputsAndInputs:
             bench.add(stamp, u=1)
         bench.add(2, now=2.0, y=1)
         assert bench.stamps == [0, 1]
-        bench.merge.release(2.0 + LONGEST_DUE)
+        bench.merge.release(2.0 + MergeSettings().longest_due)
         bench.add(3, now=3.0, y=1)
         bench.add(4, now=4.0, y=1)
         assert bench.stamps == [0, 1, 2, 3, 4], 'the wait was over, and is not begun again'

@@ -7,15 +7,16 @@ from plants import VESSEL, tank_record
 from obs_ros import Model, Record, Variable, solve_window
 from obs_ros.models.three_tank import THREE_TANK
 from obs_ros.samples.range_check import (
-    BOXES,
     COUNTS,
     LARGEST,
+    RangeSettings,
     anything,
     limits,
     measured,
     without_absurd,
 )
 
+BOXES = RangeSettings().boxes
 RANGES = [(-1.0, 2.0), (0.0, 5.0)]
 
 

@@ -16,28 +16,18 @@ def row(*values: float) -> np.ndarray:
 def test_late_samples_are_sorted_in_and_equal_stamps_refused() -> None:
     stream = Stream(1, 10)
     for stamp in (10, 20, 40):
-        stream.append(stamp, row(stamp))
-    assert stream.insert(30, row(30))
-    assert stream.insert(5, row(5))
-    assert not stream.insert(30, row(-1))
+        stream.add(stamp, row(stamp))
+    assert stream.add(30, row(30))
+    assert stream.add(5, row(5))
+    assert not stream.add(30, row(-1))
     assert stream.stamps.tolist() == [5, 10, 20, 30, 40]
     assert stream.values[:, 0].tolist() == [5.0, 10.0, 20.0, 30.0, 40.0]
-    assert stream.newest == 40
-
-
-def test_newest_outlives_its_sample() -> None:
-    stream = Stream(1, 10)
-    stream.append(10, row(1.0))
-    assert stream.drop_until(10) == 1
-    assert (len(stream), stream.newest) == (0, 10)
-    stream.clear()
-    assert stream.newest is None
 
 
 def test_arrays_do_not_grow_while_few_samples_pass_through() -> None:
     stream = Stream(1, 10_000)
     for stamp in range(1000):
-        stream.append(stamp, row(stamp))
+        stream.add(stamp, row(stamp))
         stream.drop_until(stamp - 10)
     assert stream.nbytes == 64 * 2 * 8
 
@@ -51,12 +41,8 @@ def test_stream_is_a_sorted_bounded_list(capacity: int, steps: list[tuple[int, b
     bound = (2 * capacity + 2) * 3 * 8
     for stamp, drop in steps:
         values = row(stamp, -stamp)
-        if stream.newest is None or stamp > stream.newest:
-            stream.append(stamp, values)
-            model[stamp] = values
-        else:
-            assert stream.insert(stamp, values) == (stamp not in model)
-            model[stamp] = values
+        assert stream.add(stamp, values) == (stamp not in model)
+        model.setdefault(stamp, values)
         if drop or len(stream) > capacity:
             stream.drop(1)
             del model[min(model)]
@@ -67,9 +53,9 @@ def test_stream_is_a_sorted_bounded_list(capacity: int, steps: list[tuple[int, b
 
 def test_dropped_inputs_are_remembered_per_column() -> None:
     inputs = InputStream(2, 10)
-    inputs.append(10, row(1.0, 2.0))
-    inputs.append(20, row(NAN, 3.0))
-    inputs.append(30, row(4.0, NAN))
+    inputs.add(10, row(1.0, 2.0))
+    inputs.add(20, row(NAN, 3.0))
+    inputs.add(30, row(4.0, NAN))
     assert inputs.drop_until(20) == 2
     assert inputs.before(25, 0) == (10, 1.0)
     assert inputs.before(25, 1) == (20, 3.0)
@@ -81,8 +67,8 @@ def test_dropped_inputs_are_remembered_per_column() -> None:
 
 def test_an_old_input_is_remembered_only_if_newer_than_what_is_known() -> None:
     inputs = InputStream(1, 10)
-    inputs.append(10, row(1.0))
-    inputs.append(30, row(3.0))
+    inputs.add(10, row(1.0))
+    inputs.add(30, row(3.0))
     inputs.drop_until(10)
     assert not inputs.remember(5, row(9.0))
     assert inputs.before(25, 0) == (10, 1.0)
@@ -92,11 +78,11 @@ def test_an_old_input_is_remembered_only_if_newer_than_what_is_known() -> None:
 
 def test_known_since_is_when_the_last_column_got_its_first_value() -> None:
     inputs = InputStream(2, 10)
-    inputs.append(10, row(1.0, NAN))
+    inputs.add(10, row(1.0, NAN))
     assert inputs.known_since is None
-    inputs.append(30, row(NAN, 1.0))
+    inputs.add(30, row(NAN, 1.0))
     assert inputs.known_since == 30
-    inputs.insert(20, row(NAN, 1.0))
+    inputs.add(20, row(NAN, 1.0))
     assert inputs.known_since == 20
     inputs.drop_until(20)
     assert inputs.known_since == 20

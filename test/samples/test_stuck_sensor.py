@@ -2,8 +2,9 @@ import numpy as np
 import pytest
 
 from obs_ros.models.three_tank import THREE_TANK
-from obs_ros.samples.stuck_sensor import REPEATS, Repeats, long_runs, stuck, words
+from obs_ros.samples.stuck_sensor import Repeats, StuckSettings, long_runs, stuck, words
 
+REPEATS = StuckSettings().repeats
 RNG = np.random.default_rng(3)
 
 
@@ -53,7 +54,7 @@ def test_what_was_not_measured_neither_breaks_a_run_nor_is_stuck():
 
 def test_runs_at_the_edges_of_a_window_tell_nothing_of_rounding():
     y = frozen(frozen(noisy(60), 0, 0, 3), 0, 20, 40)
-    assert long_runs(y[:, 0]) == [(20, 40)]
+    assert long_runs(y[:, 0], REPEATS) == [(20, 40)]
 
 
 def test_value_after_value_it_is_the_same():
