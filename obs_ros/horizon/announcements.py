@@ -21,7 +21,7 @@ from obs_ros.inference.parameterisation import Unknowns
 
 @dataclass(frozen=True)
 class AnnouncementSettings:
-    """When a jump is clear, and when two are one; see benchmarks/results/interconnected.md."""
+    """Limits of clear jumps and of like ones; see benchmarks/results/interconnected.md."""
 
     clear: float = 2.0  # standard deviations of a size, from none: 95 % two-sided
     same_time: float = 0.05  # window; jumps nearer to each other than that are one and the same,
@@ -42,7 +42,7 @@ class Size:
     spread: float
 
     def clear(self, deviations: float) -> bool:
-        """Whether it is told from no jump at all by more than so many standard deviations."""
+        """Whether it differs from no jump at all by more than so many standard deviations."""
         return abs(self.change) > deviations * self.spread
 
     @classmethod
@@ -130,7 +130,7 @@ def jumps_of(uncertainty: Uncertainty) -> Iterator[JumpFound]:
     for event, jumps in groupby(best.layout.jumped(point), lambda jump: jump.event):
         place = best.layout.times[event]
         time = start + duration * float(point[place])
-        # Where in its interval a jump lies, the model tells only as a mean.
+        # The model determines where in its interval a jump lies only as a mean.
         interval = np.diff(t)[interval_of(t, np.array(time))]
         variance = duration**2 * covariance[place, place] + interval**2 / 12.0
         sizes = {}

@@ -107,7 +107,7 @@ class ArrivalCost:
         """Return the prior at `start` by what one of the latest windows knew.
 
         Since then parameters have walked as far as through windows that abut as the newest one,
-        that ended at `known` (s), does on this: older ones must not seem surer for being older.
+        that ended at `known` (s), does on this: age alone must not make a window more informative.
         """
         variances = box_variances(self._unknowns)
         gap = (start - known) / duration * (1.0 + (known - entry.end) / duration)

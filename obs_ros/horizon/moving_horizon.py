@@ -31,8 +31,8 @@ from obs_ros.horizon.stages import (
     explain,
     fit,
     hold_uninformed,
+    is_uninformative,
     recall,
-    tells_nothing,
 )
 from obs_ros.inference.assessment.assemble import empty, report
 from obs_ros.inference.assessment.outcome import states_at_bound
@@ -104,7 +104,7 @@ class MovingHorizon:
             continued = self._continued(window, warm, deadline)
         window, explanation = explain(window, found, continued, deadline)
         uncertainty = hold_uninformed(explanation.hypothesis, deadline)
-        if tells_nothing(uncertainty):
+        if is_uninformative(uncertainty):
             prior = self._arrival_cost.most_informative_prior(window.start, window.duration)
             uncertainty = recall(uncertainty, prior, deadline)
         uncertainty = replace(

@@ -36,8 +36,8 @@ class StageSettings:
     - `excess`: standard deviations of the squares above which a warm start alone is not believed;
     - `price_of_holding`: squares that a fit may lose where the prior holds the uninformed
       directions; a larger loss shows that the window is far from linear there;
-    - `nothing_new`: share of its variance before that every parameter keeps in a window that has
-      told nothing.
+    - `nothing_new`: share of its prior variance that every parameter keeps in an uninformative
+      window.
     """
 
     polish: int = 40
@@ -95,7 +95,7 @@ def explain(
 
 
 def hold_uninformed(best: Hypothesis, deadline: Deadline) -> Uncertainty:
-    """Return the hypothesis with its uncertainty; the prior holds what the window does not tell."""
+    """Return the hypothesis with its uncertainty; the prior holds uninformed directions."""
     problem = best.problem
     n = problem.objective.unknowns.n_states
     if best.problem.events:
@@ -115,7 +115,7 @@ def hold_uninformed(best: Hypothesis, deadline: Deadline) -> Uncertainty:
 
 
 def recall(uncertainty: Uncertainty, prior: Prior | None, deadline: Deadline) -> Uncertainty:
-    """Return what a more informative prior makes of a window that tells nothing, if that fits."""
+    """Return an uninformative window under a more informative prior, if that fits as well."""
     best = uncertainty.hypothesis
     if prior is None:
         return uncertainty
@@ -126,8 +126,8 @@ def recall(uncertainty: Uncertainty, prior: Prior | None, deadline: Deadline) ->
     return uncertainty
 
 
-def tells_nothing(uncertainty: Uncertainty) -> bool:
-    """Whether a window without any jump has made no parameter much surer than it was before."""
+def is_uninformative(uncertainty: Uncertainty) -> bool:
+    """Whether a window without any jump has hardly narrowed the prior of any parameter."""
     if uncertainty.hypothesis.jumps:
         return False
     problem = uncertainty.hypothesis.problem

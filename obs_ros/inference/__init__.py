@@ -1,1 +1,1 @@
-"""What one window tells: its objective, prior, noise, jumps, and how far each number is known."""
+"""Inference from one window: objective, prior, noise, jumps, and the uncertainty of each number."""

@@ -146,9 +146,9 @@ class Unknowns:
 
     @cached_property
     def walks(self) -> Array:
-        """How far the estimated parameters (q,) wander, in boxes per root of a second.
+        """Walks of the estimated parameters (q,), in boxes per root of a second.
 
-        NaN for those that do not, but jump.
+        NaN for those that do not walk, but jump.
         """
         variables = [self.model.variables[i] for i in self.index[self.n_states :]]
         walks = [np.nan if v.walk is None else v.walk for v in variables]

@@ -1,4 +1,8 @@
-"""What is known before a window is looked at, as squares beside those of its residuals."""
+"""The prior of a window's unknowns, as squares beside those of its residuals.
+
+A normal prior of mean m and precision P adds (z - m)' P (z - m), -2 log of its density but for a
+constant: with the residuals' squares they make -2 log posterior.
+"""
 
 from dataclasses import dataclass
 
@@ -9,16 +13,16 @@ from obs_ros.core.typing import Array, IntArray
 from obs_ros.inference.objective import Objective
 from obs_ros.inference.parameterisation import Unknowns
 
-BOX_VARIANCE = 1.0 / 12.0  # of what may lie anywhere in its box
-STATE_SD = 10.0  # boxes; nothing is known of an initial state
-LEAST_VARIANCE = 1e-12  # against that of the box
+BOX_VARIANCE = 1.0 / 12.0  # of a uniform distribution over the box
+STATE_SD = 10.0  # boxes: next to nothing is known of an initial state
+LEAST_VARIANCE = 1e-12  # against that of the box: below is rounding
 
 
 @dataclass(frozen=True)
 class Prior:
     """A normal distribution of the unknowns: mean (d,) and precision (d, d), in boxes.
 
-    `gap` is how long ago, in windows, that was known; 0: no jump before the window is considered.
+    `gap`: its age in windows; with 0, no jump before the window is considered.
     """
 
     mean: Array

@@ -1,4 +1,4 @@
-"""How the residual of a fit compares with noise: its size, and its colour."""
+"""The residual of a fit beside noise: its size, and its colour."""
 
 from dataclasses import dataclass
 

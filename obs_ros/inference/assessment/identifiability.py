@@ -1,7 +1,11 @@
-"""What a window cannot tell apart, in words, and which window could."""
+"""Combinations of parameters that a window does not determine, and longer windows that would.
+
+A direction is not determined where its information is below that of a standard deviation of a tenth
+of the box (local identifiability; Ljung 1999, section 4.5; Bellman & Astrom 1970).
+"""
 
 import math
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from itertools import pairwise
 
 import numpy as np
@@ -12,22 +16,41 @@ from obs_ros.inference.objective import Objective
 from obs_ros.inference.parameterisation import Unknowns
 from obs_ros.inference.prior import Prior
 
-UNDETERMINED = 0.1  # box; a standard deviation above says nothing
-LARGEST_SHARE = 0.3  # of its value, of a parameter on a log scale
-SUPPORT = 0.1  # of a direction's largest entry, relative changes
-ROUND_RATIO = 0.05  # how near a ratio must be to a multiple of one half
-MOST_HALVES = 6  # in a power product that still means something
-UNSEEN = 2.0  # standard deviations, by which a change along what is called a product may show
-SMALLEST_VALUE = 0.01  # box; below, a relative change means nothing
-HORIZON = 32  # windows looked ahead
-NODES = 2048  # over that horizon
-GATES = 25  # lengths looked at, each a fifth longer than the one before
+
+@dataclass(frozen=True)
+class IdentifiabilitySettings:
+    """Limits in naming what a window does not determine, and in advising on longer ones.
+
+    - `undetermined` (boxes), `largest_share` (of the value, on a log scale): standard deviations
+      above which nothing is known of a parameter;
+    - `support`: share of a direction's largest entry below which a parameter does not belong to it;
+    - `round_ratio`, `most_halves`: how near a ratio must be to a multiple of one half, and the
+      largest such multiple, for a power product that means something;
+    - `unseen`: standard deviations by which a change along such a product may show;
+    - `smallest_value` (boxes): below, a relative change means nothing;
+    - `horizon` (windows), `nodes`, `lengths`: how far ahead, in how many nodes and at how many
+      lengths, each a fifth longer than the one before, longer windows are looked at.
+    """
+
+    undetermined: float = 0.1
+    largest_share: float = 0.3
+    support: float = 0.1
+    round_ratio: float = 0.05
+    most_halves: int = 6
+    unseen: float = 2.0
+    smallest_value: float = 0.01
+    horizon: int = 32
+    nodes: int = 2048
+    lengths: int = 25
+
+
+LIMITS = IdentifiabilitySettings()
 
 
 def undetermined(unknowns: Unknowns) -> Array:
     """Return the standard deviations (d,), in boxes, above which unknowns are not determined."""
     with np.errstate(divide='ignore'):  # on a linear scale there is no such share
-        return np.minimum(UNDETERMINED, LARGEST_SHARE / unknowns.scale.growth)
+        return np.minimum(LIMITS.undetermined, LIMITS.largest_share / unknowns.scale.growth)
 
 
 def weak_directions(
@@ -35,24 +58,24 @@ def weak_directions(
 ) -> tuple[str, ...]:
     """Say which combinations of the estimated parameters the window does not determine.
 
-    `values` (q,) are the parameters in boxes, `information` (q, q) what the window tells of them
-    with the initial state unknown, `covariance` (q, q) what is known in the end.
+    `values` (q,) are the parameters in boxes, `information` (q, q) that of the window about
+    them, with the initial state unknown, `covariance` (q, q) their posterior one.
     """
     unknowns = objective.unknowns
     n = unknowns.n_states
     point = np.concatenate([np.full(n, 0.5), values])
     size = np.maximum(
-        np.abs(unknowns.scale.values(point)) / unknowns.scale.slopes(point), SMALLEST_VALUE
+        np.abs(unknowns.scale.values(point)) / unknowns.scale.slopes(point), LIMITS.smallest_value
     )[n:]
     # A power product means nothing where a value may change its sign.
     definite = (unknowns.scale.lower[n:] >= 0.0) | (unknowns.scale.upper[n:] <= 0.0)
     eigenvalues, vectors = eigen(information)
-    weak = vectors[:, eigenvalues * UNDETERMINED**2 < 1.0].T
+    weak = vectors[:, eigenvalues * LIMITS.undetermined**2 < 1.0].T
     found = []
     for relative in _sparse(weak / size):
         words = _words(unknowns.names[n:], relative, definite, size, information)
         direction = relative * size / np.linalg.norm(relative * size)
-        known = direction @ covariance @ direction < UNDETERMINED**2
+        known = direction @ covariance @ direction < LIMITS.undetermined**2
         found.append(f'{words} (known from earlier windows)' if known else words)
     return tuple(found)
 
@@ -65,19 +88,19 @@ def advice(objective: Objective, state: Array, p: Array, chosen: IntArray) -> st
     unknowns, grid = objective.unknowns, objective.grid
     length = float(grid.t[-1] - grid.t[0])
     n_model = len(unknowns.model.states)
-    t = np.linspace(0.0, HORIZON * length, NODES)
-    samples = objective.count(objective.nodes) / grid.y.shape[1] * HORIZON / NODES
-    weight = np.tile(np.sqrt(samples) / grid.scale, (NODES, 1))
+    t = np.linspace(0.0, LIMITS.horizon * length, LIMITS.nodes)
+    samples = objective.count(objective.nodes) / grid.y.shape[1] * LIMITS.horizon / LIMITS.nodes
+    weight = np.tile(np.sqrt(samples) / grid.scale, (LIMITS.nodes, 1))
     interval = t[1] / unknowns.model.max_step
     ahead = replace(
         grid,
         t=t + grid.t[-1],
-        steps=np.full(NODES - 1, max(1, math.ceil(interval))),
-        u=np.tile(grid.u[-1], (NODES, 1)),
-        slope=np.zeros((NODES, grid.u.shape[1])),
+        steps=np.full(LIMITS.nodes - 1, max(1, math.ceil(interval))),
+        u=np.tile(grid.u[-1], (LIMITS.nodes, 1)),
+        slope=np.zeros((LIMITS.nodes, grid.u.shape[1])),
         y=np.zeros_like(weight),
         weight=weight,
-        measured=np.ones(NODES, dtype=bool),
+        measured=np.ones(LIMITS.nodes, dtype=bool),
     )
     lanes = np.repeat(np.concatenate([state, p])[:, None], 1 + unknowns.dimension, axis=1)
     z = unknowns.scale.places(lanes[unknowns.index, 0])
@@ -88,23 +111,25 @@ def advice(objective: Objective, state: Array, p: Array, chosen: IntArray) -> st
         jacobian = weight[:, :, None] * (y[:, :, 1:] - y[:, :, :1]) / step
     if not np.isfinite(jacobian).all():
         return ''
-    gates = np.geomspace(NODES / (2 * HORIZON), NODES, GATES).astype(int)
+    ends = np.geomspace(LIMITS.nodes / (2 * LIMITS.horizon), LIMITS.nodes, LIMITS.lengths).astype(
+        int
+    )
     information = Prior.box(unknowns).precision
     deviations = []
-    for first, last in pairwise([0, *gates]):
+    for first, last in pairwise([0, *ends]):
         part = jacobian[first:last].reshape(-1, unknowns.dimension)
         information = information + part.T @ part
         # Where an outgrown column leaves a variance below 0, nothing is known: NaN is not enough.
         with np.errstate(invalid='ignore'):
             deviations.append(np.sqrt(np.diagonal(inverted(information))[chosen]))
     names = ' and '.join(unknowns.names[i] for i in chosen)
-    enough = np.flatnonzero((np.array(deviations) < UNDETERMINED).all(axis=1))
+    enough = np.flatnonzero((np.array(deviations) < LIMITS.undetermined).all(axis=1))
     if not enough.size:
         return (
             'move the inputs: while they stay as they are, no window up to '
-            f'{HORIZON} times as long would determine {names}'
+            f'{LIMITS.horizon} times as long would determine {names}'
         )
-    seconds = max(length * gates[enough[0]] * HORIZON / NODES, 2.0 * length)
+    seconds = max(length * ends[enough[0]] * LIMITS.horizon / LIMITS.nodes, 2.0 * length)
     return (
         f'a window of about {float(f"{seconds:.2g}"):g} s would determine {names}, '
         'even if the inputs stay as they are; moving them may be quicker'
@@ -138,7 +163,7 @@ def _words(
 
     `size` (q,) turns them into boxes.
     """
-    support = np.flatnonzero(np.abs(relative) > SUPPORT * np.abs(relative).max())
+    support = np.flatnonzero(np.abs(relative) > LIMITS.support * np.abs(relative).max())
     if support.size == 1:
         return f'{names[support[0]]} is not determined'
     if support.size == 2 and definite[support].all():
@@ -165,10 +190,10 @@ def _nearest_unseen(ratio: float, size: Array, information: Array) -> float:
     seen = {}
     for halves in {math.floor(2.0 * ratio), math.ceil(2.0 * ratio)} - {0}:
         direction = np.array([0.5 * halves, 1.0]) * size
-        direction *= UNDETERMINED / np.linalg.norm(direction)
+        direction *= LIMITS.undetermined / np.linalg.norm(direction)
         seen[0.5 * halves] = float(direction @ information @ direction)
     nearest = min(seen, key=lambda halves: seen[halves], default=math.nan)
-    return nearest if seen.get(nearest, math.inf) < UNSEEN**2 else math.nan
+    return nearest if seen.get(nearest, math.inf) < LIMITS.unseen**2 else math.nan
 
 
 def _product(a: str, b: str, ratio: float) -> str:
@@ -176,11 +201,11 @@ def _product(a: str, b: str, ratio: float) -> str:
     if math.isnan(ratio):
         return ''
     halves = round(2.0 * ratio)
-    if abs(halves) > MOST_HALVES:
+    if abs(halves) > LIMITS.most_halves:
         return ''
     if halves == 0:  # the other way round
-        return _product(b, a, 1.0 / ratio) if abs(ratio) > ROUND_RATIO else ''
-    if abs(2.0 * ratio - halves) > 2.0 * ROUND_RATIO * max(1.0, abs(ratio)):
+        return _product(b, a, 1.0 / ratio) if abs(ratio) > LIMITS.round_ratio else ''
+    if abs(2.0 * ratio - halves) > 2.0 * LIMITS.round_ratio * max(1.0, abs(ratio)):
         return ''
     # d ln a = ratio * d ln b, so a / b^ratio stays.
     over, under = (1, abs(halves) // 2) if halves % 2 == 0 else (2, abs(halves))

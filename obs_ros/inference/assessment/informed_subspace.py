@@ -1,8 +1,14 @@
-"""The information gate: noise fitted into the initial state must not pass for information.
+"""The directions of the parameters that a window informs, and those that the prior has to hold.
 
 At rest a parameter has no influence. But the initial state is fitted to noise, and around a state
-that is off by its standard deviation the parameter does have some. What is not far more informative
-than that is held where the prior has it.
+that is off by its standard deviation the parameter does have some: noise must not pass for
+information. With J the Jacobian about the parameters, M that projects out the initial state and
+D_k the change of J by one standard deviation of the state along its k-th direction, a direction v
+counts as informed if
+
+    v' J' M J v >= kappa sum_k v' D_k' M D_k v;
+
+the prior holds the others. The generalised eigenvectors of both forms tell them apart.
 """
 
 from collections.abc import Callable
@@ -15,14 +21,27 @@ from obs_ros.core.typing import Array
 from obs_ros.inference.jumps.hypothesis import Hypothesis
 from obs_ros.inference.prior import STATE_SD, Prior
 
-KAPPA = 10.0  # times as informative as noise in the initial state would make it
-SMALLEST = 1e-10  # eigenvalue, of what is large beside it
-HOLD = 1e10  # precision in boxes; holds a direction
+
+@dataclass(frozen=True)
+class SubspaceSettings:
+    """Limits in telling informed directions from the others.
+
+    - `kappa`: times as much information as noise in the initial state would feign;
+    - `smallest`: eigenvalue, of the large ones beside it, below which there is but rounding;
+    - `hold`: precision in boxes that holds a direction.
+    """
+
+    kappa: float = 10.0
+    smallest: float = 1e-10
+    hold: float = 1e10
+
+
+SUBSPACE = SubspaceSettings()
 
 
 @dataclass(frozen=True)
 class InformedSubspace:
-    """Directions of the parameters (q, q): `informed` maps onto those that the window tells.
+    """Projection `informed` (q, q) onto the parameters' directions that a window informs.
 
     `information` (q, q) is that about the parameters, in boxes, with the initial state unknown and
     the uninformed directions left out; `held` (h, q) are forms that vanish on the informed ones.
@@ -34,7 +53,7 @@ class InformedSubspace:
 
     @classmethod
     def of(cls, hypothesis: Hypothesis) -> 'InformedSubspace':
-        """Judge the window of a hypothesis without a jump in it."""
+        """Return the subspace of the window of a hypothesis without a jump in it."""
         problem, z = hypothesis.problem, hypothesis.point
         n = problem.objective.unknowns.n_states
         q = z.size - n
@@ -51,23 +70,23 @@ class InformedSubspace:
             return everything
         values, vectors = eigen(noise)
         # Rounding leaves values that are too small, or negative.
-        least = SMALLEST * (values[-1] + np.trace(information) + 1.0)
+        least = SUBSPACE.smallest * (values[-1] + np.trace(information) + 1.0)
         roots = vectors / np.sqrt(np.maximum(values, least))
         ratios, rotation = eigen(roots.T @ information @ roots)
         directions = roots @ rotation
-        told = ratios >= KAPPA
-        if told.all():
+        enough = ratios >= SUBSPACE.kappa
+        if enough.all():
             return everything
         forms = inverted(directions)
-        informed = (directions[:, told]) @ forms[told]
-        return cls(informed.T @ information @ informed, informed, np.asarray(forms[~told]))
+        informed = directions[:, enough] @ forms[enough]
+        return cls(informed.T @ information @ informed, informed, np.asarray(forms[~enough]))
 
     def holding(self, prior: Prior) -> Prior:
-        """Return the prior that holds what the window does not tell."""
+        """Return the prior that holds the uninformed directions where its mean has them."""
         n = prior.mean.size - self.informed.shape[0]
         forms = self.held / np.linalg.norm(self.held, axis=1, keepdims=True)
         precision = prior.precision.copy()
-        precision[n:, n:] += HOLD * forms.T @ forms
+        precision[n:, n:] += SUBSPACE.hold * forms.T @ forms
         return replace(prior, precision=precision)
 
     def covariance(self, hypothesis: Hypothesis) -> Array:
@@ -86,7 +105,7 @@ def marginal_information(hypothesis: Hypothesis, states: int) -> Array:
 
 
 def _states_apart(jx: Array) -> tuple[Array, Callable[[Array], Array]]:
-    """Return the covariance (n, n) of initial states, and what no such state could explain.
+    """Return the covariance (n, n) of initial states, and the projection that takes them out.
 
     That is a function of columns (M, any), whose part along the Jacobian jx (M, n) it takes off.
     """

@@ -14,7 +14,7 @@ from obs_ros.core.estimate import Jump
 from obs_ros.core.model import Model
 from obs_ros.core.typing import Array, BoolArray
 from obs_ros.inference.assessment.fit import Fit
-from obs_ros.inference.assessment.identifiability import UNDETERMINED, undetermined
+from obs_ros.inference.assessment.identifiability import LIMITS, undetermined
 from obs_ros.inference.jumps.hypothesis import Hypothesis
 
 
@@ -101,6 +101,6 @@ class Deviations:
         boxes[unknowns.index[estimated]] = unknowns.scale.width[estimated]
         return cls(
             initial=found['initial'][:n],
-            state=np.where(state <= UNDETERMINED * boxes, state, np.nan),
+            state=np.where(state <= LIMITS.undetermined * boxes, state, np.nan),
             parameters=found['final'][n:],
         )

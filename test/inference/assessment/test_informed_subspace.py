@@ -11,7 +11,7 @@ from obs_ros import Model, Record, Variable
 from obs_ros.core.deadline import Deadline
 from obs_ros.core.typing import Array
 from obs_ros.inference.assessment.informed_subspace import (
-    HOLD,
+    SUBSPACE,
     InformedSubspace,
     marginal_information,
 )
@@ -85,7 +85,7 @@ def test_a_held_direction_stays_where_the_prior_has_it() -> None:
     held = gate.holding(prior)
     form = gate.held[0] / np.linalg.norm(gate.held[0])
     along = np.concatenate([[0.0, 0.0], form])
-    assert along @ held.precision @ along == pytest.approx(HOLD, rel=1e-6)
+    assert along @ held.precision @ along == pytest.approx(SUBSPACE.hold, rel=1e-6)
     across = np.concatenate([[0.0, 0.0], [form[1], -form[0]]])
     assert across @ held.precision @ across == pytest.approx(12.0)
     problem = replace(best.problem, prior=held)
