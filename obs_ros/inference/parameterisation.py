@@ -91,14 +91,7 @@ class Unknowns:
         nothing to estimate, and a value that nobody gives.
         """
         fixed, bounds = dict(fixed or {}), dict(bounds or {})
-        for name, level in fixed.items():
-            model.variable(name)
-            if not np.isfinite(level):  # a measured one may well lie outside the bounds
-                raise ValueError(f'{name} is fixed at {level}, which is not a finite number')
-        for name, pair in bounds.items():
-            model.variable(name)
-            if np.shape(pair) != (2,):
-                raise ValueError(f'bounds of {name} must be (lower, upper), not {quoted(pair)}')
+        _check_given(model, fixed, bounds)
         chosen = (
             *_chosen('state', names(model.states), states, fixed),
             *_chosen('parameter', names(model.parameters), parameters, fixed),
@@ -117,13 +110,7 @@ class Unknowns:
                 )
                 growth.append(math.log(high / low) if variable.scale == 'log' else 0.0)
                 continue
-            value = fixed.get(variable.name, variable.nominal)
-            if value is None or not np.isfinite(value):
-                raise ValueError(
-                    f'{variable.name} is not estimated and has no nominal value: '
-                    f'give it a fixed value, in {variable.unit}'
-                )
-            given[i] = value
+            given[i] = _given(variable, fixed)
         index = [i for i, v in enumerate(model.variables) if v.name in chosen]
         lower, upper = np.array(boxes).T.copy()  # one layout, so that nothing compiles twice
         return cls(
@@ -219,6 +206,31 @@ def _perturbed(
             if growth[i] > 0.0:
                 steps[s, i] = math.log1p(growth[i] * steps[s, i]) / growth[i]
     return lanes, steps
+
+
+def _check_given(
+    model: Model, fixed: Mapping[str, float], bounds: Mapping[str, tuple[float, float]]
+) -> None:
+    """Raise ValueError for unknown names, and for values that are none."""
+    for name, level in fixed.items():
+        model.variable(name)
+        if not np.isfinite(level):  # a measured one may well lie outside the bounds
+            raise ValueError(f'{name} is fixed at {level}, which is not a finite number')
+    for name, pair in bounds.items():
+        model.variable(name)
+        if np.shape(pair) != (2,):
+            raise ValueError(f'bounds of {name} must be (lower, upper), not {quoted(pair)}')
+
+
+def _given(variable: Variable, fixed: Mapping[str, float]) -> float:
+    """Return the value of a variable that is not estimated."""
+    value = fixed.get(variable.name, variable.nominal)
+    if value is None or not np.isfinite(value):
+        raise ValueError(
+            f'{variable.name} is not estimated and has no nominal value: '
+            f'give it a fixed value, in {variable.unit}'
+        )
+    return value
 
 
 def _beginning(variable: Variable, low: float, high: float) -> tuple[float, float]:

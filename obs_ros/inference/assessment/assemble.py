@@ -38,32 +38,26 @@ def report(
 
     Without `uncertainty` (None) there are no standard deviations.
     """
-    objective = window.objective
-    model, grid, unknowns = objective.unknowns.model, objective.grid, objective.unknowns
-    if uncertainty is None:
-        squares, final = found.cost, found.z
-        states, residuals = objective.trajectory(found.z)
-    else:
-        best = uncertainty.hypothesis
-        squares, final = best.squares, best.point[best.layout.final(best.point)]
-        states, residuals = best.trajectory
-    jumps = () if uncertainty is None else uncertainty.jumps
-    correlation = 0.0 if uncertainty is None else uncertainty.correlation
+    objective, unknowns = window.objective, window.objective.unknowns
+    model, grid = unknowns.model, objective.grid
+    squares, final, states, residuals = _optimum(objective, found, uncertainty)
     x0, p = unknowns.values(final[None])  # no initial state ever jumps
     last = int(np.flatnonzero(grid.measured)[-1])
     fit = Fit.of(
-        objective, squares, residuals, noise_known=window.noise_known, correlation=correlation
+        objective,
+        squares,
+        residuals,
+        noise_known=window.noise_known,
+        correlation=0.0 if uncertainty is None else uncertainty.correlation,
     )
     known = _knowledge(objective, found, uncertainty, fit, states[last], p[:, 0])
     outcome, message = judged(
         Findings(
             found=found,
             fit=fit,
+            uncertainty=uncertainty,
             candidates=objective.evaluations,
             in_time=in_time,
-            searched=uncertainty is None or uncertainty.finished,
-            drifting=uncertainty is not None and uncertainty.drifting,
-            jumps=len(jumps),
             squares=objective.is_least_squares,
             undetermined=known.undetermined,
             unidentified=known.said,
@@ -71,6 +65,7 @@ def report(
             resting=states_at_bound(model, states),
         )
     )
+    jumps = () if uncertainty is None else uncertainty.jumps
     residuals = residuals * grid.scale
     return Estimate(
         parameters=_named(model.parameters, p[:, 0]),
@@ -97,6 +92,16 @@ def report(
         states=states,
         stamp=window.record.stamp,
     )
+
+
+def _optimum(
+    objective: Objective, found: Found, uncertainty: Uncertainty | None
+) -> tuple[float, Array, Array, Array]:
+    """Return squares, unknowns at the end (d,), states (K, n) and scaled residuals (K, r)."""
+    if uncertainty is None:
+        return found.cost, found.z, *objective.trajectory(found.z)
+    best = uncertainty.hypothesis
+    return best.squares, best.point[best.layout.final(best.point)], *best.trajectory
 
 
 def empty(model: Model, record: Record, outcome: Outcome, message: str) -> Estimate:

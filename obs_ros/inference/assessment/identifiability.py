@@ -87,33 +87,11 @@ def advice(objective: Objective, state: Array, p: Array, chosen: IntArray) -> st
     """
     unknowns, grid = objective.unknowns, objective.grid
     length = float(grid.t[-1] - grid.t[0])
-    n_model = len(unknowns.model.states)
-    t = np.linspace(0.0, LIMITS.horizon * length, LIMITS.nodes)
-    samples = objective.count(objective.nodes) / grid.y.shape[1] * LIMITS.horizon / LIMITS.nodes
-    weight = np.tile(np.sqrt(samples) / grid.scale, (LIMITS.nodes, 1))
-    interval = t[1] / unknowns.model.max_step
-    ahead = replace(
-        grid,
-        t=t + grid.t[-1],
-        steps=np.full(LIMITS.nodes - 1, max(1, math.ceil(interval))),
-        u=np.tile(grid.u[-1], (LIMITS.nodes, 1)),
-        slope=np.zeros((LIMITS.nodes, grid.u.shape[1])),
-        y=np.zeros_like(weight),
-        weight=weight,
-        measured=np.ones(LIMITS.nodes, dtype=bool),
-    )
-    lanes = np.repeat(np.concatenate([state, p])[:, None], 1 + unknowns.dimension, axis=1)
-    z = unknowns.scale.places(lanes[unknowns.index, 0])
-    step = np.where(z > 0.5, -1e-7, 1e-7)
-    lanes[unknowns.index, 1 + np.arange(unknowns.dimension)] += step * unknowns.scale.slopes(z)
-    _, y = objective.kernels.trajectories(ahead, lanes[:n_model], lanes[n_model:])
-    with np.errstate(invalid='ignore'):  # the model may diverge ahead
-        jacobian = weight[:, :, None] * (y[:, :, 1:] - y[:, :, :1]) / step
+    jacobian = _jacobian_ahead(objective, state, p)
     if not np.isfinite(jacobian).all():
         return ''
-    ends = np.geomspace(LIMITS.nodes / (2 * LIMITS.horizon), LIMITS.nodes, LIMITS.lengths).astype(
-        int
-    )
+    shortest = LIMITS.nodes / (2 * LIMITS.horizon)
+    ends = np.geomspace(shortest, LIMITS.nodes, LIMITS.lengths).astype(int)
     information = Prior.box(unknowns).precision
     deviations = []
     for first, last in pairwise([0, *ends]):
@@ -134,6 +112,33 @@ def advice(objective: Objective, state: Array, p: Array, chosen: IntArray) -> st
         f'a window of about {float(f"{seconds:.2g}"):g} s would determine {names}, '
         'even if the inputs stay as they are; moving them may be quicker'
     )
+
+
+def _jacobian_ahead(objective: Objective, state: Array, p: Array) -> Array:
+    """Return the Jacobian (N, r, d) of scaled outputs over the horizon ahead, input held."""
+    unknowns, grid = objective.unknowns, objective.grid
+    n = len(unknowns.model.states)
+    t = np.linspace(0.0, LIMITS.horizon * float(grid.t[-1] - grid.t[0]), LIMITS.nodes)
+    samples = objective.count(objective.nodes) / grid.y.shape[1] * LIMITS.horizon / LIMITS.nodes
+    weight = np.tile(np.sqrt(samples) / grid.scale, (LIMITS.nodes, 1))
+    interval = t[1] / unknowns.model.max_step
+    ahead = replace(
+        grid,
+        t=t + grid.t[-1],
+        steps=np.full(LIMITS.nodes - 1, max(1, math.ceil(interval))),
+        u=np.tile(grid.u[-1], (LIMITS.nodes, 1)),
+        slope=np.zeros((LIMITS.nodes, grid.u.shape[1])),
+        y=np.zeros_like(weight),
+        weight=weight,
+        measured=np.ones(LIMITS.nodes, dtype=bool),
+    )
+    lanes = np.repeat(np.concatenate([state, p])[:, None], 1 + unknowns.dimension, axis=1)
+    z = unknowns.scale.places(lanes[unknowns.index, 0])
+    step = np.where(z > 0.5, -1e-7, 1e-7)
+    lanes[unknowns.index, 1 + np.arange(unknowns.dimension)] += step * unknowns.scale.slopes(z)
+    _, y = objective.kernels.trajectories(ahead, lanes[:n], lanes[n:])
+    with np.errstate(invalid='ignore'):  # the model may diverge ahead
+        return np.asarray(weight[:, :, None] * (y[:, :, 1:] - y[:, :, :1]) / step)
 
 
 def _sparse(directions: Array) -> Array:

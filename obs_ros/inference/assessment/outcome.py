@@ -10,6 +10,7 @@ from obs_ros.core.estimate import Outcome
 from obs_ros.core.model import Model, Variable
 from obs_ros.core.typing import Array
 from obs_ros.inference.assessment.fit import Fit
+from obs_ros.inference.assessment.uncertainty import Uncertainty
 from obs_ros.inference.parameterisation import Unknowns
 from obs_ros.optimization.result import Found
 
@@ -21,23 +22,35 @@ MOMENT = 0.02  # of the samples, which a state may spend at its bound
 class Findings:
     """All that the outcome of a window depends on.
 
-    `searched`: there was time to look for jumps; `drifting`: jumps at several times look like a
-    ramp; `undetermined` names what has no standard deviation, `unidentified` says so in words and
-    with advice; `bounds` says which unknowns lie at a bound, `resting` which states do for long.
+    `undetermined` names the values without a standard deviation, `unidentified` says so in words
+    and with advice; `bounds` says which unknowns are at a bound, `resting` which states for long.
     """
 
     found: Found
     fit: Fit
+    uncertainty: Uncertainty | None
     candidates: int
     in_time: bool
-    searched: bool
-    drifting: bool
-    jumps: int
     squares: bool
     undetermined: tuple[str, ...]
     unidentified: str
     bounds: str
     resting: str
+
+    @property
+    def searched(self) -> bool:
+        """Whether there was time to look for jumps."""
+        return self.uncertainty is None or self.uncertainty.finished
+
+    @property
+    def drifting(self) -> bool:
+        """Whether jumps at several times look like a ramp."""
+        return self.uncertainty is not None and self.uncertainty.drifting
+
+    @property
+    def jumps(self) -> int:
+        """Number of jumps."""
+        return 0 if self.uncertainty is None else len(self.uncertainty.jumps)
 
 
 class Rule(NamedTuple):
