@@ -1,5 +1,6 @@
 """The one gate through which samples enter: what is measured, in order, and of one timeline."""
 
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from operator import index
 from typing import Protocol
@@ -38,19 +39,24 @@ class GateSettings:
     longer. Mean intervals alone would not do: 1000 of them make a gap of 15 s the end of a stream
     of 100 Hz, over which a window of 1000 s, and the plant, go on.
 
-    - `default_reach`: s; a window of 1000 s, and 1000 s to the next.
-    - `intervals`: so many samples of a plant that is sampled by the hour may be lost in a row; up
-      to 200 s from sample to sample `default_reach` is more.
+    Times are in s, and intervals are mean ones between outputs.
+
+    - `default_reach`: a window of 1000 s, and 1000 s to the next.
+    - `reach_intervals`: of a plant sampled by the hour so many samples in a row may be lost;
+      up to 200 s from sample to sample `default_reach` is more.
     - `most_steps`: integration steps within the default reach: a second, of one compiled candidate.
       Nothing can interrupt the way from one sample to the next.
-    - `believed`: samples in a row, two at least, that fit each other but not the timeline, until
-      they are taken for a new one: one bad stamp must not end everything.
+    - `at_once`, `intervals_at_once`: the longer of the two is the gap that one sample may tell of.
+    - `believed`: samples in a row, two at least, that tell of a longer gap or of a new timeline:
+      one bad stamp must not end everything.
     """
 
     reach: float = 0.0
     default_reach: float = 2000.0
-    intervals: float = 10.0
+    reach_intervals: float = 10.0
     most_steps: float = 1e7
+    at_once: float = 10.0
+    intervals_at_once: float = 1000.0
     believed: int = 5
 
     def within_steps(self, model: Model) -> 'GateSettings':
@@ -60,6 +66,9 @@ class GateSettings:
 
 
 DEFAULT = GateSettings()
+
+
+Released = Mapping[Role, Sequence[tuple[int, Array]]]  # stamps (ns) and values of suspects
 
 
 class Store(Protocol):
@@ -90,11 +99,13 @@ class Gate:
        lies at or before `Store.passed`, and at first what lies farther back than the reach, is
        `late`. A window has passed what no window to come holds; a recursive observer, which cannot
        go back, its newest output. A late input is in force from there on.
-    3. Farther ahead of all others than the reach, it is held back, and `ahead` if a sample in order
-       follows. Outputs show that time went on where inputs are rare, such as a set point.
+    3. Farther ahead of all others than `GateSettings.at_once`, it is held back, and `ahead` if a
+       sample in order follows. Outputs show that time went on where inputs are rare, such as a set
+       point.
     4. As many samples of a stream in a row as `GateSettings.believed`, all held back by rule 2 or 3
-       and with rising stamps, tell of a new timeline: `last_break` says so, everything older is
-       forgotten, and those held back enter. None of them is lost.
+       and with rising stamps, are believed. Ahead by no more than the reach, they enter: there was
+       a gap. Else they tell of a new timeline: `last_break` says so, everything older is forgotten,
+       and those held back enter. None of them is lost.
 
     The decisions depend on the samples, the settings and `Store.passed` only: two gates with the
     same settings take the same stream for the same timeline.
@@ -165,18 +176,22 @@ class Gate:
         if newest is not None and stamp <= newest:
             self.counts[self._sort_in(role, stamp, newest, values)] += 1
             self._suspect(role, stamp, values, ahead=False)
-        elif stamp - self._newest_around(role, stamp) > self._reach:
+        elif stamp - self._newest_around(role, stamp) > self._at_once:
             self._suspect(role, stamp, values, ahead=True)
         else:
             if suspects:
                 self.counts['ahead'] += suspects.clear()
-            self.newest[role] = stamp
-            if role == 'output':
-                self._first = self._first if self._outputs else stamp
-                self._outputs += 1
-            passed = self._store.passed
-            self.counts['late'] += passed is not None and stamp <= passed
-            self._store.keep(role, stamp, values)
+            self._enter(role, stamp, values)
+
+    def _enter(self, role: Role, stamp: int, values: Array) -> None:
+        """Let in the newest sample of its stream."""
+        self.newest[role] = stamp
+        if role == 'output':
+            self._first = self._first if self._outputs else stamp
+            self._outputs += 1
+        passed = self._store.passed
+        self.counts['late'] += passed is not None and stamp <= passed
+        self._store.keep(role, stamp, values)
 
     def _sort_in(self, role: Role, stamp: int, newest: int, values: Array) -> str:
         """Let the store sort in a sample that is not the newest; return what became of it."""
@@ -191,14 +206,26 @@ class Gate:
         return 'late'
 
     @property
+    def _mean_interval(self) -> float:
+        """The mean interval (ns) between outputs, without gaps; 0 before it is known."""
+        newest = self.newest['output']
+        if newest is None or self._outputs < 2:
+            return self._interval
+        return max(self._interval, (newest - self._first) / (self._outputs - 1))
+
+    @property
     def _reach(self) -> int:
         """The farthest (ns) that a sample can be from the others and on their timeline."""
-        if self.settings.reach:
-            return round(self.settings.reach * 1e9)
-        newest, mean = self.newest['output'], self._interval
-        if newest is not None and self._outputs > 1:
-            mean = max(mean, (newest - self._first) / (self._outputs - 1))
-        return round(max(self.settings.default_reach * 1e9, self.settings.intervals * mean))
+        limits = self.settings
+        mean = limits.reach_intervals * self._mean_interval
+        return round(limits.reach * 1e9 or max(limits.default_reach * 1e9, mean))
+
+    @property
+    def _at_once(self) -> int:
+        """The farthest (ns) that a sample can be ahead of the others without another like it."""
+        limits, mean = self.settings, self._mean_interval
+        longest = max(limits.at_once * 1e9, limits.intervals_at_once * mean)
+        return min(round(longest), self._reach) if mean else self._reach
 
     def _newest_around(self, role: Role, default: int) -> int:
         """Return the newest stamp (ns) of the stream; for inputs, of both streams."""
@@ -210,19 +237,34 @@ class Gate:
     def _suspect(self, role: Role, stamp: int, values: Array, *, ahead: bool) -> None:
         suspects = self._suspects[role]
         self.counts['ahead'] += suspects.add(stamp, values, ahead=ahead)
-        if suspects.believed:
-            self._start_afresh(role)
-
-    def _start_afresh(self, role: Role) -> None:
-        """Forget all but the suspects of both streams, which belong to the new timeline."""
+        if not suspects.believed:
+            return
+        # Inputs come first: the first of them is then accepted, and no second break can follow.
         released = {each: suspects.release() for each, suspects in self._suspects.items()}
+        if 0 < released[role][0][0] - self._newest_around(role, stamp) <= self._reach:
+            self._go_on(released)
+        else:
+            self._start_afresh(role, released)
+
+    def _go_on(self, released: Released) -> None:
+        """Let the suspects in that are ahead: there was a gap, which says nothing of the pace."""
+        outputs, newest = released['output'], self.newest['output']
+        if outputs and newest is not None:
+            self._first += max(outputs[0][0] - newest, 0)
+        for role, samples in released.items():
+            for stamp, values in samples:
+                newest = self.newest[role]
+                if newest is None or stamp > newest:
+                    self._enter(role, stamp, values)
+
+    def _start_afresh(self, role: Role, released: Released) -> None:
+        """Forget all but the suspects of both streams, which belong to the new timeline."""
         first, last = released[role][0][0], released[role][-1][0]
         self.last_break = describe_break(role, self._newest_around(role, first), first)
         self.counts['reset'] += 1
         self.reset()
         self._store.forget()
         self._interval = (last - first) / (len(released[role]) - 1)
-        # Inputs come first: the first of them is then accepted, and no second break can follow.
         for each, samples in released.items():
             for stamp, values in samples:
                 self._place(each, stamp, values)
