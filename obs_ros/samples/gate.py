@@ -1,4 +1,4 @@
-"""The one gate through which samples enter: what is measured, in order, and of one timeline."""
+"""The one gate through which samples enter: measured, in order, and of one timeline."""
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
@@ -32,12 +32,12 @@ COUNTS = {
 class GateSettings:
     """The limits of the gate; the same ones give the same decisions, whoever listens.
 
-    Time goes on over a gap of up to `reach` s. That is what the user configured: duration plus
-    period of a window, the setting `longest_gap` of a recursive observer. Where it is 0, nothing is
-    configured, and the reach is that of the node's default window, so that one stream is one
-    timeline to either kind of observer; or some mean intervals between outputs, where these take
-    longer. Mean intervals alone would not do: 1000 of them make a gap of 15 s the end of a stream
-    of 100 Hz, over which a window of 1000 s, and the plant, go on.
+    Time goes on over a gap of up to `reach` s, as the user configures it: duration plus period of a
+    window, or `longest_gap` of a recursive observer. With a reach of 0 nothing is configured. Then
+    the reach is that of the node's default window, so that one stream is one timeline to either
+    kind of observer; or some mean intervals between outputs, where these take longer. Mean
+    intervals alone would not do: a stream of 100 Hz would end at a gap of 15 s, over which a window
+    of 1000 s, and the plant, go on.
 
     Times are in s, and intervals are mean ones between outputs.
 
@@ -46,8 +46,8 @@ class GateSettings:
       up to 200 s from sample to sample `default_reach` is more.
     - `most_steps`: integration steps within the default reach: a second, of one compiled candidate.
       Nothing can interrupt the way from one sample to the next.
-    - `at_once`, `intervals_at_once`: the longer of the two is the gap that one sample may tell of.
-    - `believed`: samples in a row, two at least, that tell of a longer gap or of a new timeline:
+    - `at_once`, `intervals_at_once`: the longer of the two is the gap that one sample may prove.
+    - `believed`: samples in a row, two at least, that prove a longer gap or a new timeline:
       one bad stamp must not end everything.
     """
 
@@ -72,7 +72,7 @@ Released = Mapping[Role, Sequence[tuple[int, Array]]]  # stamps (ns) and values 
 
 
 class Store(Protocol):
-    """What keeps the samples that have entered: a window, or an observer's inputs and outputs."""
+    """The memory of whoever takes samples: a window, or the inputs and outputs of an observer."""
 
     @property
     def passed(self) -> int | None:
@@ -95,17 +95,17 @@ class Gate:
 
     1. Its stamp is one that a clock can give, and some of its entries lie between their limits;
        the others count as not measured.
-    2. Not newer than the newest of its stream, it is `duplicate` or sorted in: `reordered`. What
-       lies at or before `Store.passed`, and at first what lies farther back than the reach, is
-       `late`. A window has passed what no window to come holds; a recursive observer, which cannot
-       go back, its newest output. A late input is in force from there on.
+    2. Not newer than the newest of its stream, it is `duplicate`, `late` or sorted in: `reordered`.
+       It is late at or before `Store.passed`, and at first farther back than the reach. A window
+       has passed the end of the last one; a recursive observer, which cannot go back, its newest
+       output. A late input is in force from there on.
     3. Farther ahead of all others than `GateSettings.at_once`, it is held back, and `ahead` if a
        sample in order follows. Outputs show that time went on where inputs are rare, such as a set
        point.
     4. As many samples of a stream in a row as `GateSettings.believed`, all held back by rule 2 or 3
        and with rising stamps, are believed. Ahead by no more than the reach, they enter: there was
-       a gap. Else they tell of a new timeline: `last_break` says so, everything older is forgotten,
-       and those held back enter. None of them is lost.
+       a gap. Else a new timeline begins: `last_break` says so, everything older is forgotten, and
+       those held back enter. None of them is lost.
 
     The decisions depend on the samples, the settings and `Store.passed` only: two gates with the
     same settings take the same stream for the same timeline.
@@ -135,7 +135,7 @@ class Gate:
             self.counts['ahead'] += suspects.clear()
         self.newest: dict[Role, int | None] = {'input': None, 'output': None}  # ns
         self._first, self._outputs = 0, 0  # stamp (ns) of the first, and number, of this timeline
-        self._interval = 0.0  # ns, mean over the samples that told of this timeline
+        self._interval = 0.0  # ns, mean over the samples that began this timeline
 
     def reached(self) -> int | None:
         """Return the stamp (ns) that outputs and inputs have both reached; None before it."""
@@ -194,7 +194,7 @@ class Gate:
         self._store.keep(role, stamp, values)
 
     def _sort_in(self, role: Role, stamp: int, newest: int, values: Array) -> str:
-        """Let the store sort in a sample that is not the newest; return what became of it."""
+        """Let the store sort in a sample that is not the newest; return why to count it."""
         if stamp == newest:
             return 'duplicate'
         passed = self._store.passed
