@@ -76,7 +76,7 @@ class Prediction:
 
     def limit(self, gate: GateSettings) -> None:
         """Let samples enter by other limits from now on."""
-        self._samples.gate.settings = gate
+        self._samples.gate.limit(gate)
 
     def forget(self) -> None:
         """Forget all samples and the estimate."""

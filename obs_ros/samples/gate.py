@@ -114,10 +114,10 @@ class Gate:
     def __init__(
         self, inputs: Limits, outputs: Limits, store: Store, settings: GateSettings
     ) -> None:
-        self.settings = settings
+        self.limit(settings)
         self.counts = dict.fromkeys(COUNTS, 0)
         self.last_break: str | None = None
-        self._limits: dict[Role, Limits] = {'input': inputs, 'output': outputs}
+        self._ranges: dict[Role, Limits] = {'input': inputs, 'output': outputs}
         self._store = store
         self._suspects: dict[Role, Suspects] = {
             'input': Suspects(settings.believed), 'output': Suspects(settings.believed)
@@ -129,6 +129,12 @@ class Gate:
         """Return a gate for samples of a model."""
         return cls(limits(model, model.inputs), limits(model, model.outputs), store, settings)
 
+    def limit(self, settings: GateSettings) -> None:
+        """Let samples enter by these limits from now on."""
+        self._limits = settings
+        reach = settings.reach or settings.default_reach
+        self._near = round(1e9 * min(settings.at_once, reach))  # ns; certainly not far ahead
+
     def reset(self) -> None:
         """Forget all stamps, but not the counts."""
         for suspects in self._suspects.values():
@@ -139,7 +145,7 @@ class Gate:
 
     def reached(self) -> int | None:
         """Return the stamp (ns) that outputs and inputs have both reached; None before it."""
-        stamps = [self.newest[role] for role, limits in self._limits.items() if limits]
+        stamps = [self.newest[role] for role, ranges in self._ranges.items() if ranges]
         known = [stamp for stamp in stamps if stamp is not None]
         return min(known) if len(known) == len(stamps) else None
 
@@ -148,17 +154,15 @@ class Gate:
 
         Raises ValueError if the number of outputs or inputs is wrong.
         """
-        arrays = self._checked('output', sample.y), self._checked('input', sample.u)
+        y, u = self._checked('output', sample.y), self._checked('input', sample.u)
         stamp, breaks = index(sample.stamp), self.counts['reset']
         if not -STAMP_LIMIT < stamp < STAMP_LIMIT:
             self.counts['out_of_range'] += 1
             return False
-        roles: tuple[Role, Role] = ('input', 'output')
-        for role, values in zip(roles, reversed(arrays), strict=True):
-            if values is not None:
-                values = measured(values, self._limits[role], self.counts)
-            if values is not None:
-                self._place(role, stamp, values)
+        if u is not None and (u := measured(u, self._ranges['input'], self.counts)) is not None:
+            self._place('input', stamp, u)
+        if y is not None and (y := measured(y, self._ranges['output'], self.counts)) is not None:
+            self._place('output', stamp, y)
         return self.counts['reset'] > breaks
 
     def _checked(self, role: Role, values: Array | None) -> Array | None:
@@ -166,7 +170,7 @@ class Gate:
             return None
         # A copy: compiled steps must see one layout, and whoever publishes may reuse the array.
         array = np.array(values, dtype=np.float64, order='C')
-        width = len(self._limits[role])
+        width = len(self._ranges[role])
         if array.shape != (width,):
             raise ValueError(f'sample has {role}s of shape {array.shape}, not ({width},)')
         return array if width else None
@@ -176,7 +180,7 @@ class Gate:
         if newest is not None and stamp <= newest:
             self.counts[self._sort_in(role, stamp, newest, values)] += 1
             self._suspect(role, stamp, values, ahead=False)
-        elif stamp - self._newest_around(role, stamp) > self._at_once:
+        elif self._far_ahead(stamp - self._newest_around(role, stamp)):
             self._suspect(role, stamp, values, ahead=True)
         else:
             if suspects:
@@ -189,8 +193,8 @@ class Gate:
         if role == 'output':
             self._first = self._first if self._outputs else stamp
             self._outputs += 1
-        passed = self._store.passed
-        self.counts['late'] += passed is not None and stamp <= passed
+        elif (passed := self._store.passed) is not None:
+            self.counts['late'] += stamp <= passed
         self._store.keep(role, stamp, values)
 
     def _sort_in(self, role: Role, stamp: int, newest: int, values: Array) -> str:
@@ -216,16 +220,15 @@ class Gate:
     @property
     def _reach(self) -> int:
         """The farthest (ns) that a sample can be from the others and on their timeline."""
-        limits = self.settings
+        limits = self._limits
         mean = limits.reach_intervals * self._mean_interval
         return round(limits.reach * 1e9 or max(limits.default_reach * 1e9, mean))
 
-    @property
-    def _at_once(self) -> int:
-        """The farthest (ns) that a sample can be ahead of the others without another like it."""
-        limits, mean = self.settings, self._mean_interval
-        longest = max(limits.at_once * 1e9, limits.intervals_at_once * mean)
-        return min(round(longest), self._reach) if mean else self._reach
+    def _far_ahead(self, gap: int) -> bool:
+        """Whether a sample so far (ns) ahead of all others takes more like it to be believed."""
+        if gap <= self._near:
+            return False
+        return gap > self._reach or 0.0 < self._limits.intervals_at_once * self._mean_interval < gap
 
     def _newest_around(self, role: Role, default: int) -> int:
         """Return the newest stamp (ns) of the stream; for inputs, of both streams."""

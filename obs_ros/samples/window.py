@@ -123,7 +123,7 @@ class SlidingWindow:
 
     def keep(self, role: Role, stamp: int, values: Array) -> bool:
         """See `Store`."""
-        passed = self.passed
+        passed = self.passed if role == 'input' else None
         if passed is not None and stamp <= passed:
             # An input from before the open window may be the value that holds when it starts.
             return self._inputs.remember(stamp, values)
