@@ -46,7 +46,8 @@ class GateSettings:
       up to 200 s from sample to sample `default_reach` is more.
     - `most_steps`: integration steps within the default reach: a second, of one compiled candidate.
       Nothing can interrupt the way from one sample to the next.
-    - `at_once`, `intervals_at_once`: the longer of the two is the gap that one sample may prove.
+    - `at_once`, `intervals_at_once`: the longer of the two is the gap that one sample may prove;
+      it is the reach until two outputs have shown the pace.
     - `believed`: samples in a row, two at least, that prove a longer gap or a new timeline:
       one bad stamp must not end everything.
     """
@@ -66,8 +67,6 @@ class GateSettings:
 
 
 DEFAULT = GateSettings()
-
-
 Released = Mapping[Role, Sequence[tuple[int, Array]]]  # stamps (ns) and values of suspects
 
 
