@@ -32,7 +32,7 @@ DEFAULT = PredictionSettings()
 
 
 class Interval(NamedTuple):
-    """What the plant was fed from one output, at `begin` (ns), to the next, at `end`."""
+    """The inputs of the plant from one output, at `begin` (ns), to the next, at `end`."""
 
     begin: int
     end: int
@@ -46,7 +46,7 @@ class Prediction:
     which itself is not used. Inputs do as their Variable says, and hold their last value. Without
     a usable estimate there is no prediction; nor does one last beyond a value that is not finite.
 
-    Samples enter by the rules of `Gate`, by whose settings `limit` tells time as the observer does.
+    Samples enter by the rules of `Gate`; `limit` sets the limits that the observer has.
     One thread calls everything but `prepare`, which compiles and is for any.
     """
 
@@ -65,7 +65,7 @@ class Prediction:
         self._x = np.empty((len(model.states), LANES))
         self._p = np.empty((len(model.parameters), LANES))
         self._trail: deque[Interval] = deque(maxlen=settings.kept)  # for estimates to come
-        self._rest: list[Path] = []  # what x has not been propagated along yet
+        self._rest: list[Path] = []  # along which x is to be propagated
         self._at_once = settings.at_once
         self._newest: int | None = None
         self.since: int | None = None  # stamp of the estimate
@@ -76,7 +76,7 @@ class Prediction:
 
     def limit(self, gate: GateSettings) -> None:
         """Let samples enter by other limits from now on."""
-        self._samples.gate.settings = gate
+        self._samples.gate.limit(gate)
 
     def forget(self) -> None:
         """Forget all samples and the estimate."""
@@ -114,7 +114,7 @@ class Prediction:
         while self._trail and self._trail[0].end <= stamp:
             self._trail.popleft()
         if stamp < (self._trail[0].begin if self._trail else self._newest):
-            return  # what the plant was fed since then is not known any more
+            return  # the inputs since then are not known any more
         for values, group in ((self._x, estimate.state), (self._p, estimate.parameters)):
             values[:] = np.array(list(group.values())).reshape(-1, 1)
         self.since = stamp
@@ -149,7 +149,7 @@ def own(path: Path) -> Path:
 
 
 def cut(interval: Interval, stamp: int) -> Path:
-    """Return what is left of an interval's path after `stamp` (ns), which lies before its end."""
+    """Return the rest of an interval's path after `stamp` (ns), which lies before its end."""
     path = own(interval.path)
     if stamp <= interval.begin:
         return path

@@ -35,8 +35,8 @@ class InputHistory:
     def clear(self) -> None:
         """Forget all samples."""
         self._stamps: list[int] = []
-        self._told: list[Array] = []  # as they came
-        self._values: list[Array] = []  # with what earlier samples say in the place of NaN
+        self._measured: list[Array] = []  # as they came
+        self._values: list[Array] = []  # with those of earlier samples in the place of NaN
 
     def known_at(self, stamp: int) -> bool:
         """Whether every input has a value at `stamp` (ns); a plant without inputs knows all."""
@@ -49,20 +49,21 @@ class InputHistory:
         if row < len(self) and self._stamps[row] == stamp:
             return False
         self._stamps.insert(row, stamp)
-        self._told.insert(row, values)
+        self._measured.insert(row, values)
         self._values.insert(row, values)
         for k in range(row, len(self)):
-            told = self._told[k]
-            if not _whole(told):
-                self._values[k] = np.where(np.isnan(told), self._values[k - 1], told) if k else told
+            measured = self._measured[k]
+            if not _whole(measured):
+                before = self._values[k - 1] if k else measured
+                self._values[k] = np.where(np.isnan(measured), before, measured)
             elif k > row:
                 break  # it owes nothing to those before it
         return True
 
     def drop(self, count: int) -> None:
         """Forget the `count` oldest samples, but not the values that hold on from them."""
-        del self._stamps[:count], self._told[:count], self._values[:count]
-        self._told[:1] = self._values[:1]
+        del self._stamps[:count], self._measured[:count], self._values[:count]
+        self._measured[:1] = self._values[:1]
 
     def drop_before(self, stamp: int) -> None:
         """Forget the samples older than the one in force at `stamp` (ns)."""

@@ -28,7 +28,7 @@ class Forecast:
 
     @property
     def diverged(self) -> int:
-        """How many predictions were not finite, and withheld."""
+        """Number of predictions that were not finite, and withheld."""
         return self._prediction.diverged
 
     @property
@@ -38,7 +38,7 @@ class Forecast:
         return None if since is None or self._last is None else (self._last - since) / 1e9
 
     def prepare(self) -> float:
-        """Compile what is not compiled yet; return the seconds that it took."""
+        """Compile everything that is not compiled yet; return the seconds that it took."""
         begin = time.perf_counter()
         self._prediction.prepare()
         return time.perf_counter() - begin
@@ -79,6 +79,6 @@ class Forecast:
 
 
 def window_reach(values: Mapping[str, Any]) -> float:
-    """Return the reach (s) of the windows that the parameters tell of; see `SlidingWindow`."""
+    """Return the reach (s) of the windows that the parameters ask for; see `SlidingWindow`."""
     duration: float = values['window.duration']
     return duration + (values['window.period'] or duration)

@@ -1,4 +1,4 @@
-"""What observers have in common that take one step for each output."""
+"""The common part of observers that take one step for each output."""
 
 import math
 import time
@@ -26,8 +26,8 @@ from obs_ros.samples.successive_outputs import SuccessiveOutputs
 class Instant(NamedTuple):
     """An output as an observer meets it: y (r,), NaN = not measured, and the inputs u (m,) then.
 
-    u is what is known when the output comes: an input with the same stamp that comes after it is
-    in force from there on, but not in this u.
+    u are the inputs known when the output comes: one with the same stamp that comes after it is in
+    force from there on, but not in this u.
     """
 
     stamp: int  # ns
@@ -44,10 +44,10 @@ class RecursiveObserver:
     - `_start(now)` begins at an output: x (n,) and p (q,) hold the initial values, `rng` is new;
     - `_step(before, now, path)` goes from one output to the next, the inputs being those of `path`.
 
-    Both leave the estimate in `x`, `p`, `stddev` (n + q,), `innovation` (r,), the outputs less
-    what was expected of them, and `figures`; NaN in the last three stands for what is not known.
-    All are written in place. What is compiled in either is compiled by `prepare`, which lets a twin
-    observe `rehearsal` made-up outputs. One that needs the last W outputs keeps them in a `Stream`.
+    Both leave the estimate in `x`, `p`, `stddev` (n + q,), `innovation` (r,), the measured outputs
+    less those expected, and `figures`; in the last three NaN stands for unknown numbers. All are
+    written in place. `prepare` compiles the code of both, as it lets a twin observe `rehearsal`
+    made-up outputs.
 
     Values that are not finite never leave: the observer starts again from its initial values.
 
@@ -72,7 +72,7 @@ class RecursiveObserver:
     Settings: ClassVar[type[table.Settings]] = table.Settings
     estimates_parameters: ClassVar[bool] = True  # False: they are given, all of them
     rehearsal: ClassVar[int] = 3  # outputs, until all is compiled
-    reasons: ClassVar[tuple[str, ...]] = ()  # what a subclass counts besides
+    reasons: ClassVar[tuple[str, ...]] = ()  # for which a subclass counts more
 
     def __init__(
         self,
@@ -143,7 +143,7 @@ class RecursiveObserver:
         return stepper_for(self.model, self.backend)
 
     def prepare(self) -> float:
-        """Compile what is not compiled yet; return the seconds that it took."""
+        """Compile everything that is not compiled yet; return the seconds that it took."""
         begin = time.perf_counter()
         twin = type(self)(self.model, **self._arguments)
         period = round(1e9 * min(self.model.max_step, self.settings.longest_gap or 1.0, 1.0))
@@ -162,7 +162,7 @@ class RecursiveObserver:
         for stamp, y in outputs:
             self._counts['skipped'] += self._due
             self._advance(stamp, y)
-        # With every sensor stuck no step is taken, and that has to be told.
+        # With every sensor stuck no step is taken, and the estimate has to say so.
         self._blind = not outputs and sample.y is not None and self._taken > 0 and self._all_stuck
         self._due |= self._blind
         return bool(outputs) or self._blind
@@ -201,7 +201,7 @@ class RecursiveObserver:
         )
 
     def inherit(self, other: 'RecursiveObserver') -> bool:
-        """Take nothing over from the observer that this one replaces: it starts as it is told."""
+        """Take nothing over from the observer that this one replaces: it has a start of its own."""
         return False
 
     def reset(self) -> None:
@@ -215,7 +215,7 @@ class RecursiveObserver:
 
     @property
     def counts(self) -> Mapping[str, int]:
-        """What was dropped, mended or skipped so far, by reason."""
+        """Numbers of samples dropped, mended or skipped so far, by reason."""
         return {**self._samples.counts, **self._counts}
 
     @property
@@ -228,10 +228,10 @@ class RecursiveObserver:
         """The last break of the samples' timeline, in words."""
         return self._samples.gate.last_break
 
-    def _remark_on(self, reason: str, what: str) -> None:
+    def _remark_on(self, reason: str, words: str) -> None:
         """Count something that went wrong in a step, and say so from now on."""
         self._counts[reason] += 1
-        self._remark = f'{what}; '
+        self._remark = f'{words}; '
 
     def _advance(self, stamp: int, y: Array) -> None:
         """Take the step to an output."""
@@ -239,7 +239,7 @@ class RecursiveObserver:
         before = self._before
         path = self._samples.inputs.path(stamp if before is None else before.stamp, stamp)
         now = Instant(stamp, stamp / 1e9, y, path.u[path.pieces].copy())
-        # What overflows is found below; compiled steps do not warn either.
+        # Overflow is found below; compiled steps do not warn either.
         with np.errstate(all='ignore'):
             if before is None:
                 self._begin(now)
@@ -248,9 +248,9 @@ class RecursiveObserver:
         self._diverged = not math.isfinite(sum(self.x.tolist()) + sum(self.p.tolist()))
         if self._diverged:
             wrong = np.flatnonzero(~np.isfinite(np.concatenate([self.x, self.p])))
-            what = self.model.variables[wrong[0]].name if wrong.size else 'the sum of all'
+            name = self.model.variables[wrong[0]].name if wrong.size else 'the sum of all'
             self._remark_on(
-                'reset_non_finite', f'started again at {now.t:g} s, because {what} was not finite'
+                'reset_non_finite', f'started again at {now.t:g} s, because {name} was not finite'
             )
             self._begin(now)
         self._before, self._due = now, True

@@ -1,4 +1,4 @@
-"""What can be set about an observer: a table that checks itself and feeds the node's parameters."""
+"""Settings of an observer: a table that checks itself and declares the parameters of the node."""
 
 from dataclasses import dataclass, field, fields
 from typing import Any, TypeVar
@@ -17,9 +17,9 @@ def setting(default: Value, description: str, unit: str = '', **limits: Any) -> 
 
 @dataclass(frozen=True)
 class Settings:
-    """Settings that all observers have which go sample by sample; a subclass adds its own.
+    """Settings of all observers that go sample by sample; a subclass adds its own.
 
-    Raises ValueError for a value that is wrong, with its name and what would be right.
+    Raises ValueError for a value that is wrong, with its name and a right one.
     """
 
     longest_gap: float = setting(

@@ -47,9 +47,9 @@ class Bag:
 
     Messages are read as the node reads them: named vectors on plant/output and plant/input, or
     fields of whatever `signals` names. The time is that in the header, or that of the recording
-    where `signals` says `arrival`. What does not fit is counted by reason in `refused`.
+    where `signals` says `arrival`. Messages that do not fit are counted by reason in `refused`.
 
-    Raises ValueError for topics that are missing or of another type, and for what is no bag.
+    Raises ValueError for topics that are missing or of another type, and for a path that is no bag.
     """
 
     def __init__(self, path: Path, binder: Binder, model: Model) -> None:
@@ -65,7 +65,7 @@ class Bag:
         for role in binder.topics:
             if role not in STREAMS:
                 raise ValueError(f'--topic {role}=: {suggest(role, STREAMS)}')
-        # By topic: whatever reads it, with what takes that; one topic may have both streams.
+        # By topic: its readers, each with the queue of its vectors; a topic may have both streams.
         self._readers: dict[str, list[tuple[Reader, Topic]]] = {}
         self._listen('input', names(model.inputs), binder)
         self._listen('output', names(model.outputs), binder)

@@ -18,7 +18,7 @@ from obs_ros.replay.settings import Setup
 
 @dataclass
 class Account:
-    """How a replay went; times in s, stamps in ns."""
+    """The course of a replay; times in s, stamps in ns."""
 
     history: History
     compile_time: float = 0.0
@@ -62,7 +62,7 @@ def replay(
     gets the account after each sample. With `deadline` a solve ends after the node's parameter of
     that name; without, nothing depends on the clock: the same samples give the same bits.
 
-    Raises ValueError for parameters that do not go together, and what `samples` raise.
+    Raises ValueError for parameters that do not go together, and the errors of `samples`.
     """
     values: Mapping[str, Any] = setup.values
     observer = build_observer(setup.model, values)

@@ -1,4 +1,4 @@
-"""How well an estimate foretells what comes after it, which no fit can flatter."""
+"""Forecasts of the outputs after an estimate, by which no fit can flatter it."""
 
 import math
 from collections import deque
@@ -20,7 +20,7 @@ from obs_ros.samples.stream import InputStream, Stream
 
 @dataclass(frozen=True)
 class Forecast:
-    """What came of the forecast of one estimate, counted by `index` from 0.
+    """The errors of the forecast of one estimate, counted by `index` from 0.
 
     `rms` (r,) is the root mean square of outputs less those foretold, in their units, and `held`
     (r,) the same of the last output held all the time; NaN where there was nothing to compare.

@@ -20,8 +20,8 @@ class History:
 
     Of the arrays, `values` and `deviations` (K, n + q) are those of states, then parameters;
     `residuals`, `forecasts` and `held` (K, r) are root mean squares by output (see `Forecast`),
-    `rms` (K, 1) over all outputs. Of the traces, `measured` (K, r) and `applied` (K, m) are what
-    was recorded; `path` (K, n + q) are the states that the windows found for their samples, each
+    `rms` (K, 1) over all outputs. Of the traces, `measured` (K, r) and `applied` (K, m) are as
+    recorded; `path` (K, n + q) are the states that the windows found for their samples, each
     sample by the first window that holds it, and the parameters at that time. The first
     `most_jumps` jumps are kept, in little memory whatever is announced; all are counted.
     """
@@ -51,7 +51,7 @@ class History:
         return len(self._stamps)
 
     def record(self, sample: Sample) -> None:
-        """Note what was measured or applied."""
+        """Note the measured outputs, or the applied inputs."""
         for trace, values in ((self.measured, sample.y), (self.applied, sample.u)):
             if values is not None and trace.width:
                 trace.add(sample.stamp, values)
@@ -102,7 +102,7 @@ class History:
         self._followed = int(stamps[-1])
 
     def judged(self, forecasts: Sequence[Forecast]) -> None:
-        """Note what came of forecasts."""
+        """Note the errors of forecasts."""
         width = len(self._outputs)
         for forecast in forecasts:
             place = slice(width * forecast.index, width * (forecast.index + 1))

@@ -54,8 +54,8 @@ def on_grid(t: Array, times: Array, values: Array) -> Array:
 def value_at_start(inputs: InputStream, stamp: int, column: int, kind: Interpolation) -> float:
     """Return the input at the first node: from there on, each kind of interpolation is right.
 
-    `mean` needs the sample before, not what the input is at the node: the mean of the samples
-    before and after the node is the input on both sides of it.
+    `mean` needs the sample before, not the input at the node: the mean of the samples before and
+    after the node is the input on both sides of it.
     """
     return between(inputs, stamp, column) if kind == 'linear' else inputs.before(stamp, column)[1]
 

@@ -1,4 +1,4 @@
-"""Telling a stray stamp from a new timeline: a simulator restart, a looping bag, a long gap."""
+"""Telling a stray stamp from a long gap or a new timeline: a restart, a looping recording."""
 
 from obs_ros.core.typing import Array
 
@@ -6,9 +6,9 @@ from obs_ros.core.typing import Array
 class Suspects:
     """Samples of one stream that came one after the other, off the timeline, with rising stamps.
 
-    Off the timeline means not newer than the newest sample of their stream, or far ahead of it.
-    As many as `believed` of them are samples of a new timeline. Stamps that do not rise among
-    themselves (a publisher that always stamps zero) are strays.
+    All of them are not newer than the newest sample of their stream, or all are far ahead of it.
+    As many as `believed` are no strays. Those whose stamps do not rise among themselves are: their
+    publisher always stamps zero.
     """
 
     def __init__(self, believed: int) -> None:
@@ -21,12 +21,13 @@ class Suspects:
 
     @property
     def believed(self) -> bool:
-        """Whether these are samples of a new timeline."""
+        """Whether these are no strays."""
         return len(self._samples) >= self._enough
 
     def add(self, stamp: int, values: Array, *, ahead: bool) -> int:
         """Hold a sample; return how many held ones, far ahead of all, thereby prove strays."""
-        strays = self.clear() if self._samples and stamp <= self._samples[-1][0] else 0
+        fits = self._samples and stamp > self._samples[-1][0] and ahead == bool(self._ahead)
+        strays = 0 if fits else self.clear()
         self._samples.append((stamp, values))
         self._ahead += ahead
         return strays

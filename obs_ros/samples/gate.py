@@ -1,5 +1,6 @@
-"""The one gate through which samples enter: what is measured, in order, and of one timeline."""
+"""The one gate through which samples enter: measured, in order, and of one timeline."""
 
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from operator import index
 from typing import Protocol
@@ -31,26 +32,32 @@ COUNTS = {
 class GateSettings:
     """The limits of the gate; the same ones give the same decisions, whoever listens.
 
-    Time goes on over a gap of up to `reach` s. That is what the user configured: duration plus
-    period of a window, the setting `longest_gap` of a recursive observer. Where it is 0, nothing is
-    configured, and the reach is that of the node's default window, so that one stream is one
-    timeline to either kind of observer; or some mean intervals between outputs, where these take
-    longer. Mean intervals alone would not do: 1000 of them make a gap of 15 s the end of a stream
-    of 100 Hz, over which a window of 1000 s, and the plant, go on.
+    Time goes on over a gap of up to `reach` s, as the user configures it: duration plus period of a
+    window, or `longest_gap` of a recursive observer. With a reach of 0 nothing is configured. Then
+    the reach is that of the node's default window, so that one stream is one timeline to either
+    kind of observer; or some mean intervals between outputs, where these take longer. Mean
+    intervals alone would not do: a stream of 100 Hz would end at a gap of 15 s, over which a window
+    of 1000 s, and the plant, go on.
 
-    - `default_reach`: s; a window of 1000 s, and 1000 s to the next.
-    - `intervals`: so many samples of a plant that is sampled by the hour may be lost in a row; up
-      to 200 s from sample to sample `default_reach` is more.
+    Times are in s, and intervals are mean ones between outputs.
+
+    - `default_reach`: a window of 1000 s, and 1000 s to the next.
+    - `reach_intervals`: of a plant sampled by the hour so many samples in a row may be lost;
+      up to 200 s from sample to sample `default_reach` is more.
     - `most_steps`: integration steps within the default reach: a second, of one compiled candidate.
       Nothing can interrupt the way from one sample to the next.
-    - `believed`: samples in a row, two at least, that fit each other but not the timeline, until
-      they are taken for a new one: one bad stamp must not end everything.
+    - `at_once`, `intervals_at_once`: the longer of the two is the gap that one sample may prove;
+      it is the reach until two outputs have shown the pace.
+    - `believed`: samples in a row, two at least, that prove a longer gap or a new timeline:
+      one bad stamp must not end everything.
     """
 
     reach: float = 0.0
     default_reach: float = 2000.0
-    intervals: float = 10.0
+    reach_intervals: float = 10.0
     most_steps: float = 1e7
+    at_once: float = 10.0
+    intervals_at_once: float = 1000.0
     believed: int = 5
 
     def within_steps(self, model: Model) -> 'GateSettings':
@@ -60,10 +67,11 @@ class GateSettings:
 
 
 DEFAULT = GateSettings()
+Released = Mapping[Role, Sequence[tuple[int, Array]]]  # stamps (ns) and values of suspects
 
 
 class Store(Protocol):
-    """What keeps the samples that have entered: a window, or an observer's inputs and outputs."""
+    """The memory of whoever takes samples: a window, or the inputs and outputs of an observer."""
 
     @property
     def passed(self) -> int | None:
@@ -86,15 +94,17 @@ class Gate:
 
     1. Its stamp is one that a clock can give, and some of its entries lie between their limits;
        the others count as not measured.
-    2. Not newer than the newest of its stream, it is `duplicate` or sorted in: `reordered`. What
-       lies at or before `Store.passed`, and at first what lies farther back than the reach, is
-       `late`. A window has passed what no window to come holds; a recursive observer, which cannot
-       go back, its newest output. A late input is in force from there on.
-    3. Farther ahead of all others than the reach, it is held back, and `ahead` if a sample in order
-       follows. Outputs show that time went on where inputs are rare, such as a set point.
+    2. Not newer than the newest of its stream, it is `duplicate`, `late` or sorted in: `reordered`.
+       It is late at or before `Store.passed`, and at first farther back than the reach. A window
+       has passed the end of the last one; a recursive observer, which cannot go back, its newest
+       output. A late input is in force from there on.
+    3. Farther ahead of all others than `GateSettings.at_once`, it is held back, and `ahead` if a
+       sample in order follows. Outputs show that time went on where inputs are rare, such as a set
+       point.
     4. As many samples of a stream in a row as `GateSettings.believed`, all held back by rule 2 or 3
-       and with rising stamps, tell of a new timeline: `last_break` says so, everything older is
-       forgotten, and those held back enter. None of them is lost.
+       and with rising stamps, are believed. Ahead by no more than the reach, they enter: there was
+       a gap. Else a new timeline begins: `last_break` says so, everything older is forgotten, and
+       those held back enter. None of them is lost.
 
     The decisions depend on the samples, the settings and `Store.passed` only: two gates with the
     same settings take the same stream for the same timeline.
@@ -103,10 +113,10 @@ class Gate:
     def __init__(
         self, inputs: Limits, outputs: Limits, store: Store, settings: GateSettings
     ) -> None:
-        self.settings = settings
+        self.limit(settings)
         self.counts = dict.fromkeys(COUNTS, 0)
         self.last_break: str | None = None
-        self._limits: dict[Role, Limits] = {'input': inputs, 'output': outputs}
+        self._ranges: dict[Role, Limits] = {'input': inputs, 'output': outputs}
         self._store = store
         self._suspects: dict[Role, Suspects] = {
             'input': Suspects(settings.believed), 'output': Suspects(settings.believed)
@@ -118,17 +128,23 @@ class Gate:
         """Return a gate for samples of a model."""
         return cls(limits(model, model.inputs), limits(model, model.outputs), store, settings)
 
+    def limit(self, settings: GateSettings) -> None:
+        """Let samples enter by these limits from now on."""
+        self._limits = settings
+        reach = settings.reach or settings.default_reach
+        self._near = round(1e9 * min(settings.at_once, reach))  # ns; certainly not far ahead
+
     def reset(self) -> None:
         """Forget all stamps, but not the counts."""
         for suspects in self._suspects.values():
             self.counts['ahead'] += suspects.clear()
         self.newest: dict[Role, int | None] = {'input': None, 'output': None}  # ns
         self._first, self._outputs = 0, 0  # stamp (ns) of the first, and number, of this timeline
-        self._interval = 0.0  # ns, mean over the samples that told of this timeline
+        self._interval = 0.0  # ns, mean over the samples that began this timeline
 
     def reached(self) -> int | None:
         """Return the stamp (ns) that outputs and inputs have both reached; None before it."""
-        stamps = [self.newest[role] for role, limits in self._limits.items() if limits]
+        stamps = [self.newest[role] for role, ranges in self._ranges.items() if ranges]
         known = [stamp for stamp in stamps if stamp is not None]
         return min(known) if len(known) == len(stamps) else None
 
@@ -137,17 +153,15 @@ class Gate:
 
         Raises ValueError if the number of outputs or inputs is wrong.
         """
-        arrays = self._checked('output', sample.y), self._checked('input', sample.u)
+        y, u = self._checked('output', sample.y), self._checked('input', sample.u)
         stamp, breaks = index(sample.stamp), self.counts['reset']
         if not -STAMP_LIMIT < stamp < STAMP_LIMIT:
             self.counts['out_of_range'] += 1
             return False
-        roles: tuple[Role, Role] = ('input', 'output')
-        for role, values in zip(roles, reversed(arrays), strict=True):
-            if values is not None:
-                values = measured(values, self._limits[role], self.counts)
-            if values is not None:
-                self._place(role, stamp, values)
+        if u is not None and (u := measured(u, self._ranges['input'], self.counts)) is not None:
+            self._place('input', stamp, u)
+        if y is not None and (y := measured(y, self._ranges['output'], self.counts)) is not None:
+            self._place('output', stamp, y)
         return self.counts['reset'] > breaks
 
     def _checked(self, role: Role, values: Array | None) -> Array | None:
@@ -155,7 +169,7 @@ class Gate:
             return None
         # A copy: compiled steps must see one layout, and whoever publishes may reuse the array.
         array = np.array(values, dtype=np.float64, order='C')
-        width = len(self._limits[role])
+        width = len(self._ranges[role])
         if array.shape != (width,):
             raise ValueError(f'sample has {role}s of shape {array.shape}, not ({width},)')
         return array if width else None
@@ -165,21 +179,25 @@ class Gate:
         if newest is not None and stamp <= newest:
             self.counts[self._sort_in(role, stamp, newest, values)] += 1
             self._suspect(role, stamp, values, ahead=False)
-        elif stamp - self._newest_around(role, stamp) > self._reach:
+        elif self._far_ahead(stamp - self._newest_around(role, stamp)):
             self._suspect(role, stamp, values, ahead=True)
         else:
             if suspects:
                 self.counts['ahead'] += suspects.clear()
-            self.newest[role] = stamp
-            if role == 'output':
-                self._first = self._first if self._outputs else stamp
-                self._outputs += 1
-            passed = self._store.passed
-            self.counts['late'] += passed is not None and stamp <= passed
-            self._store.keep(role, stamp, values)
+            self._enter(role, stamp, values)
+
+    def _enter(self, role: Role, stamp: int, values: Array) -> None:
+        """Let in the newest sample of its stream."""
+        self.newest[role] = stamp
+        if role == 'output':
+            self._first = self._first if self._outputs else stamp
+            self._outputs += 1
+        elif (passed := self._store.passed) is not None:
+            self.counts['late'] += stamp <= passed
+        self._store.keep(role, stamp, values)
 
     def _sort_in(self, role: Role, stamp: int, newest: int, values: Array) -> str:
-        """Let the store sort in a sample that is not the newest; return what became of it."""
+        """Let the store sort in a sample that is not the newest; return why to count it."""
         if stamp == newest:
             return 'duplicate'
         passed = self._store.passed
@@ -191,14 +209,25 @@ class Gate:
         return 'late'
 
     @property
+    def _mean_interval(self) -> float:
+        """The mean interval (ns) between outputs, without gaps; 0 before it is known."""
+        newest = self.newest['output']
+        if newest is None or self._outputs < 2:
+            return self._interval
+        return max(self._interval, (newest - self._first) / (self._outputs - 1))
+
+    @property
     def _reach(self) -> int:
         """The farthest (ns) that a sample can be from the others and on their timeline."""
-        if self.settings.reach:
-            return round(self.settings.reach * 1e9)
-        newest, mean = self.newest['output'], self._interval
-        if newest is not None and self._outputs > 1:
-            mean = max(mean, (newest - self._first) / (self._outputs - 1))
-        return round(max(self.settings.default_reach * 1e9, self.settings.intervals * mean))
+        limits = self._limits
+        mean = limits.reach_intervals * self._mean_interval
+        return round(limits.reach * 1e9 or max(limits.default_reach * 1e9, mean))
+
+    def _far_ahead(self, gap: int) -> bool:
+        """Whether a sample so far (ns) ahead of all others takes more like it to be believed."""
+        if gap <= self._near:
+            return False
+        return gap > self._reach or 0.0 < self._limits.intervals_at_once * self._mean_interval < gap
 
     def _newest_around(self, role: Role, default: int) -> int:
         """Return the newest stamp (ns) of the stream; for inputs, of both streams."""
@@ -210,19 +239,34 @@ class Gate:
     def _suspect(self, role: Role, stamp: int, values: Array, *, ahead: bool) -> None:
         suspects = self._suspects[role]
         self.counts['ahead'] += suspects.add(stamp, values, ahead=ahead)
-        if suspects.believed:
-            self._start_afresh(role)
-
-    def _start_afresh(self, role: Role) -> None:
-        """Forget all but the suspects of both streams, which belong to the new timeline."""
+        if not suspects.believed:
+            return
+        # Inputs come first: the first of them is then accepted, and no second break can follow.
         released = {each: suspects.release() for each, suspects in self._suspects.items()}
+        if 0 < released[role][0][0] - self._newest_around(role, stamp) <= self._reach:
+            self._go_on(released)
+        else:
+            self._start_afresh(role, released)
+
+    def _go_on(self, released: Released) -> None:
+        """Let the suspects in that are ahead: there was a gap, which says nothing of the pace."""
+        outputs, newest = released['output'], self.newest['output']
+        if outputs and newest is not None:
+            self._first += max(outputs[0][0] - newest, 0)
+        for role, samples in released.items():
+            for stamp, values in samples:
+                newest = self.newest[role]
+                if newest is None or stamp > newest:
+                    self._enter(role, stamp, values)
+
+    def _start_afresh(self, role: Role, released: Released) -> None:
+        """Forget all but the suspects of both streams, which belong to the new timeline."""
         first, last = released[role][0][0], released[role][-1][0]
         self.last_break = describe_break(role, self._newest_around(role, first), first)
         self.counts['reset'] += 1
         self.reset()
         self._store.forget()
         self._interval = (last - first) / (len(released[role]) - 1)
-        # Inputs come first: the first of them is then accepted, and no second break can follow.
         for each, samples in released.items():
             for stamp, values in samples:
                 self._place(each, stamp, values)

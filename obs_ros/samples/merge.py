@@ -1,4 +1,4 @@
-"""The messages of all topics in one order: by stamp, with what belongs together in one sample."""
+"""The messages of all topics in order of stamp; those that belong together are one sample."""
 
 import math
 from collections import deque
@@ -16,9 +16,9 @@ Role = Literal['input', 'output']
 
 @dataclass(frozen=True)
 class MergeSettings:
-    """How long outputs wait for inputs of their own time."""
+    """The patience of outputs with inputs of their own time."""
 
-    recent: int = 8  # intervals of a topic that tell when its next message is due
+    recent: int = 8  # intervals of a topic, by which its next message is due
     longest_due: float = 1.0  # s that outputs wait at most for inputs that are due: they may pause
 
 
@@ -36,8 +36,8 @@ class Message(NamedTuple):
 class Topic:
     """One topic that brings entries of the inputs or of the outputs.
 
-    Messages that bring different entries, as those of joints that report by turns, wait in queues
-    of their own. `whole` says that each brings all that the topic has: then NaN is a measured NaN.
+    Messages that bring different entries, as those of joints that report alternately, wait in
+    queues of their own. With `whole`, each brings all entries of the topic: NaN is measured NaN.
     """
 
     def __init__(self, role: Role, entries: Sequence[int], recent: int, *, whole: bool) -> None:
@@ -45,7 +45,7 @@ class Topic:
         self.entries = list(entries)
         self.queues: dict[tuple[int, ...], deque[Message]] = {}
         self._whole = whole
-        self.newest: int | None = None  # stamp of the newest message; None if that tells nothing
+        self.newest: int | None = None  # stamp of the newest message; None where it is of no use
         self._intervals: deque[int] = deque(maxlen=recent)
         self.missed = False  # waited for in vain, and not heard since
 
@@ -122,7 +122,7 @@ class Merge:
     def add(self, topic: Topic, stamp: int, values: Array, arrival: float) -> None:
         """Take a message of a topic."""
         if topic.goes_back(stamp):
-            # Time may begin anew: where the others stood before tells nothing about where they are.
+            # Time may begin anew: where the others stood before says nothing of where they are.
             for other in self._topics:
                 other.newest = None
             for reached in self._reached.values():
@@ -131,7 +131,7 @@ class Merge:
         self._reached[topic.role].update(dict.fromkeys(brought, stamp))
 
     def release(self, now: float, enough: Callable[[], bool] = lambda: False) -> bool:
-        """Hand out what need not wait at `now` (s); False if `enough` ended that early."""
+        """Hand out messages that need not wait at `now` (s); False if `enough` ended that early."""
         while (head := self._head()) is not None:
             role, queue = head
             stamp, _, arrival = queue[0]

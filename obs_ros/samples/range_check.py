@@ -1,4 +1,4 @@
-"""Telling measurements from what cannot be any: NaN, infinity, numbers far out of all bounds."""
+"""Measurements, told apart from NaN, infinity and numbers far out of all bounds."""
 
 import math
 from collections.abc import MutableMapping, Sequence
@@ -15,11 +15,11 @@ LARGEST = 1e100  # where there is no box; sums of squares stay finite far beyond
 
 @dataclass(frozen=True)
 class RangeSettings:
-    """From where on a number is no measurement, but a sentinel or a broken conversion.
+    """Limits beyond which a number is no measurement, but a sentinel or a broken conversion.
 
     - `boxes`: widths of its box that a value may lie outside; a signal with the wrong unit, by a
-      factor of 1000, must pass, to be seen and told as a mismatch.
-    - `absurd`: times what is usual in a window, and 1; beside such a value all others are lost in
+      factor of 1000, must pass, to be seen as a mismatch.
+    - `absurd`: times the spread of a window, and 1; beside such a value all others are lost in
       rounding.
     """
 
@@ -41,7 +41,7 @@ Limits = Sequence[tuple[float, float]]
 def limits(
     model: Model, variables: Sequence[Variable], settings: RangeSettings = DEFAULT
 ) -> Limits:
-    """Return for each input or output between what its measurements lie.
+    """Return the limits of the measurements of each input or output.
 
     The range of an output without bounds is that of the state of its name, if there is one; without
     any bounds it is set by the nominal value.
@@ -52,12 +52,12 @@ def limits(
 
 
 def anything(width: int) -> Limits:
-    """Return limits that only what cannot be squared and summed exceeds."""
+    """Return limits that only numbers exceed whose squares have no sum."""
     return [(-LARGEST, LARGEST)] * width
 
 
 def measured(values: Array, limits: Limits, counts: MutableMapping[str, int]) -> Array | None:
-    """Return values (n,) with NaN for what is no measurement, None if nothing is left; count it."""
+    """Return values (n,), NaN for those that are no measurements; None if none is. Count them."""
     # Over so few values plain Python is ten times faster than NumPy; a NaN is in no range.
     pairs = zip(values.tolist(), limits, strict=True)
     if all(low <= value <= high for value, (low, high) in pairs):
@@ -76,10 +76,10 @@ def measured(values: Array, limits: Limits, counts: MutableMapping[str, int]) ->
 
 
 def without_absurd(record: Record, settings: RangeSettings = DEFAULT) -> tuple[Record, int]:
-    """Return a window without outputs that its own spread tells from any signal; how many were.
+    """Return a window without outputs that are absurd by its own spread, and how many there were.
 
-    The spread of an output is the median of what differs from its median at all: most of a signal
-    may be zero, or one of two levels.
+    The spread of an output is the median of the deviations from its median that are not zero: most
+    of a signal may be zero, or one of two levels.
     """
     if not (np.abs(record.y) > settings.absurd).any():  # NaN is not
         return record, 0

@@ -15,7 +15,7 @@ class Stream:
     They lie in a stretch of two arrays that moves to the right as samples come and go, and back to
     the left when it reaches their end: always contiguous, and O(1) per sample on average. The
     arrays double when needed, up to 2 `capacity` + 2 rows. The one sample above `capacity` leaves
-    the caller the choice what to drop.
+    the caller the choice which to drop.
     """
 
     def __init__(self, width: int, capacity: int) -> None:

@@ -46,7 +46,7 @@ class SuccessiveOutputs:
 
     @property
     def counts(self) -> Mapping[str, int]:
-        """How many samples were dropped or mended since construction, by reason."""
+        """Numbers of samples dropped or mended since construction, by reason."""
         return {**self.gate.counts, **self._counts}
 
     @property
@@ -55,7 +55,7 @@ class SuccessiveOutputs:
         return None if self._last is None else self._last - 1
 
     def push(self, sample: Sample) -> bool:
-        """Take a sample; return whether it began a new timeline, to which what is `due` belongs.
+        """Take a sample; return whether it began a new timeline, to which `due` then belongs.
 
         Raises ValueError if the number of outputs or inputs is wrong.
         """

@@ -33,19 +33,17 @@ class SlidingWindow:
     Stamps are the only time; arrival time plays no part.
 
     A record starts and ends with an output of its window. In between, its grid is the union of
-    output and input stamps; what a stream did not measure at a node is NaN there. At the two ends,
-    which may lie between two samples of an input, the record carries what makes the input right up
-    to there: at the first node the last value (`hold`, `mean`) or the interpolated one (`linear`),
-    at the last node nothing (`hold`), the interpolated value (`linear`) or the next one (`mean`).
-    So no record needs a sample from outside. Its t is the stamp in s; at the size of today's
-    dates such a float resolves 0.24 us, and samples closer than that share a node.
+    output and input stamps; a value that a stream did not measure at a node is NaN there. The two
+    ends may lie between two samples of an input. There the record has the value that makes the
+    input right up to the end: at the first node the last one (`hold`, `mean`) or the interpolated
+    one (`linear`), at the last node none (`hold`), the interpolated one (`linear`) or the next one
+    (`mean`). So no record needs a sample from outside. Its t is the stamp in s; at the size of
+    today's dates such a float resolves 0.24 us, and samples closer than that share a node.
 
-    Samples enter by the rules of `Gate`, whose reach is T + D. `last_break` tells of the last break
-    of their timeline; `counts` what was dropped or mended, by reason, see COUNTS.
+    Samples enter by the rules of `Gate`, with a reach of T + D; those dropped or mended are counted
+    by reason, see COUNTS. `limits` are those of measured inputs and outputs.
 
     One thread at a time may call its methods. Memory is bounded by `capacity` samples a stream.
-
-    `limits` of the inputs and of the outputs say between what a measurement lies.
 
     Raises ValueError for a duration or period that is not positive, a capacity below 2, fewer
     than no inputs or one output, and an unknown `interpolation` (one per input, default `hold`).
@@ -81,7 +79,7 @@ class SlidingWindow:
 
     @property
     def counts(self) -> Mapping[str, int]:
-        """How many samples or windows were dropped or mended since construction, by reason."""
+        """Numbers of samples and windows dropped or mended since construction, by reason."""
         return {**self._gate.counts, **self._counts}
 
     @property
@@ -125,7 +123,7 @@ class SlidingWindow:
 
     def keep(self, role: Role, stamp: int, values: Array) -> bool:
         """See `Store`."""
-        passed = self.passed
+        passed = self.passed if role == 'input' else None
         if passed is not None and stamp <= passed:
             # An input from before the open window may be the value that holds when it starts.
             return self._inputs.remember(stamp, values)
@@ -177,7 +175,7 @@ class SlidingWindow:
         return start - 1, start + self._duration
 
     def _open(self, edges: tuple[int, int]) -> None:
-        """Drop what lies before the window's left edge, where it now stays."""
+        """Drop the samples before the window's left edge, where it now stays."""
         unused = self._outputs.drop_until(edges[0])
         self._inputs.drop_until(edges[0])
         if self._edges is None:

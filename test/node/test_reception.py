@@ -69,10 +69,8 @@ def flows(k):
 @pytest.mark.parametrize('observer', ['ekf', 'ukf'])
 def test_a_stall_costs_a_filter_nothing(ros, monkeypatch, observer, first):
     """One topic delivers its whole backlog before the other: no output meets an old input."""
-    patient = partial(
-        Merge, settings=MergeSettings(longest_due=60.0)
-    )  # however slow this machine is
-    monkeypatch.setattr('obs_ros.ros.streams.Merge', patient)
+    patience = MergeSettings(longest_due=60.0)  # however slow this machine is
+    monkeypatch.setattr('obs_ros.ros.streams.Merge', partial(Merge, settings=patience))
     levels = tank_outputs(np.arange(200.0), (50.0, 40.0, 45.0), (0.6, 0.5, 0.7))
     noise = {'h1': 0.01, 'h2': 0.01}
     alone = load_observer(observer)('three_tank', noise=noise)

@@ -35,6 +35,16 @@ def test_strays_far_ahead_are_counted_when_they_prove_strays() -> None:
     assert suspects.clear() == 0
 
 
+def test_a_late_sample_before_a_gap_does_not_belong_to_those_after_it() -> None:
+    suspects = Suspects(BELIEVED)
+    suspects.add(5, VALUES, ahead=False)
+    for stamp in range(100, 104):
+        suspects.add(stamp, VALUES, ahead=True)
+    assert not suspects.believed
+    suspects.add(104, VALUES, ahead=True)
+    assert suspects.release()[0][0] == 100
+
+
 def test_released_samples_are_no_strays() -> None:
     suspects = Suspects(BELIEVED)
     suspects.add(100, VALUES, ahead=True)

@@ -67,11 +67,16 @@ class Stream:
 STREAMS = {
     'in order': Stream(AFTER),
     'a gap of 15 s': Stream(run(LAST + 15.0, 8)),
+    'a late output and then a gap': Stream(
+        [('y', LAST - 0.055, 1.0), *run(LAST + 15.0, 8)], old=1
+    ),
     'a gap of 1999 s': Stream(run(LAST + 1999.0, 8)),
     'a gap longer than the reach': Stream(run(LAST + 2001.0, 8), {'reset': 1}),
     'a jump back': Stream(run(START - 500.0, 8), {'reset': 1}, old=9),
     'a jump back by little': Stream(run(START + 0.005, 8), {'reset': 1}, old=9),
     'a stamp far ahead': Stream([('y', 1e6, 1.0), *AFTER], {'ahead': 1}),
+    'a stamp within the reach': Stream([('y', LAST + 100.0, 1.0), *AFTER], {'ahead': 1}),
+    'four within the reach': Stream([*run(LAST + 100.0, 4), *AFTER], {'ahead': 8}),
     'an input far ahead': Stream([('u', 1e6, 1.0), *AFTER], {'ahead': 1}),
     'four far ahead in a row': Stream(
         [*(('y', 1e6 + k, 1.0) for k in range(4)), *AFTER], {'ahead': 4}
@@ -151,7 +156,7 @@ class TestOneStreamIsOneTimelineToAll:
         for event in stream.lead:
             forecaster.push(sample(event))
         forecaster.add(0, BEFORE)
-        for event in (*stream.events, *run(LAST + 30.0, 1)):
+        for event in (*stream.events, *run(LAST + 30.0, 5)):
             forecaster.push(sample(event))
         judged = [forecast.index for forecast in forecaster.judge()]
         goes_on = not stream.breaks and stream.events[-1][1] < LAST + 30.0
@@ -272,9 +277,31 @@ class TestGate:
 
     def test_the_default_reach_grows_with_the_interval(self) -> None:
         quick, slow = gate_of(), gate_of()
-        outputs(quick[0], 0.01, 0.02, 0.03, 2000.5)
+        outputs(quick[0], 0.01, 0.02, 0.03, *(2000.5 + k for k in range(5)))
         outputs(slow[0], 0, 300, 600, 3600)
-        assert quick[1].stamps == [0.01, 0.02, 0.03] and slow[1].stamps == [0, 300, 600, 3600]
+        assert quick[0].counts['reset'] == 1
+        assert slow[1].stamps == [0, 300, 600, 3600]
+
+    def test_a_gap_within_the_reach_is_believed_when_five_tell_of_it(self) -> None:
+        gate, store = gate_of(reach=100.0)
+        outputs(gate, 0.01, 0.02, 0.03)
+        gate.push(sample(('u', 15.0, 1.0)))
+        outputs(gate, 15, 16, 17, 18)
+        assert store.stamps == [0.01, 0.02, 0.03]
+        outputs(gate, 19)
+        assert store.stamps == [0.01, 0.02, 0.03, 15, 15, 16, 17, 18, 19]
+        assert not any(gate.counts.values())
+
+    def test_a_gap_says_nothing_of_the_pace(self) -> None:
+        gate, store = gate_of(reach=1000.0)
+        outputs(gate, *(0.01 * k for k in range(20)), *(900 + 0.01 * k for k in range(5)))
+        outputs(gate, 950, 900.05)
+        assert store.stamps[-1] == 900.05 and gate.counts['ahead'] == 1
+
+    def test_a_gap_of_as_many_intervals_as_may_be_is_believed_at_once(self) -> None:
+        gate, store = gate_of(reach=1e6)
+        outputs(gate, 30, 60, 90, 20_000)
+        assert store.stamps == [30, 60, 90, 20_000]
 
     def test_a_reach_that_is_given_does_not(self) -> None:
         gate, store = gate_of(reach=2.5)
