@@ -14,7 +14,7 @@ from sensor_msgs.msg import JointState
 from std_srvs.srv import SetBool, Trigger
 
 from obs_ros.core.model import names
-from obs_ros.interface.bindings import Binding, bindings, signal_knobs
+from obs_ros.interface.bindings import Binding, bindings, signal_parameters
 from obs_ros.interface.status import Health, Level
 from obs_ros.models import load_model
 from obs_ros.ros.diagnostics import publish_health
@@ -27,7 +27,7 @@ from obs_ros.ros.run import run
 from obs_ros.ros.streams import check_bindings
 from plant_sim.pace import Pace
 from plant_sim.scenarios import load_scenario
-from plant_sim.settings import CHOICE, COMMON, check_rate, fault_knobs
+from plant_sim.settings import CHOICE, COMMON, check_rate, fault_parameters
 from plant_sim.simulation import Instant, Simulation
 
 _SHORTEST_TICK, _LONGEST_TICK = 0.001, 0.01  # s of wall time
@@ -52,7 +52,7 @@ class Simulator(GuardedNode):
         parameters.declare(CHOICE)
         self.scenario = load_scenario(str(parameters.values['scenario']))
         self.model = load_model(self.scenario.model)
-        parameters.declare((*COMMON, *fault_knobs(self.model), *signal_knobs(self.model)))
+        parameters.declare((*COMMON, *fault_parameters(self.model), *signal_parameters(self.model)))
         bound = bindings(self.model, parameters.values, parameters.unknown('signals.'))
         check_bindings(self, self.model, bound)
         self._settings: Mapping[str, Any] = parameters.values

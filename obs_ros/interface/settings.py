@@ -5,11 +5,11 @@ from collections.abc import Mapping
 from typing import Any, get_args
 
 from obs_ros.core.model import Model
-from obs_ros.core.parameter_spec import LARGEST_SEED, Knob, Value, markdown_table
+from obs_ros.core.parameter_spec import LARGEST_SEED, ParameterSpec, Value, markdown_table
 from obs_ros.inference.objective import FITNESSES
 from obs_ros.interface.usage import node_usage
 from obs_ros.observers.base import OBSERVERS, Observer, load_observer
-from obs_ros.observers.settings import knobs
+from obs_ros.observers.settings import parameter_specs
 from obs_ros.optimization.differential_evolution import Strategy
 from obs_ros.optimization.initial_population import POPULATIONS
 from obs_ros.optimization.methods import METHODS
@@ -24,15 +24,15 @@ RENAMED = {'predict': 'prediction.enabled', 'predict.rate': 'prediction.rate'}
 
 # They say what is loaded: a remote `param set` must never import code.
 CHOICE = (
-    Knob(
+    ParameterSpec(
         'model', 'three_tank', 'plant model: a built-in name or package.module:ATTRIBUTE',
         read_only=True,
     ),
-    Knob(
+    ParameterSpec(
         'observer', 'sliding_window', 'observer: a built-in name or package.module:CLASS',
         read_only=True,
     ),
-    Knob(
+    ParameterSpec(
         'merge_wait', 0.1,
         'wall time that samples wait for older ones on other topics: where `signals` name several, '
         'and outputs for inputs that are due, 1 s at most',
@@ -42,17 +42,17 @@ CHOICE = (
 
 # A change of these needs no new observer. Immediate observers need neither deadline nor prediction.
 LIVE = (
-    Knob('deadline', 1.0, 'wall time for one solve, best so far when it ends', 's',
+    ParameterSpec('deadline', 1.0, 'wall time for one solve, best so far when it ends', 's',
         positive=True, upper=3600.0),
-    Knob(
+    ParameterSpec(
         'stale_after', 5.0, 'wall time without samples after which a stream is stale', 's',
         positive=True, upper=1e6,
     ),
-    Knob(
+    ParameterSpec(
         'prediction.enabled', True,
         'publish ~/prediction, the state carried on to the newest output',
     ),
-    Knob(
+    ParameterSpec(
         'prediction.rate', 0.0,
         'predictions per s of sample time at most; 0: one for every output', 'Hz', lower=0.0,
         upper=1e6,
@@ -60,45 +60,55 @@ LIVE = (
 )  # fmt: skip
 
 COMMON = (
-    Knob('window.duration', 1000.0, 'length of a window, in sample time', 's', lower=1e-3,
+    ParameterSpec('window.duration', 1000.0, 'length of a window, in sample time', 's', lower=1e-3,
         upper=1e9),
-    Knob(
+    ParameterSpec(
         'window.period', 0.0, 'from one window to the next; 0: the duration, so they abut', 's',
         lower=0.0, upper=1e9,
     ),
-    Knob(
+    ParameterSpec(
         'window.capacity', 100000, 'samples of a stream kept at most; the oldest are dropped',
         lower=2, upper=1_000_000,
     ),
-    Knob(
+    ParameterSpec(
         'parameters', (ALL,),
         f"names of the parameters to estimate; ['{ALL}'] or ['{NONE}'] for all or none",
     ),
-    Knob(
+    ParameterSpec(
         'states', (ALL,),
         f"names of the initial states to estimate; ['{ALL}'] or ['{NONE}'] for all or none",
     ),
-    Knob(
+    ParameterSpec(
         'learn_noise', False,
         'the noise given is only where learning it from the windows begins; false: it is trusted',
     ),
-    Knob('fitness', FITNESSES[0], 'what the search compares windows by', choices=FITNESSES),
-    Knob('seed', 0, 'seed of the search; the same samples then give the same estimates', lower=0,
-        upper=LARGEST_SEED),
-    Knob('search.method', 'memetic', 'search method', choices=tuple(METHODS)),
-    Knob('search.chaos', '', "first population; '': the method's own", choices=('', *POPULATIONS)),
-    Knob('search.population', 0, "candidates (Np); 0: the method's own", lower=0, upper=100_000),
-    Knob('search.generations', 0, "generations (Gm) at most; 0: the method's own", lower=0,
-        upper=1_000_000),
-    Knob(
+    ParameterSpec(
+        'fitness', FITNESSES[0], 'what the search compares windows by', choices=FITNESSES,
+    ),
+    ParameterSpec(
+        'seed', 0, 'seed of the search; the same samples then give the same estimates', lower=0,
+        upper=LARGEST_SEED,
+    ),
+    ParameterSpec('search.method', 'memetic', 'search method', choices=tuple(METHODS)),
+    ParameterSpec(
+        'search.chaos', '', "first population; '': the method's own", choices=('', *POPULATIONS),
+    ),
+    ParameterSpec(
+        'search.population', 0, "candidates (Np); 0: the method's own", lower=0, upper=100_000,
+    ),
+    ParameterSpec(
+        'search.generations', 0, "generations (Gm) at most; 0: the method's own", lower=0,
+        upper=1_000_000,
+    ),
+    ParameterSpec(
         'search.strategy', '', "mutation and crossover; '': the method's own",
         choices=('', *get_args(Strategy)),
     ),
-    Knob(
+    ParameterSpec(
         'search.differential_weight', 0.0, "differential weight F; 0: the method's own",
         lower=0.0, upper=2.0,
     ),
-    Knob(
+    ParameterSpec(
         'search.crossover', 0.0, "crossover probability CR; 0: the method's own",
         lower=0.0, upper=1.0,
     ),
@@ -109,7 +119,7 @@ COMMON = (
 SHARED = ('stale_after', 'parameters', 'states', 'seed')
 
 
-def observer_knobs(model: Model, name: str) -> tuple[Knob, ...]:
+def observer_parameters(model: Model, name: str) -> tuple[ParameterSpec, ...]:
     """Return the parameters that the observer of that name has on that model.
 
     Raises ValueError when there is no such observer.
@@ -117,20 +127,20 @@ def observer_knobs(model: Model, name: str) -> tuple[Knob, ...]:
     observer: Any = load_observer(name)
     if not observer.immediate:
         start = 'in a start that the next window races against the others; nan: mid of bounds'
-        return (*LIVE, *COMMON, *model_knobs(model), *initial_knobs(model, start))
+        return (*LIVE, *COMMON, *model_parameters(model), *initial_parameters(model, start))
     start = "at the start; nan: the observer's own, nominal or mid of bounds"
     return (
-        *(knob for knob in (*LIVE, *COMMON) if knob.name in SHARED),
-        *knobs(observer.Settings, _prefix(name)),
-        *model_knobs(model, "the observer's own"),
-        *initial_knobs(model, start),
+        *(spec for spec in (*LIVE, *COMMON) if spec.name in SHARED),
+        *parameter_specs(observer.Settings, _prefix(name)),
+        *model_parameters(model, "the observer's own"),
+        *initial_parameters(model, start),
     )
 
 
-def initial_knobs(model: Model, start: str) -> tuple[Knob, ...]:
+def initial_parameters(model: Model, start: str) -> tuple[ParameterSpec, ...]:
     """Return the parameters that say where the estimates begin; `start` tells what that means."""
     return tuple(
-        Knob(
+        ParameterSpec(
             f'initial.{v.name}',
             math.nan,
             f'{v.name} {start}',
@@ -177,27 +187,27 @@ def settings_page() -> str:
     for name in sorted(OBSERVERS):
         observer: Any = load_observer(name)
         if observer.immediate:
-            rows = knobs(observer.Settings, _prefix(name))
+            rows = parameter_specs(observer.Settings, _prefix(name))
             parts.append(f'## {name}\n\n{markdown_table(rows).rstrip()}')
     return '\n\n'.join(parts) + '\n'
 
 
-def model_knobs(
+def model_parameters(
     model: Model, without_noise: str = 'estimated from the residual'
-) -> tuple[Knob, ...]:
+) -> tuple[ParameterSpec, ...]:
     """Return the parameters that the model's variables bring: bounds, fixed values, noise.
 
     `without_noise` says what is done where the noise is not given.
     """
     bounds = [
-        Knob(
+        ParameterSpec(
             f'bounds.{v.name}', (v.lower, v.upper), f'lower and upper bound of {v.name}', v.unit,
             length=2,
         )
         for v in model.variables
     ]  # fmt: skip
     fixed = [
-        Knob(
+        ParameterSpec(
             f'fixed.{v.name}', math.nan,
             f'holds {v.name} there, not estimated; nan: estimated, or its nominal value', v.unit,
             lower=-LARGEST, upper=LARGEST, nan=True,
@@ -205,7 +215,7 @@ def model_knobs(
         for v in model.variables
     ]  # fmt: skip
     noise = [
-        Knob(
+        ParameterSpec(
             f'noise.{v.name}', 0.0,
             f'standard deviation of the measured {v.name}; 0: {without_noise}', v.unit, lower=0.0,
             upper=LARGEST,
@@ -218,7 +228,7 @@ def model_knobs(
 def build_observer(model: Model, values: Mapping[str, Any]) -> Observer:
     """Return a new observer of `model` for the parameter values.
 
-    Raises ValueError for what single knobs could not tell, with the name and the value.
+    Raises ValueError for what single parameters could not tell, with the name and the value.
     """
     observer: Any = load_observer(values['observer'])
     common = {
@@ -273,7 +283,7 @@ def _check_steps(model: Model, reach: float) -> None:
 
 def differs(values: Mapping[str, Value], from_values: Mapping[str, Value]) -> bool:
     """Say whether an observer for `values` is another one than for `from_values`."""
-    live = {knob.name for knob in LIVE}
+    live = {spec.name for spec in LIVE}
     # As dicts: they take a NaN for equal to itself.
     one, other = ({k: v for k, v in s.items() if k not in live} for s in (values, from_values))
     return one != other

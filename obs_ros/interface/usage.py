@@ -3,13 +3,17 @@
 import textwrap
 from collections.abc import Iterable, Mapping
 
-from obs_ros.core.parameter_spec import Knob, plain
+from obs_ros.core.parameter_spec import ParameterSpec, plain
 
 WIDTH, INDENT = 100, 4  # characters
 
 
 def node_usage(
-    name: str, purpose: str, knobs: Iterable[Knob], families: Mapping[str, str], more: Iterable[str]
+    name: str,
+    purpose: str,
+    specs: Iterable[ParameterSpec],
+    families: Mapping[str, str],
+    more: Iterable[str],
 ) -> str:
     """Return the help of a node: `families` are parameters that the model's names complete."""
     lines = [
@@ -20,10 +24,10 @@ def node_usage(
         '',
         'parameters, with their defaults:',
     ]
-    for knob in knobs:
-        default = plain(knob.default)
+    for spec in specs:
+        default = plain(spec.default)
         text = str(default).lower() if isinstance(default, bool) else f'{default!r}'
-        lines += [f'  {knob.name} ({text})', *_indented(knob.describe())]
+        lines += [f'  {spec.name} ({text})', *_indented(spec.describe())]
     lines += ['', "and by the model's names:"]
     for family, text in families.items():
         lines += [f'  {family}', *_indented(text)]

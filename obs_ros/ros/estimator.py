@@ -14,10 +14,10 @@ from std_srvs.srv import SetBool, Trigger
 from obs_ros.core.estimate import Estimate
 from obs_ros.core.record import Sample
 from obs_ros.core.texts import one_line, quoted
-from obs_ros.interface.bindings import bindings, signal_knobs
+from obs_ros.interface.bindings import bindings, signal_parameters
 from obs_ros.interface.forecast import Forecast
 from obs_ros.interface.health import Progress, examine
-from obs_ros.interface.settings import CHOICE, RENAMED, build_observer, differs, observer_knobs
+from obs_ros.interface.settings import CHOICE, RENAMED, build_observer, differs, observer_parameters
 from obs_ros.interface.status import Health, Level
 from obs_ros.interface.waiting import Waiting
 from obs_ros.interface.worker import Finished, Worker
@@ -73,8 +73,8 @@ class Estimator(GuardedNode):
         parameters = Parameters(self, RENAMED)
         parameters.declare(CHOICE)
         self.model = load_model(parameters.values['model'])
-        parameters.declare(observer_knobs(self.model, parameters.values['observer']))
-        parameters.declare(signal_knobs(self.model))
+        parameters.declare(observer_parameters(self.model, parameters.values['observer']))
+        parameters.declare(signal_parameters(self.model))
         bound = bindings(self.model, parameters.values, parameters.unknown('signals.'))
         check_bindings(self, self.model, bound)
         self._publish_info = publish_info(self)

@@ -11,7 +11,7 @@ from rosgraph_msgs.msg import Clock
 from sensor_msgs.msg import JointState
 from std_msgs.msg import Float64, Float64MultiArray, String
 
-from obs_ros.interface.bindings import bindings, signal_knobs
+from obs_ros.interface.bindings import bindings, signal_parameters
 from obs_ros.models import load_model
 from obs_ros.ros.estimator import Estimator
 from obs_ros.ros.message_types import fields_of, message_type
@@ -247,12 +247,12 @@ def test_what_cannot_be_is_refused_at_start_with_the_nearest_that_can(ros, bindi
     assert reason in str(caught.value)
 
 
-@pytest.mark.parametrize('knob', signal_knobs(TANKS), ids=lambda knob: knob.name)
-def test_no_binding_can_be_changed_from_outside(ros, knob):
+@pytest.mark.parametrize('spec', signal_parameters(TANKS), ids=lambda spec: spec.name)
+def test_no_binding_can_be_changed_from_outside(ros, spec):
     estimator, _ = start(ros)
-    answer = set_parameter(estimator, knob.name, 1.0 if isinstance(knob.default, float) else 'x')
+    answer = set_parameter(estimator, spec.name, 1.0 if isinstance(spec.default, float) else 'x')
     assert not answer.successful
-    assert estimator.get_parameter(knob.name).value == knob.default
+    assert estimator.get_parameter(spec.name).value == spec.default
 
 
 def test_types_are_named_strictly():
@@ -274,5 +274,5 @@ def test_what_is_no_message_type_is_refused(name):
 
 
 def test_without_bindings_there_are_none():
-    values = {knob.name: knob.default for knob in signal_knobs(TANKS)}
+    values = {spec.name: spec.default for spec in signal_parameters(TANKS)}
     assert bindings(TANKS, values) == {}

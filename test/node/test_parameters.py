@@ -9,9 +9,9 @@ from rclpy.node import Node
 from rclpy.parameter import Parameter, get_parameter_value
 from ros import set_parameter
 
-from obs_ros.core.parameter_spec import Knob, markdown_table
+from obs_ros.core.parameter_spec import ParameterSpec, markdown_table
 from obs_ros.interface import settings
-from obs_ros.interface.bindings import signal_knobs
+from obs_ros.interface.bindings import signal_parameters
 from obs_ros.models import MODELS, load_model
 from obs_ros.observers.base import OBSERVERS
 from obs_ros.replay.settings import setup
@@ -20,14 +20,14 @@ from obs_ros.ros.parameters import Parameters
 from plant_sim import settings as plant_settings
 from plant_sim.node import Simulator
 
-GAIN = Knob('gain', 1.0, 'loop gain', 'V/cm', lower=0.0, upper=5.0)
-WORD = Knob('word', '', 'what to do', choices=('', 'stay', 'leave'))
-LIMITS = Knob('limits', (0.0, 1.0), 'lower and upper', length=2)
-LABEL = Knob('label', 'x', 'a label', read_only=True)
+GAIN = ParameterSpec('gain', 1.0, 'loop gain', 'V/cm', lower=0.0, upper=5.0)
+WORD = ParameterSpec('word', '', 'what to do', choices=('', 'stay', 'leave'))
+LIMITS = ParameterSpec('limits', (0.0, 1.0), 'lower and upper', length=2)
+LABEL = ParameterSpec('label', 'x', 'a label', read_only=True)
 TANKS = load_model('three_tank')
-ALL_KNOBS = (
-    *settings.CHOICE, *settings.LIVE, *settings.COMMON, *settings.model_knobs(TANKS),
-    *plant_settings.CHOICE, *plant_settings.COMMON, *plant_settings.fault_knobs(TANKS),
+ALL_SPECS = (
+    *settings.CHOICE, *settings.LIVE, *settings.COMMON, *settings.model_parameters(TANKS),
+    *plant_settings.CHOICE, *plant_settings.COMMON, *plant_settings.fault_parameters(TANKS),
 )  # fmt: skip
 
 
@@ -37,7 +37,7 @@ def test_integers_pass_where_floats_are_meant():
 
 
 @pytest.mark.parametrize(
-    ('knob', 'value', 'text'),
+    ('spec', 'value', 'text'),
     [
         (GAIN, 6.0, 'gain must be 0 to 5 V/cm, not 6.0'),
         (GAIN, math.nan, 'gain must be 0 to 5 V/cm, not nan'),
@@ -48,17 +48,17 @@ def test_integers_pass_where_floats_are_meant():
         (LIMITS, '[0, 1]', "limits must be an array like [0.0, 1.0], not '[0, 1]'"),
     ],
 )
-def test_wrong_values_are_refused_with_the_reason(knob, value, text):
+def test_wrong_values_are_refused_with_the_reason(spec, value, text):
     with pytest.raises(ValueError) as caught:
-        knob.coerce(value)
+        spec.coerce(value)
     assert str(caught.value) == text
 
 
-@pytest.mark.parametrize('knob', ALL_KNOBS, ids=lambda knob: knob.name)
-def test_every_default_is_allowed_and_described(knob):
-    assert knob.coerce(knob.default) is knob.default or knob.coerce(knob.default) == knob.default
-    assert knob.default != () and knob.description
-    assert f'`{knob.name}`' in markdown_table([knob])
+@pytest.mark.parametrize('spec', ALL_SPECS, ids=lambda spec: spec.name)
+def test_every_default_is_allowed_and_described(spec):
+    assert spec.coerce(spec.default) is spec.default or spec.coerce(spec.default) == spec.default
+    assert spec.default != () and spec.description
+    assert f'`{spec.name}`' in markdown_table([spec])
 
 
 @pytest.mark.parametrize('observer', OBSERVERS)
@@ -67,9 +67,11 @@ def test_no_parameter_is_a_value_and_a_prefix(observer, model):
     """`ros2 param dump` nests them by their dots."""
     model = load_model(model)
     names = {
-        knob.name
-        for knob in (
-            *settings.CHOICE, *settings.observer_knobs(model, observer), *signal_knobs(model),
+        spec.name
+        for spec in (
+            *settings.CHOICE,
+            *settings.observer_parameters(model, observer),
+            *signal_parameters(model),
         )
     }  # fmt: skip
     assert len(names) > 10 and not clashing(names)
@@ -103,7 +105,7 @@ def make_node(**options):
     return Node('node', automatically_declare_parameters_from_overrides=True, **options)
 
 
-def test_what_the_user_gives_is_declared_with_the_type_of_the_knob(ros):
+def test_what_the_user_gives_is_declared_with_the_type_of_its_row(ros):
     node = ros.start(make_node, gain=3, label='y')
     parameters = Parameters(node)
     parameters.declare([GAIN, WORD, LIMITS, LABEL])
