@@ -15,7 +15,7 @@ README = (ROOT / 'README.md').read_text()
 def test_every_parameter_stands_in_the_readme_as_it_is_declared() -> None:
     pytest.importorskip('rclpy')
     from obs_ros.core.parameter_spec import markdown_table
-    from obs_ros.interface import settings as estimator
+    from obs_ros.interface import parameters as estimator
     from plant_sim import settings as simulator
 
     assert markdown_table((*estimator.CHOICE, *estimator.LIVE, *estimator.COMMON)) in README
@@ -23,7 +23,7 @@ def test_every_parameter_stands_in_the_readme_as_it_is_declared() -> None:
 
 
 def test_every_setting_of_every_observer_stands_in_the_documentation() -> None:
-    from obs_ros.interface.settings import settings_page
+    from obs_ros.interface.usage import settings_page
 
     assert (ROOT / 'docs' / 'observer-parameters.md').read_text() == settings_page()
 

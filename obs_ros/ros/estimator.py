@@ -17,7 +17,8 @@ from obs_ros.core.texts import one_line, quoted
 from obs_ros.interface.bindings import bindings, signal_parameters
 from obs_ros.interface.forecast import Forecast
 from obs_ros.interface.health import Progress, examine
-from obs_ros.interface.settings import CHOICE, RENAMED, build_observer, differs, observer_parameters
+from obs_ros.interface.parameters import CHOICE, RENAMED, observer_parameters
+from obs_ros.interface.settings import build_observer, differs
 from obs_ros.interface.status import Health, Level
 from obs_ros.interface.waiting import Waiting
 from obs_ros.interface.worker import Finished, Worker

@@ -1,7 +1,6 @@
 """Node parameters from one table: declared, checked and documented by the same rows."""
 
 import contextlib
-import re
 from collections.abc import Callable, Iterable, Mapping
 from typing import Any
 
@@ -11,9 +10,7 @@ from rclpy.parameter import Parameter
 
 from obs_ros.core.parameter_spec import ParameterSpec, Value, check_names, ignored, plain
 from obs_ros.core.texts import one_line
-
-# What rclpy and rcl declare on their own, wherever the user says so.
-_FOREIGN = re.compile(r'use_sim_time|start_type_description_service|qos_overrides\..*')
+from obs_ros.interface.parameters import is_foreign
 
 
 class Parameters:
@@ -31,7 +28,7 @@ class Parameters:
         self._given = {
             name: parameter.value  # type: ignore[union-attr]  # annotated as its value
             for name, parameter in node.get_parameters_by_prefix('').items()
-            if not _FOREIGN.fullmatch(name)
+            if not is_foreign(name)
         }
         check_names(self._given, renamed or {})
         for name in self._given:

@@ -9,7 +9,7 @@ from pathlib import Path
 import pytest
 from patience import patience
 
-from obs_ros.interface import settings as estimator
+from obs_ros.interface import parameters as estimator
 from plant_sim import settings as simulator
 
 pytestmark = pytest.mark.slow  # processes

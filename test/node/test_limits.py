@@ -8,7 +8,8 @@ from ros import set_parameter
 
 from obs_ros.core.parameter_spec import ParameterSpec
 from obs_ros.interface.bindings import signal_parameters
-from obs_ros.interface.settings import CHOICE, build_observer, observer_parameters
+from obs_ros.interface.parameters import CHOICE, observer_parameters
+from obs_ros.interface.settings import build_observer
 from obs_ros.models import MODELS, load_model
 from obs_ros.observers.base import OBSERVERS, load_observer
 from plant_sim.node import Simulator

@@ -10,7 +10,7 @@ from rclpy.parameter import Parameter, get_parameter_value
 from ros import set_parameter
 
 from obs_ros.core.parameter_spec import ParameterSpec, markdown_table
-from obs_ros.interface import settings
+from obs_ros.interface import parameters as tables
 from obs_ros.interface.bindings import signal_parameters
 from obs_ros.models import MODELS, load_model
 from obs_ros.observers.base import OBSERVERS
@@ -26,7 +26,7 @@ LIMITS = ParameterSpec('limits', (0.0, 1.0), 'lower and upper', length=2)
 LABEL = ParameterSpec('label', 'x', 'a label', read_only=True)
 TANKS = load_model('three_tank')
 ALL_SPECS = (
-    *settings.CHOICE, *settings.LIVE, *settings.COMMON, *settings.model_parameters(TANKS),
+    *tables.CHOICE, *tables.LIVE, *tables.COMMON, *tables.model_parameters(TANKS),
     *plant_settings.CHOICE, *plant_settings.COMMON, *plant_settings.fault_parameters(TANKS),
 )  # fmt: skip
 
@@ -69,8 +69,8 @@ def test_no_parameter_is_a_value_and_a_prefix(observer, model):
     names = {
         spec.name
         for spec in (
-            *settings.CHOICE,
-            *settings.observer_parameters(model, observer),
+            *tables.CHOICE,
+            *tables.observer_parameters(model, observer),
             *signal_parameters(model),
         )
     }  # fmt: skip
