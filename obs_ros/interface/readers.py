@@ -9,17 +9,9 @@ from obs_ros.core.registry import suggest
 from obs_ros.core.texts import quoted
 from obs_ros.core.typing import Array
 from obs_ros.interface.bindings import HEADER, Binding
-from obs_ros.interface.field_path import FieldError
+from obs_ros.interface.field_path import MessageError
 
 NAMED_VECTOR = 'sensor_msgs/msg/JointState'
-
-
-class WrongMessageError(ValueError):
-    """A message that does not carry the vector asked for; `reason` is short, for counting."""
-
-    def __init__(self, reason: str, text: str) -> None:
-        super().__init__(text)
-        self.reason = reason
 
 
 class Reader(Protocol):
@@ -36,7 +28,7 @@ class Reader(Protocol):
         """The entries of the vector that messages may bring."""
 
     def read(self, message: Any, arrival: int) -> tuple[int, Array]:
-        """Return stamp (ns) and values; raises WrongMessageError when they are not there.
+        """Return stamp (ns) and values; raises MessageError when they are not there.
 
         `arrival` (ns) is the stamp where the message brings none.
         """
@@ -60,12 +52,12 @@ class VectorReader:
     def read(self, message: Any, arrival: int) -> tuple[int, Array]:
         """Return stamp (ns) and values (len(names),).
 
-        Raises WrongMessageError, its reason one of `wrong_length`, `unknown_name`, `missing_name`.
+        Raises MessageError, its reason one of `wrong_length`, `unknown_name`, `missing_name`.
         """
         stamp = nanoseconds(message.header.stamp)
         names = message.name
         if len(names) != len(message.position):
-            raise WrongMessageError(
+            raise MessageError(
                 'wrong_length', f'{len(names)} names but {len(message.position)} positions'
             )
         values = np.array(message.position)
@@ -77,14 +69,14 @@ class VectorReader:
     def _order(self, names: Sequence[str]) -> list[int]:
         for name in names:
             if name not in self._names:
-                raise WrongMessageError(
+                raise MessageError(
                     'unknown_name', f'unknown name {quoted(name)}: {suggest(name, self._names)}'
                 )
         for name in self._names:
             if name not in names:
-                raise WrongMessageError('missing_name', f'{quoted(name)} is missing')
+                raise MessageError('missing_name', f'{quoted(name)} is missing')
         if len(names) != len(self._names):
-            raise WrongMessageError('wrong_length', f'a name stands twice: {quoted(list(names))}')
+            raise MessageError('wrong_length', f'a name stands twice: {quoted(list(names))}')
         return [names.index(name) for name in self._names]
 
 
@@ -92,7 +84,7 @@ class FieldReader:
     """Reads the bound entries of a vector (width,) out of one kind of message, the others NaN.
 
     A message may lack some of them, as those of robots whose joints report by turns; one that has
-    none raises WrongMessageError, with the reason of a FieldError.
+    none of them raises the MessageError of the first.
     """
 
     def __init__(self, bound: Mapping[int, Binding], width: int) -> None:
@@ -108,14 +100,14 @@ class FieldReader:
         """Return stamp (ns) and values (width,)."""
         stamp = nanoseconds(message.header.stamp) if self._by_header else arrival
         values = np.full(self._width, np.nan)
-        errors: list[FieldError] = []
+        errors: list[MessageError] = []
         for place, binding in self._bound.items():
             try:
                 values[place] = binding.scale * binding.path.read(message) + binding.offset
-            except FieldError as error:
+            except MessageError as error:
                 errors.append(error)
         if len(errors) == len(self._bound):
-            raise WrongMessageError(errors[0].reason, str(errors[0]))
+            raise errors[0]
         return stamp, values
 
 
@@ -131,7 +123,7 @@ class NamedReader:
         self._width = width
 
     def read(self, message: Any, arrival: int) -> tuple[int, Array]:
-        """Return stamp (ns) and values (width,); raises WrongMessageError."""
+        """Return stamp (ns) and values (width,); raises MessageError."""
         stamp, found = self._reader.read(message, arrival)
         values = np.full(self._width, np.nan)
         values[self.places] = found

@@ -11,7 +11,8 @@ from rclpy.event_handler import SubscriptionEventCallbacks
 from rclpy.qos import QoSPolicyKind, QoSProfile, ReliabilityPolicy, qos_policy_name_from_kind
 from rclpy.qos_overriding_options import QoSOverridingOptions
 
-from obs_ros.interface.readers import Reader, WrongMessageError
+from obs_ros.interface.field_path import MessageError
+from obs_ros.interface.readers import Reader
 from obs_ros.interface.sequence_monitor import Turns
 from obs_ros.ros.guarded import GuardedNode
 from obs_ros.ros.message_types import message_type
@@ -147,7 +148,7 @@ class Feed:
         waited, stamp = self._arrived(info['received_timestamp'])
         try:
             stamp, values = self._reader.read(message, stamp)
-        except WrongMessageError as error:
+        except MessageError as error:
             self.refused[error.reason] += 1
             self._refused_last = True
             self.last_refusal = f'{self.topic}: {error}'

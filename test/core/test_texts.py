@@ -15,8 +15,8 @@ from obs_ros.core.record import Record
 from obs_ros.core.registry import lookup, meant, suggest
 from obs_ros.core.texts import LONGEST, LONGEST_LINE, listing, one_line, quoted
 from obs_ros.interface.bindings import HEADER, Binding, bindings, signal_parameters
-from obs_ros.interface.field_path import FieldPath
-from obs_ros.interface.readers import FieldReader, VectorReader, WrongMessageError
+from obs_ros.interface.field_path import FieldPath, MessageError
+from obs_ros.interface.readers import FieldReader, VectorReader
 from obs_ros.replay.bag import Bag, Binder
 from obs_ros.replay.engine import replay
 from obs_ros.replay.parameter_file import parse, read_parameters
@@ -91,7 +91,7 @@ def message(names: list[str], positions: list[float]) -> Any:
     'names', [[NASTY, 'b'], ['a', NASTY], ['a', 'b', 'b'], 100_000 * ['a', 'b']]
 )
 def test_names_in_messages(names: list[str]) -> None:
-    with pytest.raises(WrongMessageError) as caught:
+    with pytest.raises(MessageError) as caught:
         VectorReader(['a', 'b']).read(message(names, [1.0] * len(names)), 0)
     assert decent(str(caught.value))
 
@@ -100,7 +100,7 @@ def test_names_in_messages(names: list[str]) -> None:
 @each('field', ['position[shoulder]', 'velocity', 'name', 'position[99999999]'])
 def test_fields_of_messages(labels: list[str], field: str) -> None:
     binding = Binding('y', 'x', 'T', FieldPath.parse(field), 1.0, 0.0, HEADER)
-    with pytest.raises(WrongMessageError) as caught:
+    with pytest.raises(MessageError) as caught:
         FieldReader({0: binding}, 1).read(message(labels, [1.0]), 0)
     assert decent(str(caught.value))
 

@@ -3,7 +3,8 @@ import array
 import pytest
 from sensor_msgs.msg import JointState
 
-from obs_ros.interface.readers import VectorReader, WrongMessageError
+from obs_ros.interface.field_path import MessageError
+from obs_ros.interface.readers import VectorReader
 from obs_ros.ros.messages import named_vector
 
 STAMP = 1_700_000_000_123_456_789
@@ -34,7 +35,7 @@ def test_order_is_by_name():
 )
 def test_wrong_messages_say_why(names, values, reason, text):
     message = JointState(name=names, position=array.array('d', values))
-    with pytest.raises(WrongMessageError, match=text) as caught:
+    with pytest.raises(MessageError, match=text) as caught:
         VectorReader(('a', 'b')).read(message, 0)
     assert caught.value.reason == reason
 
