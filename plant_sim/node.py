@@ -101,7 +101,7 @@ class Simulator(GuardedNode):
         )
         self._simulation.faults = _faults(settings)
         self._epoch = 0 if self._simulates_time else time.time_ns()
-        self._sent = 0
+        self.sent = 0
         self._examined = time.monotonic(), 0, 0.0
         self._pace = Pace(settings['speed'], self._wall_clock)
 
@@ -186,7 +186,7 @@ class Simulator(GuardedNode):
                 value = {**measured, **applied}[binding.name]
                 binding.path.write(message, (value - binding.offset) / binding.scale)
             self._publishers_of[topic].publish(message)
-        self._sent += 1
+        self.sent += 1
 
     def _publish_clock(self, stamp: int) -> None:
         assert self._clock_publisher is not None
@@ -209,13 +209,13 @@ class Simulator(GuardedNode):
 
     def _examine(self) -> Health:
         (since, before, lag), now = self._examined, time.monotonic()
-        self._examined = now, self._sent, self._pace.lag
-        rate = (self._sent - before) / (now - since)
+        self._examined = now, self.sent, self._pace.lag
+        rate = (self.sent - before) / (now - since)
         wanted = self._settings['speed'] / self._simulation.period
         figures: dict[str, object] = {
             'scenario': self.scenario.name,
             'plant_time_s': max(0.0, self._simulation.t - self._simulation.period),
-            'samples': self._sent,
+            'samples': self.sent,
             'rate_hz': rate,
             'wanted_rate_hz': wanted,
             'lag_s': self._pace.lag,

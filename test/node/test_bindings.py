@@ -197,17 +197,17 @@ def test_an_immediate_observer_takes_topics_of_two_rates(ros):
     t = np.arange(121.0)
     h = tank_outputs(t, (50.0, 40.0, 45.0), (0.9, 0.7, 0.8))
     feeds(0.0, ['Q1', 'Q2'], [30.0, 30.0])
-    ros.spin_until(lambda: estimator._feeds['input'].received)
+    ros.spin_until(lambda: estimator.streams.subscriptions['input'].received)
     for k in range(t.size):
         one(named_vector(k * 10**9, ['a'], [h[k, 0]]))
-    ros.spin_until(lambda: estimator._feeds['output./h1'].received == t.size)
+    ros.spin_until(lambda: estimator.streams.subscriptions['output./h1'].received == t.size)
     for k in range(0, t.size, 3):
         two(named_vector(k * 10**9, ['a'], [h[k, 1]]))
     ros.spin_until(lambda: len(found) == t.size)
     assert [m.header.stamp.sec for m in found] == t.tolist()
     last = vector(found[-1])
     assert (last['h1'], last['h2']) == pytest.approx(h[-1], abs=0.05)
-    counts = estimator._observer.counts
+    counts = estimator.observer.counts
     assert counts['late'] == counts['duplicate'] == counts['reset'] == 0
 
 

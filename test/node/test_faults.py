@@ -290,24 +290,18 @@ class Bench:
 
     def play(self, messages: Run) -> None:
         """Send the messages, and give the estimator time to solve every window by itself."""
-        self.send(messages, self._idle)
-
-    def _idle(self) -> bool:
-        """Whether no window is being solved, and no message waits for other topics."""
-        estimator = self.estimator
-        solving = estimator._due is not None or estimator._worker.running == 'estimate'
-        return not solving and not len(estimator._streams._merge)
+        self.send(messages, lambda: self.estimator.idle)
 
     def send(self, messages: Run, idle: Callable[[], bool] = lambda: True) -> None:
         """Send a few messages at a time: the streams wait in queues of their own."""
-        feeds = self.estimator._feeds
-        expected = {name: feed.received for name, feed in feeds.items()}
+        heard = self.estimator.streams.subscriptions
+        expected = {name: subscription.received for name, subscription in heard.items()}
         for k, message in enumerate(messages, 1):
             self.speakers[message.stream](*message[1:])
             expected[message.stream] += 1
             if k % 20 == 0 or k == len(messages):
                 self.ros.spin_until(
-                    lambda: all(feeds[s].received >= n for s, n in expected.items()) and idle(),
+                    lambda: all(heard[s].received >= n for s, n in expected.items()) and idle(),
                     timeout=30.0,
                 )
 
@@ -471,16 +465,16 @@ def test_a_best_effort_publisher_is_heard_and_said_to_be_one(ros, monkeypatch):
     bench = Bench(ros, monkeypatch)
     assert bench.told('waiting')[1]['output.reliable'] == 'true'
     unsure = ros.speak('/plant/output', QoSProfile(depth=5, reliability=BEST_EFFORT), heard=False)
-    feed = bench.estimator._feeds['output']
+    output = bench.estimator.streams.subscriptions['output']
 
     def heard():
         unsure(1.0, LEVELS, (1.0, 1.0))
-        return feed.received
+        return output.received
 
     ros.spin_until(heard)
     assert bench.told('waiting')[1]['output.reliable'] == 'false'
     bench.speakers['output'](2.0, LEVELS, (1.0, 1.0))
-    ros.spin_until(lambda: feed.stamp == 2 * 10**9)
+    ros.spin_until(lambda: output.stamp == 2 * 10**9)
 
 
 def test_a_clock_that_stands_still_stops_nothing(ros, monkeypatch):
@@ -535,7 +529,7 @@ def test_several_parameters_change_at_once_with_the_next_window(ros, monkeypatch
     bench = Bench(ros, monkeypatch, **NOISE)
     messages = run()
     bench.play(messages[:160])
-    before = bench.estimator._observer
+    before = bench.estimator.observer
     answer = bench.estimator.set_parameters_atomically(
         [
             Parameter('fixed.p1', value=0.6),
@@ -544,7 +538,7 @@ def test_several_parameters_change_at_once_with_the_next_window(ros, monkeypatch
             Parameter('deadline', value=2.0),
         ]
     )
-    assert answer.successful and bench.estimator._observer is not before
+    assert answer.successful and bench.estimator.observer is not before
     ros.spin_until(lambda: bench.estimator.progress.ready)
     bench.play(messages[160:])
     _, told = bench.told('converged')

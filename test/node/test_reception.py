@@ -114,7 +114,7 @@ def test_latency_and_lag_count_from_when_the_middleware_had_the_message(ros, mon
     solver = ros.listen('/estimator/solver')
     output, given = ros.speak('/plant/output'), ros.speak('/plant/input')
     given(1, FLOWS, (30, 30))
-    ros.spin_until(lambda: estimator._feeds['input'].received)
+    ros.spin_until(lambda: estimator.streams.subscriptions['input'].received)
     monkeypatch.setattr(feed_module, 'time', Wall(ahead=1000.0))
     began = time.time()
     output(1, LEVELS, (1, 1))
@@ -155,12 +155,12 @@ def test_a_pause_is_no_silence(ros):
     estimator = ros.start(Estimator, observer='node.fakes:FakeObserver', window__duration=1.0)
     output = ros.speak('/plant/output')
     output(1, LEVELS, (1, 1))
-    feed = estimator._feeds['output']
-    ros.spin_until(lambda: feed.received)
+    heard, never = (estimator.streams.subscriptions[role] for role in ('output', 'input'))
+    ros.spin_until(lambda: heard.received)
     before = time.monotonic()
-    ros.spin_until(lambda: feed.silence > time.monotonic() - before)
-    feed.rest()
-    assert feed.silence <= time.monotonic() - before
-    assert estimator._feeds['input'].silence is None
-    estimator._feeds['input'].rest()
-    assert estimator._feeds['input'].silence is None, 'what never came is waited for, not stale'
+    ros.spin_until(lambda: heard.silence > time.monotonic() - before)
+    heard.rest()
+    assert heard.silence <= time.monotonic() - before
+    assert never.silence is None
+    never.rest()
+    assert never.silence is None, 'what never came is waited for, not stale'
