@@ -28,7 +28,7 @@ VOUCHED = ('converged', 'at_bound')  # outcomes of estimates that the node stand
 
 @dataclass(frozen=True)
 class Verdict:
-    """What the estimator says of one of its estimates."""
+    """The estimator's own word on one of its estimates."""
 
     outcome: str = 'unknown'
     message: str = ''

@@ -10,9 +10,9 @@ from typing import Any
 from obs_ros.core.registry import meant, suggest
 from obs_ros.core.texts import listing, quoted
 
-MOST_ENTRIES = 1000  # of an array
+MOST_ENTRIES = 1000  # of an array, so that no remote value fills the memory
 LARGEST_INTEGER = 2**63  # as ROS has them
-LARGEST_SEED = 2**31 - 1
+LARGEST_SEED = 2**31 - 1  # as ROS command lines take integers
 
 Value = bool | int | float | str | tuple[float, ...] | tuple[str, ...]
 

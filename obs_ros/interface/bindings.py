@@ -1,4 +1,4 @@
-"""Parameters `signals.<name>`: in which field of which topic an output or input is found."""
+"""Parameters `signals.<name>`: the topic and field of an output or input."""
 
 import math
 from collections.abc import Mapping, Sequence
@@ -43,7 +43,7 @@ def bindings(
     """Return the bindings by the name of the output or input; those with no topic have none.
 
     `unknown` are names of parameters given that do not exist. Raises ValueError for these, and for
-    what is missing or wrong.
+    a binding that is incomplete or wrong.
     """
     signals = sorted({*names(model.inputs), *names(model.outputs)})
     for given in unknown:

@@ -16,13 +16,13 @@ import numpy as np
 from obs_ros.core.registry import suggest
 from obs_ros.core.texts import quoted
 
-# Where `[label]` is looked up: the field beside the array that names its entries.
+# Fields beside an array that name its entries: there `[label]` is looked up.
 LABELS = ('name', 'names', 'joint_names')
 NUMBERS = frozenset(
     {'boolean', 'float', 'double', 'long double', 'char', 'uint8'}
     | {f'{sign}int{bits}' for sign in ('', 'u') for bits in (8, 16, 32, 64)}
 )
-LONGEST = 500  # characters
+LONGEST = 500  # characters of a path, which is matched step by step
 
 _STEP = re.compile(r'(?P<field>[a-zA-Z][a-zA-Z0-9_]*)(?:\[(?P<key>[^\[\]]+)\])?')
 _ARRAY = re.compile(r'sequence<(?P<of>.+?)(?:, *\d+)?>|(?P<item>.+)\[(?P<size>\d+)\]')
@@ -131,7 +131,7 @@ class FieldPath:
         old[index] = round(value) if whole else value
 
     def check(self, type_name: str, fields_of: Callable[[str], Mapping[str, str]]) -> None:
-        """Make sure that messages of a type have a number there, as far as the type tells.
+        """Make sure that messages of a type have a number there, as far as the type shows.
 
         `fields_of` returns the fields of a message type with their types, as
         `get_fields_and_field_types` of its class does. Raises ValueError that names the nearest

@@ -115,7 +115,7 @@ COMMON = (
 )  # fmt: skip
 
 
-# What immediate observers share with those that solve windows.
+# Immediate observers share these with those that solve windows.
 SHARED = ('stale_after', 'parameters', 'states', 'seed')
 
 
@@ -126,7 +126,7 @@ def observer_parameters(model: Model, name: str) -> tuple[ParameterSpec, ...]:
     """
     observer: Any = load_observer(name)
     if not observer.immediate:
-        start = 'in a start that the next window races against the others; nan: mid of bounds'
+        start = 'in a start that the next window tries beside its own; nan: mid of bounds'
         return (*LIVE, *COMMON, *model_parameters(model), *initial_parameters(model, start))
     start = "at the start; nan: the observer's own, nominal or mid of bounds"
     return (
@@ -138,7 +138,7 @@ def observer_parameters(model: Model, name: str) -> tuple[ParameterSpec, ...]:
 
 
 def initial_parameters(model: Model, start: str) -> tuple[ParameterSpec, ...]:
-    """Return the parameters that say where the estimates begin; `start` tells what that means."""
+    """Return the parameters for the start of the estimates; `start` is its meaning in words."""
     return tuple(
         ParameterSpec(
             f'initial.{v.name}',

@@ -7,8 +7,6 @@ from obs_ros.core.estimate import Estimate, Jump
 from obs_ros.core.texts import quoted
 from obs_ros.interface.worker import Finished
 
-LATE_FOR = 10  # diagnostics, one a second, that late samples are told in: long enough to be read
-
 
 @dataclass
 class Progress:
@@ -20,7 +18,8 @@ class Progress:
     estimate: Estimate | None = None  # the last one; None after a reset
     latency: float = 0.0
     behind: float = 0.0  # from the arrival of the newest sample until it was absorbed
-    late: int = 0  # samples that came too late within the last LATE_FOR calls of `note_late`
+    late: int = 0  # samples that came too late within the last `late_for` calls of `note_late`
+    late_for: int = 10  # calls, one a second: long enough for the warning to be read
     error: str = ''  # of the last solve; empty when it went well
     published: int = 0
     too_early: int = 0  # samples that came before an immediate observer was compiled
@@ -32,7 +31,8 @@ class Progress:
     solving: bool = False  # a window is closed, and its estimate under way
 
     def __post_init__(self) -> None:
-        self._late: deque[int] = deque([0], maxlen=LATE_FOR + 1)  # all that were late, by calls
+        # All that were late until each of the last calls.
+        self._late: deque[int] = deque([0], maxlen=self.late_for + 1)
 
     def note_late(self, count: int) -> None:
         """Note how many samples were late since construction."""

@@ -9,13 +9,13 @@ from obs_ros.core.parameter_spec import Value
 from obs_ros.interface.parameters import ALL, LIVE, NONE, own_prefix
 from obs_ros.observers.base import Observer, load_observer
 
-MOST_STEPS = 1e7  # of the model, over a window and to the next: a second, of one candidate
+MOST_STEPS = 1e7  # of the model, over a window and to the next: a second, for one candidate
 
 
 def build_observer(model: Model, values: Mapping[str, Any]) -> Observer:
     """Return a new observer of `model` for the parameter values.
 
-    Raises ValueError for what single parameters could not tell, with the name and the value.
+    Raises ValueError, with name and value, for parameters that do not go together.
     """
     observer: Any = load_observer(values['observer'])
     common = {

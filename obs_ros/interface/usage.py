@@ -57,7 +57,7 @@ def usage() -> str:
         {
             'bounds.NAME': '[lower, upper] of a state or parameter',
             'fixed.NAME': 'holds a state or parameter there; nan: it is estimated, or nominal',
-            'initial.NAME': 'a start that the next window races against the others; nan: none',
+            'initial.NAME': 'a start that the next window tries beside its own; nan: none',
             'noise.OUTPUT': 'standard deviation of a measured output; 0: estimated',
             'signals.NAME.topic, .type, .field, .scale, .offset, .stamp':
                 'where an output or input comes from (at start only)',

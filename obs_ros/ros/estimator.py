@@ -1,4 +1,4 @@
-"""The estimator node: samples in, estimates out, and word of how it goes."""
+"""The estimator node: samples in, estimates and diagnostics out."""
 
 import sys
 import time
@@ -33,11 +33,11 @@ from obs_ros.ros.publication import EstimatePublisher
 from obs_ros.ros.run import run
 from obs_ros.ros.streams import Streams, check_bindings
 
-_PATIENCE = 0.3  # s that the end of the node waits for a solve
+_PATIENCE = 0.3  # s that the end of the node waits for a solve, which nothing can interrupt
 
 
 class Estimator(GuardedNode):
-    """Feeds an observer from plant/output and plant/input and publishes what it estimates.
+    """Hands plant/output and plant/input to an observer and publishes its estimates.
 
     Parameters `signals.<name>` bind outputs and inputs to fields of other topics.
 
@@ -251,7 +251,7 @@ class Estimator(GuardedNode):
 
     def _on_enable(self, request: SetBool.Request, response: SetBool.Response) -> SetBool.Response:
         if request.data and not self.progress.enabled:
-            # What happened meanwhile is not known, so no window may span it.
+            # The plant went on unseen meanwhile, so no window may span it.
             self._reset('enabled')
             self.streams.rest()
         self.progress.enabled = request.data

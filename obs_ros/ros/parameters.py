@@ -24,7 +24,7 @@ class Parameters:
         self._specs: dict[str, ParameterSpec] = {}
         self._values: dict[str, Value] = {}
         self._proposed: Any = None
-        # What the user gave at start, undeclared again so that each row declares its own type.
+        # Values given at start, undeclared again so that each row declares its own type.
         self._given = {
             name: parameter.value  # type: ignore[union-attr]  # annotated as its value
             for name, parameter in node.get_parameters_by_prefix('').items()
@@ -40,7 +40,7 @@ class Parameters:
         return self._values
 
     def declare(self, specs: Iterable[ParameterSpec]) -> None:
-        """Declare parameters with what the user gave at start, or else their defaults.
+        """Declare parameters with the values given at start, or else their defaults.
 
         Raises ValueError for a given value that is wrong.
         """

@@ -3,6 +3,7 @@
 import time
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
+from dataclasses import dataclass
 
 from rclpy.clock import Clock, ClockType
 from rclpy.exceptions import InvalidTopicNameException
@@ -19,17 +20,23 @@ from obs_ros.ros.message_types import fields_of, message_type
 from obs_ros.ros.subscription import Subscription
 from obs_ros.samples.merge import Merge, Role
 
-BUDGET = 0.05  # s of wall time that samples take before other callbacks get their turn
-TICK, LEAST_TICK = 0.25, 0.001  # share of the wait, and s, after which samples that wait are tried
+
+@dataclass(frozen=True)
+class StreamSettings:
+    """Wall times by which samples are handed out."""
+
+    budget: float = 0.05  # s that samples take before other callbacks get their turn
+    tick: float = 0.25  # of `wait`, after which samples that wait are tried again
+    shortest_tick: float = 0.001  # s: with no wait, a timer must not spin
 
 
 class Streams:
     """Subscribes to what the model needs, and hands out samples in order of stamp, with arrivals.
 
     Outputs and inputs with a binding come from there, all others by name from plant/output and
-    plant/input. Whatever waits on any topic is read before the oldest of it is handed out, so no
+    plant/input. All that waits on any topic is read before the oldest of it is handed out, so no
     backlog puts one topic before another; on messages that are still under way samples wait up to
-    `wait` s, see `Merge`. What is `bound` is expected to pass `check_bindings`.
+    `wait` s, see `Merge`. The bindings are expected to pass `check_bindings`.
     """
 
     def __init__(
@@ -39,12 +46,16 @@ class Streams:
         bound: Mapping[str, Binding],
         wait: float,
         absorb: Callable[[Sample, float], None],
+        settings: StreamSettings | None = None,
     ) -> None:
+        self._settings = settings = settings or StreamSettings()
         self._node = node
         self._merge = Merge(wait, absorb)
         self._guard = node.create_guard_condition(self._serve)
         self._timer = node.create_timer(
-            max(wait * TICK, LEAST_TICK), self._serve, clock=Clock(clock_type=ClockType.STEADY_TIME)
+            max(wait * settings.tick, settings.shortest_tick),
+            self._serve,
+            clock=Clock(clock_type=ClockType.STEADY_TIME),
         )
         self._timer.cancel()
         self.subscriptions = {
@@ -97,7 +108,7 @@ class Streams:
         """Hand out what is complete; after some time, let other callbacks have their turn."""
         for subscription in self.subscriptions.values():
             subscription.read_waiting()
-        end = time.monotonic() + BUDGET
+        end = time.monotonic() + self._settings.budget
         if not self._merge.release(time.monotonic(), lambda: time.monotonic() > end):
             self._guard.trigger()
         if not len(self._merge):

@@ -5,7 +5,7 @@ import pytest
 from obs_ros.core.estimate import Estimate, Outcome
 from obs_ros.interface import figures as shown
 from obs_ros.interface.health import examine
-from obs_ros.interface.progress import LATE_FOR, Progress
+from obs_ros.interface.progress import Progress
 from obs_ros.interface.status import Level, SubscriptionStatus
 from obs_ros.interface.worker import Finished
 
@@ -297,7 +297,7 @@ def test_samples_that_come_late_are_a_warning_for_some_time():
     level, outcome, message = judged(progress)
     assert (level, outcome) == (Level.WARN, 'converged')
     assert message.startswith('raise merge_wait: 7 samples came late') and 'as told' in message
-    for _ in range(LATE_FOR):
+    for _ in range(progress.late_for):
         assert judged(progress)[0] is Level.WARN
         progress.note_late(7)
     assert judged(progress)[0] is Level.OK
