@@ -81,9 +81,7 @@ class InterconnectedModel(Model):
         )
         rates = np.array(self.dynamics(0.0, x, u, p)[:count])
         if not np.allclose(joined, rates, rtol=1e-9, atol=0.0):
-            raise ValueError(
-                f'model {self.name!r}: f + g F is {joined}, but dynamics says {rates}'
-            )
+            raise ValueError(f'model {self.name!r}: f + g F is {joined}, but dynamics says {rates}')
         if not np.array_equal(self.output(0.0, x, u, p), process):
             raise ValueError(f'model {self.name!r}: outputs must be the first {count} states')
 
