@@ -6,6 +6,7 @@ from pathlib import Path
 
 import pytest
 
+from obs_ros.core.estimate import Outcome
 from obs_ros.observers.base import OBSERVERS
 
 ROOT = Path(__file__).parent.parent
@@ -65,3 +66,8 @@ def test_texts_that_are_long_are_shown_whole() -> None:
 @pytest.mark.parametrize('page', ['README.md', 'docs/your-own-plant.md'])
 def test_what_inputs_do_between_samples_is_told_where_inputs_are_described(page: str) -> None:
     assert re.search(r"interpolation.*'?linear.*mean", (ROOT / page).read_text(), re.DOTALL)
+
+
+def test_every_outcome_stands_in_the_glossary() -> None:
+    text = (ROOT / 'docs' / 'glossary.md').read_text().split('## Outcomes')[1]
+    assert [outcome for outcome in Outcome if f'`{outcome.value}`' not in text] == []
