@@ -1,13 +1,11 @@
-from dataclasses import dataclass, replace
+from dataclasses import replace
 
 import pytest
 
 from obs_ros.core.estimate import Estimate, Outcome
-from obs_ros.interface import figures as shown
 from obs_ros.interface.health import examine
 from obs_ros.interface.progress import Progress
 from obs_ros.interface.status import Level, SubscriptionStatus
-from obs_ros.interface.worker import Finished
 
 SETTINGS = {
     'observer': 'sliding_window',
@@ -136,78 +134,6 @@ def test_what_keeps_estimates_from_coming_stands_first():
     ]  # fmt: skip
 
 
-def test_figures_are_there_from_the_start():
-    figures = examine(Progress(), statuses(output=None), SETTINGS, {}, None).figures
-    assert figures == {
-        'outcome': 'compiling',
-        'observer': 'sliding_window',
-        'ready': False,
-        'enabled': True,
-        'published': 0,
-        'withheld': 0,
-        'failed': 0,
-        'jumps': 0,
-        'compile_time_s': 0.0,
-        'output.received': 4,
-        'output.rate_hz': 2.5,
-        'output.publishers': 1,
-        'output.reliable': True,
-        'output.lost': 0,
-        'input.received': 4,
-        'input.rate_hz': 2.5,
-        'input.publishers': 1,
-        'input.reliable': True,
-        'input.lost': 0,
-        'skipped': 0,
-    }
-
-
-def test_figures_of_the_solver_of_refusals_and_of_the_window():
-    progress = Progress(ready=True, compile_time=1.5)
-    progress.conclude(estimate(), latency=0.2, published=True)
-    refusal = 'plant/output: 2 names but 1 positions'
-    streams = statuses(refused={'wrong_length': 2}, last_refusal=refusal)
-    figures = examine(progress, streams, SETTINGS, {'late': 3, 'skipped': 6}, 'back to 1').figures
-    expected = {
-        'residual_rms': 0.1,
-        'evaluations': 7,
-        'solve_time_s': 0.01,
-        'latency_s': 0.2,
-        'compile_time_s': 1.5,
-        'output.wrong_length': 2,
-        'output.last_refusal': 'plant/output: 2 names but 1 positions',
-        'samples.late': 3,
-        'skipped': 6,
-        'last_break': 'back to 1',
-    }
-    assert {name: figures[name] for name in expected} == expected
-    assert not {'samples.skipped', 'input.last_refusal'} & set(figures)
-
-
-def test_progress_counts_what_was_published_withheld_and_failed():
-    progress = Progress(ready=True)
-    progress.conclude(estimate(), 0.1, published=True)
-    progress.conclude(estimate(), 0.1, published=True)
-    progress.fail(Finished('estimate', None, ZeroDivisionError('by zero'), 0.0, 1.0))
-    assert judged(progress) == (
-        Level.ERROR, 'failed', "the observer failed: ZeroDivisionError('by zero')"
-    )  # fmt: skip
-    progress.conclude(estimate(Outcome.DIVERGED, float('nan')), 0.3, published=False)
-    assert (progress.published, progress.withheld, progress.failed) == (2, 1, 1)
-    assert judged(progress)[:2] == (Level.ERROR, 'diverged')
-
-
-def test_a_restart_forgets_the_last_estimate_and_error_but_not_the_counts():
-    progress = Progress(ready=True)
-    progress.conclude(estimate(), 0.1, published=True)
-    progress.fail(Finished('estimate', None, RuntimeError('no'), 0.0, 1.0))
-    progress.restart()
-    assert judged(progress)[1] == 'compiling'
-    progress.ready = True
-    assert judged(progress)[1] == 'collecting'
-    assert (progress.published, progress.failed) == (1, 1)
-
-
 @pytest.mark.parametrize(
     ('counts', 'message'),
     [
@@ -257,26 +183,6 @@ def test_streams_stamped_by_two_clocks_are_told(ahead):
     level, _, message = judged(estimate=None, collected=99.0, streams=stamped(2000, 2900))
     assert level is Level.OK
     assert message.endswith('99 of 1000 s; plant/output is 900 s behind plant/input')
-
-
-def test_predictions_have_figures_and_so_has_a_cache_that_fails(monkeypatch):
-    @dataclass
-    class FakeForecast:
-        published: int = 7
-        diverged: int = 1
-        horizon: float | None = 2.5
-        latency: float = 0.25
-
-    def seen(forecast):
-        return examine(Progress(), statuses(), SETTINGS, {}, None, forecast).figures
-
-    figures = seen(FakeForecast())
-    assert (figures['predicted'], figures['prediction_diverged']) == (7, 1)
-    assert (figures['prediction_horizon_s'], figures['prediction_latency_s']) == (2.5, 0.25)
-    assert 'prediction_horizon_s' not in seen(FakeForecast(horizon=None))
-    assert 'predicted' not in seen(None) and 'kernel_cache' not in seen(None)
-    monkeypatch.setattr(shown, 'cache_trouble', lambda: 'disk full')
-    assert seen(None)['kernel_cache'] == 'disk full'
 
 
 def test_a_backlog_is_said_to_be_one_and_not_a_silent_publisher():

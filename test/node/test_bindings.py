@@ -9,12 +9,11 @@ from plants import tank_outputs
 from ros import figures, set_parameter, vector
 from rosgraph_msgs.msg import Clock
 from sensor_msgs.msg import JointState
-from std_msgs.msg import Float64, Float64MultiArray, String
+from std_msgs.msg import Float64, Float64MultiArray
 
-from obs_ros.interface.bindings import bindings, signal_parameters
+from obs_ros.interface.bindings import signal_parameters
 from obs_ros.models import load_model
 from obs_ros.ros.estimator import Estimator
-from obs_ros.ros.message_types import fields_of, message_type
 from obs_ros.ros.messages import STREAM, named_vector, time_message
 
 FAKE = 'node.fakes:FakeObserver'
@@ -223,9 +222,6 @@ def test_an_immediate_observer_takes_topics_of_two_rates(ros):
         (bind('h1', '/a', 'std_msg/msg/Float64', 'data'), "is package 'std_msg' installed?"),
         (bind('h1', '/a', 'os/path', 'data'), "'os/path' is not of the form package/msg/Type"),
         (bind('h1', 'a b', FLOAT, 'data'), 'signals.h1.topic'),
-        (bind('h1', '', FLOAT, ''), 'signals.h1.type is given, but signals.h1.topic is not'),
-        (bind('h1', '/a', '', 'data'), 'signals.h1.topic is given, but signals.h1.type is not'),
-        (bind('h1', '/a', JOINTS, 'position[0]', scale=0.0), 'other than 0'),
         (bind('h1', '/a', JOINTS, 'position[0]', offset=math.inf), 'signals.h1.offset must be'),
         (bind('h1', '/a', JOINTS, 'position[0]', stamp='now'), "unknown signals.h1.stamp 'now'"),
         (bind('h11', '/a', JOINTS, 'position[0]'), "no output or input 'h11'"),
@@ -253,26 +249,3 @@ def test_no_binding_can_be_changed_from_outside(ros, spec):
     answer = set_parameter(estimator, spec.name, 1.0 if isinstance(spec.default, float) else 'x')
     assert not answer.successful
     assert estimator.get_parameter(spec.name).value == spec.default
-
-
-def test_types_are_named_strictly():
-    assert message_type(FLOAT) is Float64 and message_type('std_msgs/msg/String') is String
-    assert fields_of('std_msgs/Header') == fields_of('std_msgs/msg/Header')
-
-
-@pytest.mark.parametrize(
-    'name',
-    [
-        '', 'Float64', 'std_msgs/Float64', 'std_msgs/srv/Empty', 'std_msgs.msg/msg/Float64',
-        '../msg/A', 'os/msg/Path', 'std_msgs/msg/_float64', 'Std/msg/A', f'{FLOAT}\n',
-        'std_msgs/msg/Metaclass_Float64', 'node/msg/Fakes',
-    ],
-)  # fmt: skip
-def test_what_is_no_message_type_is_refused(name):
-    with pytest.raises(ValueError):
-        message_type(name)
-
-
-def test_without_bindings_there_are_none():
-    values = {spec.name: spec.default for spec in signal_parameters(TANKS)}
-    assert bindings(TANKS, values) == {}

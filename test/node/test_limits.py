@@ -59,18 +59,6 @@ def test_every_number_of_a_simulator_is_bounded(scenario):
             assert math.isfinite(spec.lower) and math.isfinite(spec.upper), spec.name
 
 
-@pytest.mark.parametrize('value', [(1.0, 5.1), (-0.1, 1.0), (math.nan, 1.0), (0.0,) * 1001])
-def test_entries_of_arrays_are_bounded_too(value):
-    with pytest.raises(ValueError, match=r'^array must '):
-        ParameterSpec('array', (1.0, 2.0), 'numbers', lower=0.0, upper=5.0).coerce(value)
-
-
-@pytest.mark.parametrize('value', [2**63, -(2**63), 10**5000], ids=['large', 'small', 'huge'])
-def test_integers_are_those_of_ros(value):
-    with pytest.raises(ValueError, match=r'^count must be an integer of 64 bits$'):
-        ParameterSpec('count', 1, 'a count').coerce(value)
-
-
 @pytest.mark.parametrize(('observer', 'model'), list(suited()))
 def test_no_allowed_number_fills_the_memory(observer, model):
     """Each at its bounds, alone and all together; what does not go together is refused."""
