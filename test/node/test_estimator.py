@@ -12,9 +12,7 @@ from rosgraph_msgs.msg import Clock
 from std_msgs.msg import String
 from std_srvs.srv import SetBool, Trigger
 
-from obs_ros.models import load_model
 from obs_ros.ros.estimator import Estimator
-from obs_ros.ros.info import model_info
 from obs_ros.ros.messages import LATCHED, time_message
 
 FAKE = 'node.fakes:FakeObserver'
@@ -265,14 +263,6 @@ def test_info_is_there_for_those_who_come_late(ros, bench):
     assert info['model'] == 'three_tank' and info['settings']['window.duration'] == 2.0
     assert [v['name'] for v in info['states']] == ['h1', 'h2', 'h3']
     assert info['parameters'][0] == {'name': 'p1', 'unit': '1', 'bounds': [0.0, 1.0]}
-
-
-def test_info_tells_what_is_on_a_log_scale():
-    found = model_info(load_model('heat_exchanger_reduced'))
-    assert found['parameters'][0] == {
-        'name': 'dP1', 'unit': 'Pa', 'bounds': [1.0e5, 1.0e6], 'scale': 'log'
-    }  # fmt: skip
-    assert 'scale' not in found['states'][0]
 
 
 def test_namespaces_and_remaps(ros):
