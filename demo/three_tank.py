@@ -118,7 +118,7 @@ def watch(picture: str) -> bool:
 
 
 class Judgement(Enum):
-    """How far one window's estimates are from the truth."""
+    """Verdict on one window's estimates, beside the truth."""
 
     NEAR = 'as near as promised, or withheld by the node itself'
     UNSURE = 'further off, but within what its own deviations say'

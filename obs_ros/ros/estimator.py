@@ -162,14 +162,13 @@ class Estimator(GuardedNode):
         if not self._prepared:
             self.progress.too_early += 1
             return
-        begin = time.monotonic()
         try:
             due = self.observer.absorb(sample)
             self._watch_timeline()
             estimate = self.observer.estimate() if due else None
         except Exception as error:
             self.observer.reset()
-            self._fail(Finished('estimate', None, error, begin, time.monotonic()))
+            self._fail(Finished('estimate', None, error))
             return
         if estimate is not None:
             self._publish(estimate, arrival)

@@ -12,7 +12,7 @@ def test_progress_counts_what_was_published_withheld_and_failed():
     progress = Progress(ready=True)
     progress.conclude(estimate(), 0.1, published=True)
     progress.conclude(estimate(), 0.1, published=True)
-    progress.fail(Finished('estimate', None, ZeroDivisionError('by zero'), 0.0, 1.0))
+    progress.fail(Finished('estimate', None, ZeroDivisionError('by zero')))
     assert judged(progress) == (
         Level.ERROR, 'failed', "the observer failed: ZeroDivisionError('by zero')"
     )  # fmt: skip
@@ -24,7 +24,7 @@ def test_progress_counts_what_was_published_withheld_and_failed():
 def test_a_restart_forgets_the_last_estimate_and_error_but_not_the_counts():
     progress = Progress(ready=True)
     progress.conclude(estimate(), 0.1, published=True)
-    progress.fail(Finished('estimate', None, RuntimeError('no'), 0.0, 1.0))
+    progress.fail(Finished('estimate', None, RuntimeError('no')))
     progress.restart()
     assert judged(progress)[1] == 'compiling'
     progress.ready = True

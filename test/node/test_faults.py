@@ -17,6 +17,7 @@ from typing import NamedTuple
 
 import numpy as np
 import pytest
+import yaml
 from diagnostic_msgs.msg import DiagnosticArray
 from patience import patience
 from plants import tank_outputs
@@ -24,13 +25,14 @@ from rclpy.parameter import Parameter
 from rclpy.qos import QoSProfile, ReliabilityPolicy
 from ros import figures, set_parameter
 from rosgraph_msgs.msg import Clock
+from std_msgs.msg import String
 
 from obs_ros.core.estimate import Outcome
 from obs_ros.horizon.moving_horizon import MovingHorizon
 from obs_ros.horizon.solver import Solver
 from obs_ros.ros import diagnostics
 from obs_ros.ros.estimator import Estimator
-from obs_ros.ros.messages import time_message
+from obs_ros.ros.messages import LATCHED, time_message
 
 WINDOW, WINDOWS, SIGMA = 60, 3, 0.01  # s, number, cm
 X0, TRUTH = (50.0, 40.0, 45.0), {'p1': 0.6, 'p2': 0.5, 'p3': 0.7}
@@ -566,23 +568,25 @@ def test_every_parameter_that_is_not_read_only_changes_live(ros, monkeypatch):
     assert {n for n in declared if not n.startswith(families)} <= set(values)
     answer = estimator.set_parameters_atomically([Parameter(n, value=v) for n, v in values.items()])
     assert answer.successful, answer.reason
+    infos = ros.listen('/estimator/info', String, LATCHED)
+    info = yaml.safe_load(ros.spin_until(lambda: infos)[-1].data)
     for name, value in values.items():
         taken = estimator.get_parameter(name).value
         assert (list(taken) if isinstance(value, list) else taken) == value
-        assert estimator._settings[name] == (tuple(value) if isinstance(value, list) else value)
+        assert info['settings'][name] == value
     for name in ('model', 'observer'):
         assert not set_parameter(estimator, name, 'ekf').successful
 
 
-def test_initial_values_are_raced_in_the_next_window(ros, monkeypatch):
+def test_initial_values_are_a_start_of_the_next_window(ros, monkeypatch):
     starts = []
-    search = Solver.search
+    fit = Solver.fit
 
-    def spy(self, objective, rng, deadline, warm, **more):
+    def spy(self, window, problem, rng, deadline, warm):
         starts.append(None if warm is None else self.unknowns.values(warm[None])[0][:, 0].tolist())
-        return search(self, objective, rng, deadline, warm, **more)
+        return fit(self, window, problem, rng, deadline, warm)
 
-    monkeypatch.setattr(Solver, 'search', spy)
+    monkeypatch.setattr(Solver, 'fit', spy)
     bench = Bench(ros, monkeypatch)
     messages = run()
     bench.play(messages[:124])

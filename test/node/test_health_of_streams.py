@@ -132,7 +132,7 @@ def test_every_stage_has_its_word(ros, outputs, inputs):
     assert bench.told(progress, duplicate=99).message.startswith('let the publisher set')
     assert bench.told(progress, all_nan=99).message.startswith('look at what is measured')
     assert bench.told(progress, stale_after=0.0).message.startswith('stale_output: ')
-    progress.fail(Finished('estimate', None, ZeroDivisionError('no'), 0.0, 1.0))
+    progress.fail(Finished('estimate', None, ZeroDivisionError('no')))
     assert bench.told(progress).level is Level.ERROR
     for outcome in Outcome:
         progress.conclude(estimate(outcome), 0.1, True)
