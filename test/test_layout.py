@@ -101,6 +101,12 @@ def test_the_pages_of_the_house_name_what_is_there(page: str) -> None:
         assert place.is_dir() or place.with_suffix('.py').is_file(), name
 
 
+def test_the_makefile_names_tests_that_are_there() -> None:
+    named = re.findall(r'\$\(pytest\) (test[\w/.]*)', (ROOT / 'Makefile').read_text())
+    assert len(named) == 2
+    assert [place for place in named if not (ROOT / place).exists()] == []
+
+
 def test_the_package_does_not_know_the_simulator() -> None:
     for name in MODULES:
         if name.startswith('obs_ros'):
