@@ -31,6 +31,9 @@ class ReportSettings:
     enough: float = 1.0  # s after which no repeat follows
 
 
+REPORT = ReportSettings()
+
+
 def variables(model: Model) -> list[str]:
     """Return a line for every variable: unit, bounds, nominal value."""
     lines = []
@@ -82,9 +85,9 @@ def rollout(model: Model, trial: Trial) -> list[str]:
     return lines
 
 
-def speed(kernels: Kernels, trial: Trial, settings: ReportSettings | None = None) -> list[str]:
+def speed(kernels: Kernels, trial: Trial, settings: ReportSettings = REPORT) -> list[str]:
     """Return the time of a candidate's step, and that of compiling."""
-    model, settings = kernels.model, settings or ReportSettings()
+    model = kernels.model
     grid = trial.grid(model)
     prefixes = np.array([grid.t.size])
     lanes = settings.candidates // (1 if kernels.name == 'numba' else 8)
@@ -107,14 +110,14 @@ def identifiable(
     kernels: Kernels,
     trial: Trial,
     noise: Mapping[str, float],
-    settings: ReportSettings | None = None,
+    settings: ReportSettings = REPORT,
 ) -> list[str]:
     """Return the unknowns with their standard deviations, and what the window leaves open.
 
     `noise` is the standard deviation of outputs by name; the others get a share of their spread.
     """
     model = kernels.model
-    scale, lines = _assumed_noise(model, trial, noise, settings or ReportSettings())
+    scale, lines = _assumed_noise(model, trial, noise, settings)
     unknowns = Unknowns.of(model)
     objective = Objective(kernels, trial.grid(model, scale), unknowns)
     z = unknowns.point(dict(zip(unknowns.names, (*trial.x0, *trial.p), strict=True)))

@@ -25,6 +25,9 @@ class TrialSettings:
     cycles: tuple[float, float] = (3.0, 8.0)  # of a moving input's two cosines, in the window
 
 
+TRIAL = TrialSettings()
+
+
 @dataclass(frozen=True)
 class Trial:
     """A window of `record` simulated from x0 (n,) with parameters p (q,), states (K, n)."""
@@ -47,13 +50,12 @@ def axis(
     model: Model,
     window: float | None = None,
     period: float | None = None,
-    settings: TrialSettings | None = None,
+    settings: TrialSettings = TRIAL,
 ) -> tuple[float, float]:
     """Return the length of the window and the sample period (s), given or from the model's step.
 
     Raises ValueError for a window with fewer than three samples or too many.
     """
-    settings = settings or TrialSettings()
     step = model.max_step
     length = window or (settings.steps * step if math.isfinite(step) else settings.duration)
     every = period or (step if math.isfinite(step) else length / settings.samples)
@@ -73,14 +75,14 @@ def simulated(
     period: float,
     values: Mapping[str, float],
     amplitudes: Mapping[str, float],
-    settings: TrialSettings | None = None,
+    settings: TrialSettings = TRIAL,
 ) -> Trial:
     """Roll the model out over a window (s), sampled every `period` s, from its nominal values.
 
     `values` replaces them by name; an input with an amplitude moves about its value by two cosines.
     Raises ValueError when it does not stay finite.
     """
-    model, settings = kernels.model, settings or TrialSettings()
+    model = kernels.model
     t = period * np.arange(round(window / period) + 1)
     x0, u0, p = (
         np.array([values.get(v.name, inside(v)) for v in group], dtype=np.float64)

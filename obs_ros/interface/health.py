@@ -43,14 +43,12 @@ def examine(
     counts: Mapping[str, int],
     last_break: str | None,
     forecast: Forecast | None = None,
-    limits: HealthSettings | None = None,
 ) -> Health:
     """Return the worst that is known, and every figure.
 
     `settings` are the node's parameters, `counts` what the observer has dropped or mended.
     """
-    situation = _Situation(progress, subscriptions, settings, counts, limits or HealthSettings())
-    level, message, outcome = situation.verdict()
+    level, message, outcome = _Situation(progress, subscriptions, settings, counts).verdict()
     found = figures(progress, subscriptions, settings, counts, last_break, forecast)
     return Health(level, message, {'outcome': outcome, **dict(found)})
 
@@ -63,7 +61,7 @@ class _Situation:
     subscriptions: Mapping[str, SubscriptionStatus]
     settings: Mapping[str, Any]
     counts: Mapping[str, int]
-    limits: HealthSettings
+    limits: HealthSettings = HealthSettings()
 
     def verdict(self) -> Verdict:
         """Return the first that holds: what keeps estimates from coming, then the estimate."""
@@ -81,13 +79,12 @@ class _Situation:
         return duration
 
     def _halted(self) -> Verdict | None:
-        if not self.progress.enabled:
-            message = 'paused: call ~/enable with true to go on'
-            return Verdict(Level.WARN, message, 'paused')
-        if self.progress.error:
-            message = f'the observer failed: {self.progress.error}'
-            return Verdict(Level.ERROR, message, 'failed')
-        if not self.progress.ready:
+        progress = self.progress
+        if not progress.enabled:
+            return Verdict(Level.WARN, 'paused: call ~/enable with true to go on', 'paused')
+        if progress.error:
+            return Verdict(Level.ERROR, f'the observer failed: {progress.error}', 'failed')
+        if not progress.ready:
             message = 'compiling the model; the first time it takes several seconds'
             return Verdict(Level.WARN, message, 'compiling')
         return None

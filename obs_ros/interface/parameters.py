@@ -24,96 +24,59 @@ RENAMED = {'predict': 'prediction.enabled', 'predict.rate': 'prediction.rate'}
 
 # They say what is loaded: a remote `param set` must never import code.
 CHOICE = (
-    ParameterSpec(
-        'model', 'three_tank', 'plant model: a built-in name or package.module:ATTRIBUTE',
-        read_only=True,
-    ),
-    ParameterSpec(
-        'observer', 'sliding_window', 'observer: a built-in name or package.module:CLASS',
-        read_only=True,
-    ),
-    ParameterSpec(
-        'merge_wait', 0.1,
+    ParameterSpec('model', 'three_tank',
+        'plant model: a built-in name or package.module:ATTRIBUTE', read_only=True),
+    ParameterSpec('observer', 'sliding_window',
+        'observer: a built-in name or package.module:CLASS', read_only=True),
+    ParameterSpec('merge_wait', 0.1,
         'wall time that samples wait for older ones on other topics: where `signals` name several, '
         'and outputs for inputs that are due, 1 s at most',
-        's', lower=0.0, upper=60.0, read_only=True,
-    ),
+        's', lower=0.0, upper=60.0, read_only=True),
 )  # fmt: skip
 
 # A change of these needs no new observer. Immediate observers need neither deadline nor prediction.
 LIVE = (
     ParameterSpec('deadline', 1.0, 'wall time for one solve, best so far when it ends', 's',
         positive=True, upper=3600.0),
-    ParameterSpec(
-        'stale_after', 5.0, 'wall time without samples after which a stream is stale', 's',
-        positive=True, upper=1e6,
-    ),
-    ParameterSpec(
-        'prediction.enabled', True,
-        'publish ~/prediction, the state carried on to the newest output',
-    ),
-    ParameterSpec(
-        'prediction.rate', 0.0,
-        'predictions per s of sample time at most; 0: one for every output', 'Hz', lower=0.0,
-        upper=1e6,
-    ),
+    ParameterSpec('stale_after', 5.0,
+        'wall time without samples after which a stream is stale', 's', positive=True, upper=1e6),
+    ParameterSpec('prediction.enabled', True,
+        'publish ~/prediction, the state carried on to the newest output'),
+    ParameterSpec('prediction.rate', 0.0,
+        'predictions per s of sample time at most; 0: one for every output', 'Hz',
+        lower=0.0, upper=1e6),
 )  # fmt: skip
 
 COMMON = (
-    ParameterSpec('window.duration', 1000.0, 'length of a window, in sample time', 's', lower=1e-3,
-        upper=1e9),
-    ParameterSpec(
-        'window.period', 0.0, 'from one window to the next; 0: the duration, so they abut', 's',
-        lower=0.0, upper=1e9,
-    ),
-    ParameterSpec(
-        'window.capacity', 100000, 'samples of a stream kept at most; the oldest are dropped',
-        lower=2, upper=1_000_000,
-    ),
-    ParameterSpec(
-        'parameters', (ALL,),
-        f"names of the parameters to estimate; ['{ALL}'] or ['{NONE}'] for all or none",
-    ),
-    ParameterSpec(
-        'states', (ALL,),
-        f"names of the initial states to estimate; ['{ALL}'] or ['{NONE}'] for all or none",
-    ),
-    ParameterSpec(
-        'learn_noise', False,
-        'the noise given is only where learning it from the windows begins; false: it is trusted',
-    ),
-    ParameterSpec(
-        'fitness', FITNESSES[0], 'what the search compares windows by', choices=FITNESSES,
-    ),
-    ParameterSpec(
-        'seed', 0, 'seed of the search; the same samples then give the same estimates', lower=0,
-        upper=LARGEST_SEED,
-    ),
+    ParameterSpec('window.duration', 1000.0, 'length of a window, in sample time', 's',
+        lower=1e-3, upper=1e9),
+    ParameterSpec('window.period', 0.0,
+        'from one window to the next; 0: the duration, so they abut', 's', lower=0.0, upper=1e9),
+    ParameterSpec('window.capacity', 100000,
+        'samples of a stream kept at most; the oldest are dropped', lower=2, upper=1_000_000),
+    ParameterSpec('parameters', (ALL,),
+        f"names of the parameters to estimate; ['{ALL}'] or ['{NONE}'] for all or none"),
+    ParameterSpec('states', (ALL,),
+        f"names of the initial states to estimate; ['{ALL}'] or ['{NONE}'] for all or none"),
+    ParameterSpec('learn_noise', False,
+        'true: `noise.*` is a starting value, re-estimated from accepted windows; false: it stays'),
+    ParameterSpec('fitness', FITNESSES[0], 'misfit that the search minimises', choices=FITNESSES),
+    ParameterSpec('seed', 0, 'seed of the search; the same samples then give the same estimates',
+        lower=0, upper=LARGEST_SEED),
     ParameterSpec('search.method', 'memetic', 'search method', choices=tuple(METHODS)),
-    ParameterSpec(
-        'search.chaos', '', "first population; '': the method's own", choices=('', *POPULATIONS),
-    ),
-    ParameterSpec(
-        'search.population', 0, "candidates (Np); 0: the method's own", lower=0, upper=100_000,
-    ),
-    ParameterSpec(
-        'search.generations', 0, "generations (Gm) at most; 0: the method's own", lower=0,
-        upper=1_000_000,
-    ),
-    ParameterSpec(
-        'search.strategy', '', "mutation and crossover; '': the method's own",
-        choices=('', *get_args(Strategy)),
-    ),
-    ParameterSpec(
-        'search.differential_weight', 0.0, "differential weight F; 0: the method's own",
-        lower=0.0, upper=2.0,
-    ),
-    ParameterSpec(
-        'search.crossover', 0.0, "crossover probability CR; 0: the method's own",
-        lower=0.0, upper=1.0,
-    ),
+    ParameterSpec('search.chaos', '', "first population; '': the method's own",
+        choices=('', *POPULATIONS)),
+    ParameterSpec('search.population', 0, "candidates (Np); 0: the method's own",
+        lower=0, upper=100_000),
+    ParameterSpec('search.generations', 0, "generations (Gm) at most; 0: the method's own",
+        lower=0, upper=1_000_000),
+    ParameterSpec('search.strategy', '', "mutation and crossover; '': the method's own",
+        choices=('', *get_args(Strategy))),
+    ParameterSpec('search.differential_weight', 0.0,
+        "differential weight F; 0: the method's own", lower=0.0, upper=2.0),
+    ParameterSpec('search.crossover', 0.0,
+        "crossover probability CR; 0: the method's own", lower=0.0, upper=1.0),
 )  # fmt: skip
-
 
 # Immediate observers share these with those that solve windows.
 SHARED = ('stale_after', 'parameters', 'states', 'seed')
@@ -140,17 +103,10 @@ def observer_parameters(model: Model, name: str) -> tuple[ParameterSpec, ...]:
 def initial_parameters(model: Model, start: str) -> tuple[ParameterSpec, ...]:
     """Return the parameters for the start of the estimates; `start` is its meaning in words."""
     return tuple(
-        ParameterSpec(
-            f'initial.{v.name}',
-            math.nan,
-            f'{v.name} {start}',
-            v.unit,
-            lower=-LARGEST,
-            upper=LARGEST,
-            nan=True,
-        )
+        ParameterSpec(f'initial.{v.name}', math.nan, f'{v.name} {start}', v.unit,
+            lower=-LARGEST, upper=LARGEST, nan=True)
         for v in model.variables
-    )
+    )  # fmt: skip
 
 
 def model_parameters(
@@ -160,30 +116,19 @@ def model_parameters(
 
     `without_noise` says what is done where the noise is not given.
     """
-    bounds = [
-        ParameterSpec(
-            f'bounds.{v.name}', (v.lower, v.upper), f'lower and upper bound of {v.name}', v.unit,
-            length=2,
-        )
-        for v in model.variables
-    ]  # fmt: skip
-    fixed = [
-        ParameterSpec(
-            f'fixed.{v.name}', math.nan,
+    return (
+        *(ParameterSpec(f'bounds.{v.name}', (v.lower, v.upper),
+            f'lower and upper bound of {v.name}', v.unit, length=2)
+          for v in model.variables),
+        *(ParameterSpec(f'fixed.{v.name}', math.nan,
             f'holds {v.name} there, not estimated; nan: estimated, or its nominal value', v.unit,
-            lower=-LARGEST, upper=LARGEST, nan=True,
-        )
-        for v in model.variables
-    ]  # fmt: skip
-    noise = [
-        ParameterSpec(
-            f'noise.{v.name}', 0.0,
-            f'standard deviation of the measured {v.name}; 0: {without_noise}', v.unit, lower=0.0,
-            upper=LARGEST,
-        )
-        for v in model.outputs
-    ]  # fmt: skip
-    return (*bounds, *fixed, *noise)
+            lower=-LARGEST, upper=LARGEST, nan=True)
+          for v in model.variables),
+        *(ParameterSpec(f'noise.{v.name}', 0.0,
+            f'standard deviation of the measured {v.name}; 0: {without_noise}', v.unit,
+            lower=0.0, upper=LARGEST)
+          for v in model.outputs),
+    )  # fmt: skip
 
 
 def own_prefix(observer: str) -> str:

@@ -15,6 +15,9 @@ class SequenceSettings:
     recent: int = 1000  # messages within which these count: some seconds, however fast they come
 
 
+SETTINGS = SequenceSettings()
+
+
 class SequenceMonitor:
     """Follows the numbers that each publisher gives its messages, one more each time.
 
@@ -24,11 +27,11 @@ class SequenceMonitor:
     """
 
     def __init__(
-        self, publishers: Callable[[], int], settings: SequenceSettings | None = None
+        self, publishers: Callable[[], int], settings: SequenceSettings = SETTINGS
     ) -> None:
         self.lost = 0
         self._publishers = publishers
-        self._settings = settings or SequenceSettings()
+        self._settings = settings
         self._chains: list[int] = []  # the last number of each publisher, the last heard first
         self._count = 0
         self._returns: deque[int] = deque(maxlen=self._settings.returns)  # at which message

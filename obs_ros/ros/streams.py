@@ -30,6 +30,9 @@ class StreamSettings:
     shortest_tick: float = 0.001  # s: with no wait, a timer must not spin
 
 
+SETTINGS = StreamSettings()
+
+
 class Streams:
     """Subscribes to what the model needs, and hands out samples in order of stamp, with arrivals.
 
@@ -46,9 +49,9 @@ class Streams:
         bound: Mapping[str, Binding],
         wait: float,
         absorb: Callable[[Sample, float], None],
-        settings: StreamSettings | None = None,
+        settings: StreamSettings = SETTINGS,
     ) -> None:
-        self._settings = settings = settings or StreamSettings()
+        self._settings = settings
         self._node = node
         self._merge = Merge(wait, absorb)
         self._guard = node.create_guard_condition(self._serve)
