@@ -40,17 +40,24 @@ def nanoseconds(stamp: Any) -> int:
 
 
 class VectorReader:
-    """Reads vectors with the entries `names` out of messages that may have them in any order."""
+    """Reads the entries `names` out of named vectors, which may have them in any order.
+
+    They go to the `places`, which rise, of a vector (width,), whose other entries are NaN; by
+    default they are the whole vector.
+    """
 
     type = NAMED_VECTOR
     whole = True
 
-    def __init__(self, names: Sequence[str]) -> None:
-        self.places = range(len(names))
+    def __init__(
+        self, names: Sequence[str], places: Sequence[int] | None = None, width: int | None = None
+    ) -> None:
+        self.places = range(len(names)) if places is None else places
         self._names = list(names)
+        self._width = len(names) if width is None else width
 
     def read(self, message: Any, arrival: int) -> tuple[int, Array]:
-        """Return stamp (ns) and values (len(names),).
+        """Return stamp (ns) and values (width,).
 
         Raises MessageError, its reason one of `wrong_length`, `unknown_name`, `missing_name`.
         """
@@ -61,10 +68,13 @@ class VectorReader:
                 'wrong_length', f'{len(names)} names but {len(message.position)} positions'
             )
         values = np.array(message.position)
-        if names == self._names:
+        if names != self._names:
+            values = values[self._order(names)]
+        if len(values) == self._width:
             return stamp, values
-        order = self._order(names)
-        return stamp, values[order]
+        vector = np.full(self._width, np.nan)
+        vector[self.places] = values
+        return stamp, vector
 
     def _order(self, names: Sequence[str]) -> list[int]:
         for name in names:
@@ -111,25 +121,6 @@ class FieldReader:
         return stamp, values
 
 
-class NamedReader:
-    """Reads named entries of a vector (width,) out of named vectors, the others NaN."""
-
-    type = NAMED_VECTOR
-    whole = True
-
-    def __init__(self, entries: Mapping[int, str], width: int) -> None:
-        self._reader = VectorReader(list(entries.values()))
-        self.places = list(entries)
-        self._width = width
-
-    def read(self, message: Any, arrival: int) -> tuple[int, Array]:
-        """Return stamp (ns) and values (width,); raises MessageError."""
-        stamp, found = self._reader.read(message, arrival)
-        values = np.full(self._width, np.nan)
-        values[self.places] = found
-        return stamp, values
-
-
 def topic_readers(
     entries: Sequence[str],
     bound: Mapping[str, Binding],
@@ -142,16 +133,14 @@ def topic_readers(
     stands last. `resolve` makes full names of topics.
     """
     width = len(entries)
-    named = {i: name for i, name in enumerate(entries) if name not in bound}
-    if len(named) == width:
-        return [(default, VectorReader(entries))] if width else []
     by_topic: dict[str, dict[int, Binding]] = {}
     for i, name in enumerate(entries):
         if name in bound:
             by_topic.setdefault(resolve(bound[name].topic), {})[i] = bound[name]
-    readers: list[tuple[str, Reader]] = []
-    for topic, those in by_topic.items():
-        readers.append((topic, FieldReader(those, width)))
+    readers: list[tuple[str, Reader]] = [
+        (topic, FieldReader(those, width)) for topic, those in by_topic.items()
+    ]
+    named = {i: name for i, name in enumerate(entries) if name not in bound}
     if named:
-        readers.append((default, NamedReader(named, width)))
+        readers.append((default, VectorReader(list(named.values()), list(named), width)))
     return readers

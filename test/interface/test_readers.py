@@ -10,7 +10,6 @@ from obs_ros.interface.bindings import ARRIVAL, HEADER, Binding
 from obs_ros.interface.field_path import FieldPath, MessageError
 from obs_ros.interface.readers import (
     FieldReader,
-    NamedReader,
     VectorReader,
     nanoseconds,
     topic_readers,
@@ -81,7 +80,7 @@ def test_a_message_may_lack_some_entries_but_not_all():
 
 
 def test_named_entries_are_put_in_their_places():
-    reader = NamedReader({2: 'c', 0: 'a'}, 3)
+    reader = VectorReader(['a', 'c'], places=[0, 2], width=3)
     _, values = reader.read(joints(('a', 'c'), (1.0, 3.0)), 0)
     np.testing.assert_array_equal(values, [1.0, np.nan, 3.0])
 
