@@ -16,7 +16,7 @@ from benchmarks.zoo import CASES, Case, Drawn, draw
 from obs_ros import Estimate, Outcome
 from obs_ros.core.deadline import Deadline
 from obs_ros.core.model import names
-from obs_ros.core.residual_tests import TAIL
+from obs_ros.core.residual_tests import LIMITS
 from obs_ros.core.typing import Array
 from obs_ros.horizon.settings import EstimationSettings
 from obs_ros.horizon.solver import Solver
@@ -199,7 +199,7 @@ def by_chi_square(case: Case, window: Drawn, seed: int) -> tuple[Estimate, float
     The product has no such rule: its search with known noise is given one round more at a time.
     """
     freedom = np.count_nonzero(np.isfinite(window.record.y)) - len(case.model.variables)
-    limit = float(chdtri(freedom, TAIL))
+    limit = float(chdtri(freedom, LIMITS.tail))
     for rounds in range(1, MemeticSettings().max_rounds + 1):
         way = Way('memetic', {'max_rounds': rounds}, noise_known=True)
         estimate, seconds = timed(case, window, way, seed)

@@ -1,1 +1,1 @@
-"""What `make demo` runs."""
+"""The demo, which `make demo` runs."""

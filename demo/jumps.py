@@ -1,8 +1,8 @@
-"""What was announced to have jumped, beside what did."""
+"""Jumps that were announced, beside the true ones."""
 
 from collections.abc import Mapping, Sequence, Set
 
-LIMIT = 1.0  # s, by which a time may be off
+LIMIT = 1.0  # s by which a time may be off: a sample period
 
 Found = Sequence[tuple[float, Mapping[str, float]]]  # time in s, sizes by parameter
 

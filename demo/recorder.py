@@ -11,6 +11,8 @@ from sensor_msgs.msg import JointState
 from std_msgs.msg import String
 from std_srvs.srv import SetBool
 
+from demo.pacing import runs_on
+
 Vector = Mapping[str, float]
 TOPICS = {
     'output': 'plant/output',
@@ -28,7 +30,7 @@ VOUCHED = ('converged', 'at_bound')  # outcomes of estimates that the node stand
 
 @dataclass(frozen=True)
 class Verdict:
-    """What the estimator says of one of its estimates."""
+    """The estimator's own word on one of its estimates."""
 
     outcome: str = 'unknown'
     message: str = ''
@@ -87,13 +89,10 @@ class Recorder(Node):
 
         So the estimator misses no window, however busy the machine is.
         """
-        plant = self.plant_time
-        answered = max(max(self.verdicts, default=0) / 1e9, min(plant, window))
-        lag = abs(plant - answered)
-        if self._running and lag > 2.0 * period:
-            self._let_run(False)
-        elif not self._running and lag <= period:
-            self._let_run(True)
+        newest = max(self.verdicts, default=0) / 1e9
+        run = runs_on(self._running, self.plant_time, newest, window, period)
+        if run != self._running:
+            self._let_run(run)
 
     def _let_run(self, run: bool) -> None:
         self._running = run
@@ -109,8 +108,8 @@ class Recorder(Node):
         return callback
 
     def _judge(self, message: String) -> None:
-        told = yaml.safe_load(message.data)
-        self.verdicts[told['stamp_ns']] = Verdict(told['outcome'], told['message'])
+        word = yaml.safe_load(message.data)
+        self.verdicts[word['stamp_ns']] = Verdict(word['outcome'], word['message'])
 
     def _note(self, message: DiagnosticArray) -> None:
         for status in message.status:

@@ -9,6 +9,7 @@ import sys
 import time
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
+from dataclasses import dataclass
 from enum import Enum
 
 import rclpy
@@ -22,13 +23,27 @@ from demo.recorder import Recorder, Vector
 
 DURATION, WINDOW, PERIOD = 3000.0, 300.0, 50.0  # s
 SHOWN = 5  # one window of so many is printed
-LIMITS = {'p': 0.01, 'h': 0.5}  # errors that the demo promises at 40 dB, by first letter
-JUMPS = {1000.0: {'p1', 'p2'}, 2000.0: {'p1', 'p3'}}  # s: what the scenario moves
-SURE = 3.0  # standard deviations: a window just after a jump says itself that it knows little yet
-UNSURE = 0.1  # of all estimates, at most, which are further off than promised and say so
-VOUCHED = 0.5  # of all estimates, at least: else this machine is too slow, or something is broken
+JUMPS = {1000.0: {'p1', 'p2'}, 2000.0: {'p1', 'p3'}}  # s: parameters that the scenario moves
 DEADLINE = 60.0  # s of wall time for one window, which takes 0.03 s of a quiet machine
-PATIENCE = 600.0  # s of wall time for each stage, which is what a busy machine may need
+PATIENCE = 600.0  # s of wall time for each stage, as much as a busy machine may need
+
+
+@dataclass(frozen=True)
+class Promise:
+    """Limits within which the demo is well, for measurements of 40 dB."""
+
+    opening: float = 0.01  # error of a valve's opening (1)
+    level: float = 0.5  # error of a level (cm)
+    deviations: float = 3.0  # error otherwise: a window just after a jump says that it knows little
+    most_unsure: float = 0.1  # of all estimates: further off than that, and say so
+    least_vouched: float = 0.5  # of all estimates: else the machine is too slow, or a part broken
+
+    def limit(self, name: str) -> float:
+        """Return the error allowed to a level (`h...`) or an opening."""
+        return self.level if name.startswith('h') else self.opening
+
+
+PROMISE = Promise()
 
 
 def main() -> int:
@@ -118,7 +133,7 @@ def watch(picture: str) -> bool:
 
 
 class Judgement(Enum):
-    """How far one window's estimates are from the truth."""
+    """Verdict on one window's estimates, beside the truth."""
 
     NEAR = 'as near as promised, or withheld by the node itself'
     UNSURE = 'further off, but within what its own deviations say'
@@ -139,10 +154,10 @@ def report(recorder: Recorder, stamp: int, *, shown: bool) -> Judgement:
         deviations = recorder.received[f'{topic}_stddev'][stamp]
         for name, value in recorder.received[topic][stamp].items():
             error = value - truth[name]
-            limit, deviation, remark = LIMITS[name[0]], deviations[name], ''
+            limit, deviation, remark = PROMISE.limit(name), deviations[name], ''
             if not abs(error) <= limit:
                 remark = f'   more than {limit:g} off'
-                if not abs(error) <= SURE * deviation:
+                if not abs(error) <= PROMISE.deviations * deviation:
                     judgement = Judgement.OFF
                 elif judgement is Judgement.NEAR:
                     judgement = Judgement.UNSURE
@@ -180,7 +195,8 @@ def conclude(recorder: Recorder, seen: list[int], judged: list[Judgement]) -> bo
     unsure = judged.count(Judgement.UNSURE)
     print(f'{len(seen)} estimates, {vouched} of which the node stands by')
     if unsure:
-        print(f'{unsure} further off than promised, and within {SURE:g} of their own deviations')
+        within = f'within {PROMISE.deviations:g} of their own deviations'
+        print(f'{unsure} further off than promised, and {within}')
     off = [s for s, judgement in zip(seen, judged, strict=True) if judgement is Judgement.OFF]
     for stamp in off:
         verdict = recorder.verdicts[stamp]
@@ -189,10 +205,10 @@ def conclude(recorder: Recorder, seen: list[int], judged: list[Judgement]) -> bo
             f'{verdict.outcome}: {verdict.message}',
             file=sys.stderr,
         )
-    if unsure > UNSURE * len(seen):
+    if unsure > PROMISE.most_unsure * len(seen):
         print(f'demo: {unsure} of {len(seen)} estimates are too unsure', file=sys.stderr)
         return False
-    if vouched >= VOUCHED * len(seen):
+    if vouched >= PROMISE.least_vouched * len(seen):
         return not off
     last = next(recorder.verdicts[s] for s in reversed(seen) if not recorder.verdicts[s].vouched)
     print(

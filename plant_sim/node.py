@@ -4,6 +4,7 @@ import math
 import sys
 import time
 from collections.abc import Callable, Iterable, Mapping
+from dataclasses import dataclass
 from typing import Any
 
 from rclpy.clock import Clock, ClockType
@@ -14,7 +15,7 @@ from sensor_msgs.msg import JointState
 from std_srvs.srv import SetBool, Trigger
 
 from obs_ros.core.model import names
-from obs_ros.interface.bindings import Binding, bindings, signal_knobs
+from obs_ros.interface.bindings import Binding, bindings, signal_parameters
 from obs_ros.interface.status import Health, Level
 from obs_ros.models import load_model
 from obs_ros.ros.diagnostics import publish_health
@@ -25,13 +26,22 @@ from obs_ros.ros.messages import STREAM, named_vector, time_message
 from obs_ros.ros.parameters import Parameters
 from obs_ros.ros.run import run
 from obs_ros.ros.streams import check_bindings
-from plant_sim.pace import Pace
+from plant_sim.plant_clock import PlantClock
 from plant_sim.scenarios import load_scenario
-from plant_sim.settings import CHOICE, COMMON, check_rate, fault_knobs
+from plant_sim.settings import CHOICE, COMMON, check_rate, fault_parameters
 from plant_sim.simulation import Instant, Simulation
 
-_SHORTEST_TICK, _LONGEST_TICK = 0.001, 0.01  # s of wall time
-_BUDGET = 0.02  # s of wall time spent on late samples before services get their turn
+
+@dataclass(frozen=True)
+class TimerSettings:
+    """Wall times of the timer that plays the samples, in s."""
+
+    shortest: float = 0.001  # from one tick to the next: more often, ticks themselves take the time
+    longest: float = 0.01  # so that /clock runs on between samples that are far apart
+    budget: float = 0.02  # spent on late samples before services get their turn
+
+
+TIMER = TimerSettings()
 
 
 class Simulator(GuardedNode):
@@ -39,8 +49,8 @@ class Simulator(GuardedNode):
 
     Outputs and inputs that parameters `signals.<name>` bind go out where the estimator of the same
     parameters reads them, as a rig would publish them. Stamps are plant time from 0 where /clock
-    is published, else the wall time of the run's start plus plant time. `clock` tells the wall time
-    (s) that plant time keeps pace with. Raises ValueError when parameters given at start are wrong.
+    is published, else the wall time of the run's start plus plant time. `clock` gives the wall time
+    (s) that plant time keeps up with. Raises ValueError when parameters given at start are wrong.
     """
 
     def __init__(self, *, clock: Callable[[], float] = time.monotonic, **options: Any) -> None:
@@ -52,7 +62,7 @@ class Simulator(GuardedNode):
         parameters.declare(CHOICE)
         self.scenario = load_scenario(str(parameters.values['scenario']))
         self.model = load_model(self.scenario.model)
-        parameters.declare((*COMMON, *fault_knobs(self.model), *signal_knobs(self.model)))
+        parameters.declare((*COMMON, *fault_parameters(self.model), *signal_parameters(self.model)))
         bound = bindings(self.model, parameters.values, parameters.unknown('signals.'))
         check_bindings(self, self.model, bound)
         self._settings: Mapping[str, Any] = parameters.values
@@ -101,9 +111,9 @@ class Simulator(GuardedNode):
         )
         self._simulation.faults = _faults(settings)
         self._epoch = 0 if self._simulates_time else time.time_ns()
-        self._sent = 0
+        self.sent = 0
         self._examined = time.monotonic(), 0, 0.0
-        self._pace = Pace(settings['speed'], self._wall_clock)
+        self._plant_clock = PlantClock(settings['speed'], self._wall_clock)
 
     def _snr_db(self, settings: Mapping[str, Any]) -> float:
         snr_db = float(settings['snr_db'])
@@ -120,10 +130,12 @@ class Simulator(GuardedNode):
 
     def _adopt(self, values: Mapping[str, Any]) -> None:
         if values['speed'] != self._settings['speed']:
-            self._pace.change(values['speed'], min(self._pace.now(), self._simulation.t))
+            self._plant_clock.change(
+                values['speed'], min(self._plant_clock.now(), self._simulation.t)
+            )
         if values['enabled'] and not self._settings['enabled']:
             # The plant stood still meanwhile, and so did its time.
-            self._pace.hold(self._simulation.t)
+            self._plant_clock.hold(self._simulation.t)
         self._settings = values
         self._simulation.faults = _faults(values)
         self._simulation.snr_db = self._snr_db(values)
@@ -140,7 +152,7 @@ class Simulator(GuardedNode):
     def _schedule(self) -> None:
         """Let a timer tick at every sample, in time with them, or so often that none waits."""
         interval = self._simulation.period / self._settings['speed']
-        tick = max(interval / math.ceil(interval / _LONGEST_TICK), _SHORTEST_TICK)
+        tick = max(interval / math.ceil(interval / TIMER.longest), TIMER.shortest)
         timer: Timer | None = getattr(self, '_timer', None)
         if timer is not None and timer.timer_period_ns == int(tick * 1e9):
             return
@@ -155,12 +167,12 @@ class Simulator(GuardedNode):
         if not self._settings['enabled']:
             return
         started, simulation = time.monotonic(), self._simulation
-        while simulation.t <= self._pace.now() and time.monotonic() - started < _BUDGET:
+        while simulation.t <= self._plant_clock.now() and time.monotonic() - started < TIMER.budget:
             self._publish(simulation.sample())
-        self._pace.yield_to(simulation.t)
+        self._plant_clock.yield_to(simulation.t)
         if self._clock_publisher:
             # In between, time runs on, but never into the next sample.
-            self._publish_clock(min(self._nanoseconds(self._pace.now()),
+            self._publish_clock(min(self._nanoseconds(self._plant_clock.now()),
                                     self._nanoseconds(simulation.t) - 1))  # fmt: skip
 
     def _publish(self, instant: Instant) -> None:
@@ -186,7 +198,7 @@ class Simulator(GuardedNode):
                 value = {**measured, **applied}[binding.name]
                 binding.path.write(message, (value - binding.offset) / binding.scale)
             self._publishers_of[topic].publish(message)
-        self._sent += 1
+        self.sent += 1
 
     def _publish_clock(self, stamp: int) -> None:
         assert self._clock_publisher is not None
@@ -209,21 +221,21 @@ class Simulator(GuardedNode):
 
     def _examine(self) -> Health:
         (since, before, lag), now = self._examined, time.monotonic()
-        self._examined = now, self._sent, self._pace.lag
-        rate = (self._sent - before) / (now - since)
+        self._examined = now, self.sent, self._plant_clock.lag
+        rate = (self.sent - before) / (now - since)
         wanted = self._settings['speed'] / self._simulation.period
         figures: dict[str, object] = {
             'scenario': self.scenario.name,
             'plant_time_s': max(0.0, self._simulation.t - self._simulation.period),
-            'samples': self._sent,
+            'samples': self.sent,
             'rate_hz': rate,
             'wanted_rate_hz': wanted,
-            'lag_s': self._pace.lag,
+            'lag_s': self._plant_clock.lag,
             'faults': ', '.join(f'{n}={v:g}' for n, v in self._simulation.faults.items()) or 'none',
         }
         if not self._settings['enabled']:
             return Health(Level.WARN, 'paused: call ~/enable with true to go on', figures)
-        if self._pace.lag > lag:
+        if self._plant_clock.lag > lag:
             message = f'cannot keep up: {rate:.0f} of {wanted:.0f} samples/s; lower speed or rate'
             return Health(Level.WARN, message, figures)
         return Health(Level.OK, f'playing {self.scenario.name}', figures)

@@ -8,18 +8,19 @@ from plant_sim.signals import Signal
 
 State = tuple[float, ...]
 
-_DEEPEST = 24  # halvings of a step; where flows change sign (square roots) steps get this short
-
 
 class Plant:
     """Integrates `model` from state `x` at time `t`.
 
     Each interval is done once in one and once in two RK4 steps, and halved until both agree within
-    `tolerance` (in the states' units, per interval). So a coarse sampling costs little where the
-    plant is smooth, and its kinks are still hit.
+    `tolerance` (in the states' units, per interval), `halvings` times at most: so short are steps
+    where flows change sign (square roots). So a coarse sampling costs little where the plant is
+    smooth, and its kinks are still hit.
     """
 
-    def __init__(self, model: Model, x: Sequence[float], tolerance: float = 1e-8) -> None:
+    def __init__(
+        self, model: Model, x: Sequence[float], tolerance: float = 1e-8, halvings: int = 24
+    ) -> None:
         if len(x) != len(model.states):
             raise ValueError(
                 f'model {model.name!r} has {len(model.states)} states, not {len(x)}: {tuple(x)}'
@@ -28,9 +29,10 @@ class Plant:
         self.t = 0.0
         self.x: State = tuple(float(value) for value in x)
         self._tolerance = tolerance
+        self._halvings = halvings
 
     def advance(self, to: float, u: Signal, p: Sequence[float]) -> None:
-        """Move to time `to` (s) under the inputs `u` with parameters `p` held."""
+        """Move to time `to` (s) under the inputs `u`, the parameters `p` held."""
         if to < self.t:
             raise ValueError(f'the plant is at {self.t} s and cannot go back to {to} s')
         longest = min(self.model.max_step, to - self.t)
@@ -39,7 +41,7 @@ class Plant:
         start, steps = self.t, max(1, round((to - self.t) / longest))
         dt = (to - start) / steps
         for k in range(steps):
-            self.x = self._integrate(start + k * dt, self.x, dt, u, p, _DEEPEST)
+            self.x = self._integrate(start + k * dt, self.x, dt, u, p, self._halvings)
         self.t = to
 
     def output(self, u: Sequence[float], p: Sequence[float]) -> State:

@@ -1,4 +1,4 @@
-"""What a simulated experiment is: a plant, how it starts, what drives it and what breaks."""
+"""Simulated experiments: a plant, its start, its inputs and its faults."""
 
 from dataclasses import dataclass
 
@@ -13,7 +13,7 @@ class Scenario:
 
     `inputs` are a signal, or a source such as a controller, read at every sample and held until the
     next; where `held` is false, a signal runs on in between. `parameters` change exactly on their
-    times; they may differ from the model's nominal ones, which is all that an estimator is told.
+    times; they may differ from the model's nominal ones, which is all that an estimator knows.
     `disturbance` is added to the measured outputs. The noise is white, or an Ornstein-Uhlenbeck
     process with the time constant `noise_correlation`. Times are in s; after `duration` the plant
     runs on.

@@ -5,7 +5,7 @@ from collections.abc import Mapping
 from typing import Any, get_args
 
 from obs_ros.core.model import Model
-from obs_ros.core.parameter_spec import LARGEST_SEED, Knob
+from obs_ros.core.parameter_spec import LARGEST_SEED, ParameterSpec
 from obs_ros.interface.usage import node_usage
 from obs_ros.samples.range_check import LARGEST
 from plant_sim.scenario import Scenario
@@ -16,49 +16,37 @@ MOST_STEPS = 1e5  # of the plant, from one sample to the next: a second
 MOST_SAMPLES = 3e5  # of the run that measures the power of the outputs: some seconds
 
 CHOICE = (
-    Knob(
-        'scenario', 'three_tank', 'experiment: a built-in name or package.module:ATTRIBUTE',
-        read_only=True,
-    ),
+    ParameterSpec('scenario', 'three_tank',
+        'experiment: a built-in name or package.module:ATTRIBUTE', read_only=True),
 )  # fmt: skip
 
 COMMON = (
-    Knob(
-        'speed', 1.0, 'plant time per wall time; other than 1 publishes /clock', lower=1e-3,
-        upper=1e6,
-    ),
-    Knob(
-        'publish_clock', False, 'publish /clock at speed 1 too, and stamp with plant time from 0',
-        read_only=True,
-    ),
-    Knob('enabled', True, 'run, or stand still; at start as well'),
-    Knob(
-        'rate', 0.0, "samples per s of plant time; 0: the scenario's own; taken up by ~/reset",
-        'Hz', lower=0.0, upper=1e5,
-    ),
-    Knob('seed', 0, 'seed of the noise and of random inputs; taken up by ~/reset', lower=0,
-         upper=LARGEST_SEED),
-    Knob(
-        'snr_db', math.nan, "signal-to-noise ratio; nan: the scenario's own; inf: no noise", 'dB',
-        lower=-200.0, nan=True,
-    ),
-    Knob(
-        'noise_reference', 'unit',
+    ParameterSpec('speed', 1.0, 'plant time per wall time; other than 1 publishes /clock',
+        lower=1e-3, upper=1e6),
+    ParameterSpec('publish_clock', False,
+        'publish /clock at speed 1 too, and stamp with plant time from 0', read_only=True),
+    ParameterSpec('enabled', True, 'run, or stand still; at start as well'),
+    ParameterSpec('rate', 0.0,
+        "samples per s of plant time; 0: the scenario's own; taken up by ~/reset", 'Hz',
+        lower=0.0, upper=1e5),
+    ParameterSpec('seed', 0, 'seed of the noise and of random inputs; taken up by ~/reset',
+        lower=0, upper=LARGEST_SEED),
+    ParameterSpec('snr_db', math.nan,
+        "signal-to-noise ratio; nan: the scenario's own; inf: no noise", 'dB',
+        lower=-200.0, nan=True),
+    ParameterSpec('noise_reference', 'unit',
         'power that snr_db counts from: 1, as in the papers, or that of the outputs; '
         'taken up by ~/reset',
-        choices=get_args(NoiseReference),
-    ),
+        choices=get_args(NoiseReference)),
 )  # fmt: skip
 
 
-def fault_knobs(model: Model) -> tuple[Knob, ...]:
+def fault_parameters(model: Model) -> tuple[ParameterSpec, ...]:
     """Return one parameter per plant parameter: set it while running to inject a fault."""
     return tuple(
-        Knob(
-            f'plant.{v.name}', math.nan,
+        ParameterSpec(f'plant.{v.name}', math.nan,
             f'holds {v.name} there, whatever the scenario has scheduled; nan: as scheduled',
-            v.unit, lower=max(v.lower, -LARGEST), upper=min(v.upper, LARGEST), nan=True,
-        )
+            v.unit, lower=max(v.lower, -LARGEST), upper=min(v.upper, LARGEST), nan=True)
         for v in model.parameters
     )  # fmt: skip
 

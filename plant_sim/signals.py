@@ -1,4 +1,4 @@
-"""What drives and disturbs a plant: schedules, held inputs, measurement noise."""
+"""Signals that drive and disturb a plant: schedules, ramps, measurement noise."""
 
 import bisect
 import math

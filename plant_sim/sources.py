@@ -9,13 +9,13 @@ import numpy as np
 from plant_sim.signals import Signal
 
 # The inputs from time t (s) on, given the outputs y measured then. Asked once per sample, in order:
-# it may remember what came before.
+# it may remember the earlier ones.
 Drive = Callable[[float, tuple[float, ...]], tuple[float, ...]]
 
 
 @runtime_checkable
 class Source(Protocol):
-    """What makes the inputs of a run: no two runs share what they remember."""
+    """Maker of the inputs of a run; no two runs share any memory."""
 
     def start(self, period: float, seed: int) -> Drive:
         """Return the inputs of a new run with a sample every `period` s."""

@@ -303,7 +303,7 @@ TRANSLATIONS: dict[str, Action] = {
     'pip install': _pip_install,
     'python -m benchmarks': _benchmark,
     'python -m obs_ros.replay': _replay,
-    'python -m obs_ros.interface.settings': Session.python,
+    'python -m obs_ros.interface.usage': Session.python,
     'ros2 run obs_ros': Session.run,
     'ros2 run obs_ros replay': _replay,
     'ros2 run rqt_plot': _plot,

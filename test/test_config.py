@@ -57,7 +57,7 @@ def test_the_reference_file_shows_every_part_of_a_binding_as_a_comment(ros):
     node = ros.start(Estimator, **given)
     declared = {f'signals.h1.{part}' for part in node.get_parameters_by_prefix('signals.h1')}
     assert {name for name, _ in flat(signals)} == declared
-    assert 'output./tank1/level/joint_states' in node._feeds
+    assert 'output./tank1/level/joint_states' in node.streams.subscriptions
 
 
 @pytest.mark.parametrize('path', FILES.values(), ids=FILES)

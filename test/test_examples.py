@@ -105,7 +105,7 @@ def test_the_example_estimates_from_the_messages_of_its_bindings(ros, monkeypatc
     t, start = 0.02 * np.arange(225), 1000.0
     torque = np.random.default_rng(1).uniform(-3.0, 3.0, 9)
     angles = swing(t, torque) + 0.01 * np.random.default_rng(2).standard_normal(t.size)
-    inputs = estimator._feeds['input./drive/torque']
+    inputs = estimator.streams.subscriptions['input./drive/torque']
     for k, u in enumerate(torque):
         stamp = round((start + 0.5 * k) * 1e9)
         clock(Clock(clock=time_message(stamp)))

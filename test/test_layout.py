@@ -1,6 +1,7 @@
 """The house: a file imports from its own folder and from those above it, never in a circle."""
 
 import ast
+import re
 from pathlib import Path
 
 import pytest
@@ -88,6 +89,22 @@ def test_only_the_ros_side_imports_ros(name: str) -> None:
     found = {other.split('.')[0] for other in imported(name)} & ROS
     assert not found, f'{name} imports {found}'
     assert not {other for other in imported(name) if other.startswith('obs_ros.ros')}
+
+
+@pytest.mark.parametrize('page', ['architecture.md', 'glossary.md'])
+def test_the_pages_of_the_house_name_what_is_there(page: str) -> None:
+    rooms = '|'.join({floor.split('.')[0] for floor in FLOORS})
+    named = re.findall(rf'(?<![\w/])(?:{rooms})/[a-z_/]*', (ROOT / 'docs' / page).read_text())
+    assert len(named) > 20
+    for name in named:
+        place = ROOT / 'obs_ros' / name
+        assert place.is_dir() or place.with_suffix('.py').is_file(), name
+
+
+def test_the_makefile_names_tests_that_are_there() -> None:
+    named = re.findall(r'\$\(pytest\) (test[\w/.]*)', (ROOT / 'Makefile').read_text())
+    assert len(named) == 2
+    assert [place for place in named if not (ROOT / place).exists()] == []
 
 
 def test_the_package_does_not_know_the_simulator() -> None:

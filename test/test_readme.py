@@ -6,6 +6,7 @@ from pathlib import Path
 
 import pytest
 
+from obs_ros.core.estimate import Outcome
 from obs_ros.observers.base import OBSERVERS
 
 ROOT = Path(__file__).parent.parent
@@ -15,7 +16,7 @@ README = (ROOT / 'README.md').read_text()
 def test_every_parameter_stands_in_the_readme_as_it_is_declared() -> None:
     pytest.importorskip('rclpy')
     from obs_ros.core.parameter_spec import markdown_table
-    from obs_ros.interface import settings as estimator
+    from obs_ros.interface import parameters as estimator
     from plant_sim import settings as simulator
 
     assert markdown_table((*estimator.CHOICE, *estimator.LIVE, *estimator.COMMON)) in README
@@ -23,7 +24,7 @@ def test_every_parameter_stands_in_the_readme_as_it_is_declared() -> None:
 
 
 def test_every_setting_of_every_observer_stands_in_the_documentation() -> None:
-    from obs_ros.interface.settings import settings_page
+    from obs_ros.interface.usage import settings_page
 
     assert (ROOT / 'docs' / 'observer-parameters.md').read_text() == settings_page()
 
@@ -65,3 +66,8 @@ def test_texts_that_are_long_are_shown_whole() -> None:
 @pytest.mark.parametrize('page', ['README.md', 'docs/your-own-plant.md'])
 def test_what_inputs_do_between_samples_is_told_where_inputs_are_described(page: str) -> None:
     assert re.search(r"interpolation.*'?linear.*mean", (ROOT / page).read_text(), re.DOTALL)
+
+
+def test_every_outcome_stands_in_the_glossary() -> None:
+    text = (ROOT / 'docs' / 'glossary.md').read_text().split('## Outcomes')[1]
+    assert [outcome for outcome in Outcome if f'`{outcome.value}`' not in text] == []

@@ -8,7 +8,7 @@ import sys
 
 def estimator() -> int:
     """Run the estimator node."""
-    return _node('obs_ros.ros.estimator', 'obs_ros.interface.settings')
+    return _node('obs_ros.ros.estimator', 'obs_ros.interface.usage')
 
 
 def simulator() -> int:

@@ -1,1 +1,1 @@
-"""What everything rests on: models, records, estimates, registries, compiled loops."""
+"""The ground floor: models, records, estimates, registries, compiled loops."""

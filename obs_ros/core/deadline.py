@@ -15,7 +15,7 @@ class Deadline:
 
     @property
     def never(self) -> bool:
-        """Whether there is all the time in the world."""
+        """Whether it never passes."""
         return math.isinf(self._end)
 
     @property

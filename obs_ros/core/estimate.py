@@ -1,4 +1,4 @@
-"""What every observer returns: values by name, how it went, and why."""
+"""Estimates, which every observer returns: values by name, with their outcome and its reason."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field
@@ -10,7 +10,7 @@ from obs_ros.core.typing import Array
 
 
 class Outcome(StrEnum):
-    """How an estimate came about; every estimate carries a message with the remedy."""
+    """Outcome of an estimate, whose message says what to do about it."""
 
     CONVERGED = 'converged'
     DEADLINE = 'deadline'
@@ -25,11 +25,11 @@ class Outcome(StrEnum):
 
 @dataclass(frozen=True)
 class Jump:
-    """Parameters that jumped at one time (s): by how much, and how exactly that is known.
+    """Parameters that jumped at one time (s), by their sizes, with standard deviations.
 
     `sizes` and `stddev` are in the parameters' units, `time_stddev` in s. `alternatives` names the
-    other sets of parameters that explain the window nearly as well; `new` tells that no earlier
-    window has shown this jump; `stamp` is its time in ns where samples had stamps.
+    other sets of parameters that explain the window nearly as well. A `new` jump has been shown by
+    no earlier window; `stamp` is its time in ns where samples had stamps.
     """
 
     time: float
@@ -51,19 +51,18 @@ class Jump:
 
 @dataclass(frozen=True, eq=False)
 class Estimate:
-    """States and parameters of one window, with how far they can be trusted.
+    """States and parameters of one window, with their standard deviations and an outcome.
 
     `t0` and `t1` (s) are the window's first and last sample; `initial_state` belongs to t0, `state`
     and `parameters` to t1. `times` (K,) and `states` (K, n) are the estimated states at every
     sample. `stddev` (of state and parameters) and `initial_stddev` are NaN where a standard
-    deviation would mean nothing, and 0 for what was given. `weak` says in words what the window
-    does not determine, `advice` what to do about it; `jumps` lists what jumped inside the window.
-    `cost` is what the search minimised;
-    `output_rms` is the residual's root mean square by output, in its unit; `residual_rms` that over
-    all measured values, which means something where the outputs share a unit.
-    `stamp` is the newest output's stamp in ns where samples had one. `figures` are what the
-    observer has to tell besides: gains, a generation, a best fitness. Without a usable solution
-    (`usable` is False) the values are NaN.
+    deviation would mean nothing, and 0 for given values. `weak` names the combinations that the
+    window does not determine, `advice` the remedy; `jumps` lists the jumps inside the window.
+    `cost` is the minimum of the search. `output_rms` is the residual's root mean square by output,
+    in its unit; `residual_rms` that over all measured values, meaningful where the outputs share a
+    unit. `stamp` is the newest output's stamp in ns where samples had one. `figures` are further
+    ones of the observer: gains, a generation, a best fitness. Without a usable solution (`usable`
+    is False) the values are NaN.
     """
 
     parameters: Mapping[str, float]

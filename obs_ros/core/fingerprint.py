@@ -1,4 +1,4 @@
-"""A hash of all that a function's compiled code depends on."""
+"""Fingerprints of functions: hashes of all that their compiled code depends on."""
 
 import dis
 import hashlib

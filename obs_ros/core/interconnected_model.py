@@ -19,8 +19,8 @@ class InterconnectedModel(Model):
 
     `drift` is f and `gain` the diagonal of g, both as functions (t, x, u, p) of the process states
     only; `flow_gain` is c as a function of p. `openings` names the X. `flows` bounds the F;
-    `least_gain` is the size that g is taken to have at least where it passes zero and says nothing
-    about the flow. `opening_rates` names the states that are the X', if there are such.
+    `least_gain` is the least size of g: where g passes zero, the output's rate says nothing of
+    the flow. `opening_rates` names the states that are the X', if there are such.
 
     Raises ValueError for a wrong number of any of these, and where they are at odds with
     `dynamics` or `output`.
@@ -76,12 +76,12 @@ class InterconnectedModel(Model):
         process = x[:count]
         openings = np.array([x[i] for i in self.opening_index])
         flows = np.array(self.flow_gain(p)) * openings
-        told = np.array(self.drift(0.0, process, u, p)) + (
+        joined = np.array(self.drift(0.0, process, u, p)) + (
             np.array(self.gain(0.0, process, u, p)) * flows
         )
         rates = np.array(self.dynamics(0.0, x, u, p)[:count])
-        if not np.allclose(told, rates, rtol=1e-9, atol=0.0):
-            raise ValueError(f'model {self.name!r}: f + g F is {told}, but dynamics says {rates}')
+        if not np.allclose(joined, rates, rtol=1e-9, atol=0.0):
+            raise ValueError(f'model {self.name!r}: f + g F is {joined}, but dynamics says {rates}')
         if not np.array_equal(self.output(0.0, x, u, p), process):
             raise ValueError(f'model {self.name!r}: outputs must be the first {count} states')
 

@@ -1,8 +1,8 @@
 """Compiled functions on disk, in place of Numba's own cache.
 
-Numba tells by the calling file alone whether what it stored is stale, and lets every error in a
-stored file out. Here a folder's name holds a hash of all that its code depends on, and what does
-not load, for whatever reason, is compiled anew.
+Numba judges by the calling file alone whether a stored function is stale, and lets every error in
+a stored file out. Here a folder's name holds a hash of all that its code depends on, and a file
+that does not load, for whatever reason, is compiled anew.
 """
 
 import contextlib
@@ -15,13 +15,24 @@ import sys
 import tempfile
 import time
 from collections.abc import Callable, Iterator
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-KEPT = {'obs_ros_kernels_*': 200, 'obs_ros_accelerated_*': 200}  # folders, the latest used
-LONGEST_WAIT = 60.0  # s for another process that compiles the same
-POLL = 0.05  # s
 DIGEST = hashlib.sha256().digest_size
+FOLDERS = ('obs_ros_kernels_*', 'obs_ros_accelerated_*')
+
+
+@dataclass(frozen=True)
+class CacheSettings:
+    """Limits of the cache of compiled functions."""
+
+    kept: int = 200  # folders of each kind, those used last: edited models leave old ones behind
+    longest_wait: float = 60.0  # s for another process that compiles the same, some 10 s of work
+    poll: float = 0.05  # s from one look at its lock to the next
+
+
+SETTINGS = CacheSettings()
 
 log = logging.getLogger(__name__)
 _troubles: list[str] = []
@@ -51,8 +62,8 @@ def cache_folder() -> Path:
 def stored(dispatcher: Any, name: Callable[[], str], announce: Callable[[], None]) -> Any:
     """Return the Numba function, with its compiled code kept in the folder `name` of the cache.
 
-    The name, which must tell all that the code depends on, is asked for at the first compilation;
-    `announce` is called before each one that the cache cannot spare.
+    The name, which must change with all that the code depends on, is asked for at the first
+    compilation; `announce` is called before each one that the cache cannot spare.
     """
     from numba.core.compiler_lock import global_compiler_lock
 
@@ -77,7 +88,7 @@ def stored(dispatcher: Any, name: Callable[[], str], announce: Callable[[], None
 
 
 class KernelCache:
-    """What Numba asks of a function's cache: one file per signature and processor."""
+    """The cache that Numba asks for a function: one file per signature and processor."""
 
     def __init__(self, function: str, name: Callable[[], str]) -> None:
         self._function = function
@@ -171,8 +182,8 @@ def write(path: Path, content: bytes) -> None:
 
 
 @contextlib.contextmanager
-def locked(folder: Path) -> Iterator[None]:
-    """Keep other processes that compile into this folder waiting, LONGEST_WAIT at most.
+def locked(folder: Path, settings: CacheSettings = SETTINGS) -> Iterator[None]:
+    """Keep other processes that compile into this folder waiting, `longest_wait` at most.
 
     Where files cannot be locked nobody waits: the same is then compiled twice.
     """
@@ -182,20 +193,20 @@ def locked(folder: Path) -> Iterator[None]:
 
             folder.mkdir(parents=True, exist_ok=True)
             file = stack.enter_context(open(folder / 'lock', 'w'))
-            deadline = time.monotonic() + LONGEST_WAIT
+            deadline = time.monotonic() + settings.longest_wait
             while time.monotonic() < deadline:
                 try:
                     fcntl.flock(file, fcntl.LOCK_EX | fcntl.LOCK_NB)
                     break
                 except BlockingIOError:
-                    time.sleep(POLL)
+                    time.sleep(settings.poll)
         yield
 
 
-def prune(folder: Path) -> None:
+def prune(folder: Path, settings: CacheSettings = SETTINGS) -> None:
     """Delete the folders that were not used for longest: edited functions leave old ones."""
-    for pattern, kept in KEPT.items():
+    for pattern in FOLDERS:
         with contextlib.suppress(OSError):  # another process prunes as well
             found = sorted(folder.glob(pattern), key=lambda path: path.stat().st_mtime)
-            for path in found[:-kept]:
+            for path in found[: -settings.kept]:
                 shutil.rmtree(path, ignore_errors=True)

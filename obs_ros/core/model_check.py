@@ -1,4 +1,4 @@
-"""A plant's function, tried before it is used: what is wrong with it, and on which line."""
+"""Trial of a plant's function before it is used: errors name the line and the remedy."""
 
 import dis
 import linecache

@@ -10,9 +10,9 @@ from typing import Any
 from obs_ros.core.registry import meant, suggest
 from obs_ros.core.texts import listing, quoted
 
-MOST_ENTRIES = 1000  # of an array
+MOST_ENTRIES = 1000  # of an array, so that no remote value fills the memory
 LARGEST_INTEGER = 2**63  # as ROS has them
-LARGEST_SEED = 2**31 - 1
+LARGEST_SEED = 2**31 - 1  # as ROS command lines take integers
 
 Value = bool | int | float | str | tuple[float, ...] | tuple[str, ...]
 
@@ -20,7 +20,7 @@ _WORDS = {bool: 'true or false', int: 'an integer', float: 'a number', str: 'tex
 
 
 @dataclass(frozen=True)
-class Knob:
+class ParameterSpec:
     """One parameter: its `default` gives the type; a tuple stands for an array.
 
     `lower` and `upper` bound numbers and the entries of arrays, `positive` excludes 0 as well,
@@ -55,7 +55,7 @@ class Knob:
         return f'{_figure(self.lower)} to {_figure(self.upper)}'
 
     def coerce(self, value: Any) -> Value:
-        """Return `value` as this knob's type: integers pass where floats are meant.
+        """Return `value` as the parameter's type: integers pass where floats are meant.
 
         Raises ValueError saying what is wrong and what is allowed.
         """
@@ -77,7 +77,7 @@ class Knob:
         return typed
 
     def typed(self, value: Any) -> Value:
-        """Return `value` as this knob's type, its range unchecked; raises ValueError."""
+        """Return `value` as the parameter's type, its range unchecked; raises ValueError."""
         if not isinstance(self.default, tuple):
             return _as_type(self.name, type(self.default), value)  # type: ignore[no-any-return]
         if isinstance(value, str | bytes) or not isinstance(value, Iterable):
@@ -125,14 +125,14 @@ def ignored(names: Collection[str], known: Collection[str]) -> str:
     return f'ignored, as there are no such parameters: {listing(list(hints))}'
 
 
-def markdown_table(knobs: Iterable[Knob]) -> str:
-    """Return the knobs as a Markdown table, for the README."""
+def markdown_table(specs: Iterable[ParameterSpec]) -> str:
+    """Return the parameters as a Markdown table, for the README."""
     rows = ['| parameter | default | meaning |', '|---|---|---|']
-    for knob in knobs:
-        default = plain(knob.default)
+    for spec in specs:
+        default = plain(spec.default)
         text = str(default).lower() if isinstance(default, bool) else str(default)
-        meaning = knob.describe().replace('|', '\\|')
-        rows.append(f'| `{knob.name}` | {f"`{text}`" if text else ""} | {meaning} |')
+        meaning = spec.describe().replace('|', '\\|')
+        rows.append(f'| `{spec.name}` | {f"`{text}`" if text else ""} | {meaning} |')
     return '\n'.join(rows) + '\n'
 
 

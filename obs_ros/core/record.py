@@ -11,7 +11,7 @@ from obs_ros.core.typing import Array
 
 @dataclass(frozen=True)
 class Sample:
-    """One message's worth of measurement: `stamp` in ns, outputs y (r,) or inputs u (m,)."""
+    """One message's measurement: `stamp` in ns, outputs y (r,) or inputs u (m,)."""
 
     stamp: int
     y: Array | None = None

@@ -10,7 +10,7 @@ from pathlib import Path
 
 from obs_ros.core.texts import LONGEST_NAME, listing, one_line, quoted
 
-MOST_COMPARED = 1000  # names
+MOST_COMPARED = 1000  # names, so that a suggestion takes no time whatever comes from outside
 
 
 def lookup(kind: str, name: str, table: Mapping[str, str]) -> object:
@@ -36,7 +36,7 @@ def lookup(kind: str, name: str, table: Mapping[str, str]) -> object:
             f'{kind} {quoted(name)}: {quoted(error)}; is its package installed?'
         ) from error
     except Exception as error:
-        # What is wrong in a model is told by this package itself.
+        # Of a wrong model, the text is this package's own.
         what = one_line(error) if isinstance(error, ValueError) else quoted(error)
         raise ValueError(f'{kind} {quoted(name)}: {what}{_line(error)}') from error
     except (KeyboardInterrupt, SystemExit) as error:
@@ -83,7 +83,7 @@ def _raised(error: BaseException) -> bool:
 
 def _line(error: BaseException) -> str:
     """Say on which line of the user's a module failed while it was imported."""
-    own, found = Path(__file__).parent, ''
+    own, found = Path(__file__).parents[1], ''
     for frame in traceback.extract_tb(error.__traceback__):
         path = Path(frame.filename)
         if not frame.filename.startswith('<') and own not in path.parents:

@@ -1,4 +1,4 @@
-"""Whether what a window leaves unexplained looks like noise."""
+"""Tests of a window's residuals: whether they look like noise, and what it costs if not."""
 
 from dataclasses import dataclass
 
@@ -7,10 +7,18 @@ from scipy.special import chdtr, chdtri
 
 from obs_ros.core.typing import Array
 
-TAIL = 0.001
-WHITE_LIMIT = 2.81  # standard deviations of the lag-1 correlation
-MOST_CORRELATION = 0.99
-LONG_TAIL = 2.0  # times what the lag-1 correlation foretells; chance does not sum to that
+
+@dataclass(frozen=True)
+class ResidualTestSettings:
+    """Limits within which residuals pass for noise."""
+
+    tail: float = 0.001  # probability that sums of squares of noise itself lie beyond
+    white: float = 2.81  # deviations of the lag-1 correlation; noise exceeds them in 0.5 % of cases
+    most_correlation: float = 0.99  # taken of a lag-1 correlation: at 1, inflation is infinite
+    long_tail: float = 2.0  # times what lag 1 foretells of all lags; chance does not sum to that
+
+
+LIMITS = ResidualTestSettings()
 
 
 @dataclass(frozen=True)
@@ -23,11 +31,11 @@ class Whiteness:
     @property
     def white(self) -> bool:
         """Whether noise may well be correlated so much."""
-        return abs(self.deviations) < WHITE_LIMIT
+        return abs(self.deviations) < LIMITS.white
 
 
 def whiteness(residuals: Array) -> Whiteness:
-    """Return how the residuals (K, r; NaN = not measured) of one sample foretell the next."""
+    """Return the lag-1 correlation of residuals (K, r; NaN = not measured) over all outputs."""
     product, square, count = 0.0, 0.0, 0
     for column in residuals.T:
         r = column[np.isfinite(column)]
@@ -39,27 +47,31 @@ def whiteness(residuals: Array) -> Whiteness:
 
 
 def inflation(correlation: float) -> float:
-    """Return by how much noise of this lag-1 correlation raises variances of what it disturbs.
+    """Return the factor by which noise of this lag-1 correlation r raises variances.
 
-    As autoregressive noise of first order does what changes more slowly; 1 for a negative one.
+    It is (1 + r) / (1 - r), as of autoregressive noise of first order on whatever changes more
+    slowly; 1 for a negative r.
     """
-    r = min(max(correlation, 0.0), MOST_CORRELATION)
+    r = min(max(correlation, 0.0), LIMITS.most_correlation)
     return (1.0 + r) / (1.0 - r)
 
 
 def independent_share(correlation: float) -> float:
-    """Return how many independent squares, for each one, vary as much in sum (Bartlett)."""
-    r = min(max(correlation, 0.0), MOST_CORRELATION)
+    """Return the number of independent squares that vary as much as one correlated one (Bartlett).
+
+    It is (1 - r^2) / (1 + r^2) for the lag-1 correlation r.
+    """
+    r = min(max(correlation, 0.0), LIMITS.most_correlation)
     return (1.0 - r**2) / (1.0 + r**2)
 
 
 def inflation_by(residuals: Array, known: float = 0.0) -> float:
-    """Return by how much correlated residuals raise the variance of what is estimated from them.
+    """Return the factor by which correlated residuals raise variances of estimates from them.
 
-    One plus twice the sum of their correlations (K, r; NaN = not measured) up to the first that is
-    lost in the noise, but not less than autoregressive noise of the same lag-1 correlation r has,
-    (1 + r) / (1 - r). That is against noise whose lag-1 correlation is `known`; 1 where r may well
-    be that of such noise and the sum is not far above what that foretells.
+    It is one plus twice the sum of the correlations of residuals (K, r; NaN = not measured) up to
+    the first that is lost in the noise, but not less than `inflation` of their lag-1 correlation r.
+    The factor is against noise whose lag-1 correlation is `known`: 1 where r may well be that of
+    such noise and the sum is not far above what that foretells.
     """
     worst = 1.0
     for column in residuals.T:
@@ -69,12 +81,12 @@ def inflation_by(residuals: Array, known: float = 0.0) -> float:
             continue
         spectrum = np.abs(np.fft.rfft(r, 2 * r.size)) ** 2
         correlations = np.fft.irfft(spectrum)[: r.size] / square
-        chance = WHITE_LIMIT / np.sqrt(r.size)
+        chance = LIMITS.white / np.sqrt(r.size)
         lost = np.flatnonzero(correlations[1:] < chance)
         upto = 1 + (int(lost[0]) if lost.size else r.size - 1)
         summed = 1.0 + 2.0 * float(correlations[1:upto].sum())
         as_known = correlations[1] - known < chance * np.sqrt(1.0 - known**2)
-        if as_known and summed <= LONG_TAIL * inflation(known):
+        if as_known and summed <= LIMITS.long_tail * inflation(known):
             continue
         worst = max(worst, max(summed, inflation(float(correlations[1]))) / inflation(known))
     return worst
@@ -87,9 +99,9 @@ def is_white(residuals: Array) -> bool:
 
 def like_noise(squares: float, freedom: float) -> bool:
     """Whether residuals of unit variance may well sum to these squares, by chi-square."""
-    return squares <= float(chdtri(max(1.0, freedom), TAIL))
+    return squares <= float(chdtri(max(1.0, freedom), LIMITS.tail))
 
 
 def too_small(squares: float, freedom: float) -> bool:
     """Whether residuals of unit variance would hardly ever sum to so little, by chi-square."""
-    return bool(squares < freedom) and float(chdtr(max(1.0, freedom), squares)) < TAIL
+    return bool(squares < freedom) and float(chdtr(max(1.0, freedom), squares)) < LIMITS.tail

@@ -3,6 +3,7 @@
 from collections.abc import Collection
 from itertools import islice
 
+# Limits of format: whatever comes from outside, a log and /diagnostics stay readable.
 LONGEST = 200  # characters of one text from outside
 LONGEST_NAME = 100  # characters of one of many names
 MOST_LISTED = 40  # names
@@ -12,10 +13,10 @@ LONGEST_LINE = 2000  # characters of a whole message
 def quoted(value: object, longest: int = LONGEST) -> str:
     """Return the repr of a text, an exception or a value, in printable characters on one line.
 
-    What is longer than `longest` characters is cut, and the number of characters told.
+    A text longer than `longest` characters is cut, and its number of characters added.
     """
     if isinstance(value, str | bytes):
-        # A repr of what is cut anyway may be as large as what came.
+        # A repr of the whole may be much larger than the text.
         text, size = repr(value[:longest]), len(value)
     else:
         try:
@@ -37,7 +38,7 @@ def one_line(text: object, longest: int = LONGEST_LINE) -> str:
         whole = str(text)
     except Exception as error:
         whole = f'{type(text).__name__}, whose text raises {type(error).__name__}'
-    # What is cut anyway is not looked at.
+    # Only the part that may be shown is looked at.
     shown = _printable(' '.join(whole[: 2 * longest].split()))
     return shown if len(shown) <= longest else f'{shown[: longest - 3]}...'
 

@@ -10,7 +10,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from obs_ros.core.residual_tests import WHITE_LIMIT, Whiteness
+from obs_ros.core.residual_tests import LIMITS, Whiteness
 from obs_ros.core.typing import Array
 from obs_ros.inference.objective import ROUNDING
 from obs_ros.integration.grid import Grid
@@ -58,7 +58,7 @@ class Noise:
         if not self._recent:
             return 0.0
         colours = [colour for _, colour in self._recent]
-        if np.median([colour.deviations for colour in colours]) < WHITE_LIMIT:
+        if np.median([colour.deviations for colour in colours]) < LIMITS.white:
             return 0.0
         return float(np.median([colour.correlation for colour in colours]))
 

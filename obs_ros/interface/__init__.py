@@ -1,1 +1,1 @@
-"""What the node and the replay share: bindings, readers, settings, health. Knows no ROS."""
+"""The part that node and replay share: bindings, readers, parameters, health. Knows no ROS."""

@@ -1,4 +1,4 @@
-"""Parameters `signals.<name>`: in which field of which topic an output or input is found."""
+"""Parameters `signals.<name>`: the topic and field of an output or input."""
 
 import math
 from collections.abc import Mapping, Sequence
@@ -6,7 +6,7 @@ from dataclasses import dataclass
 from typing import Any
 
 from obs_ros.core.model import Model, names
-from obs_ros.core.parameter_spec import Knob
+from obs_ros.core.parameter_spec import ParameterSpec
 from obs_ros.core.registry import suggest
 from obs_ros.core.texts import LONGEST, one_line, quoted
 from obs_ros.interface.field_path import FieldPath
@@ -31,10 +31,10 @@ class Binding:
     stamp: str
 
 
-def signal_knobs(model: Model) -> tuple[Knob, ...]:
+def signal_parameters(model: Model) -> tuple[ParameterSpec, ...]:
     """Return the parameters that bind each output and input of the model."""
     units = {v.name: v.unit for v in (*model.inputs, *model.outputs)}
-    return tuple(knob for name in sorted(units) for knob in _knobs(name, units[name]))
+    return tuple(spec for name in sorted(units) for spec in _specs(name, units[name]))
 
 
 def bindings(
@@ -42,14 +42,14 @@ def bindings(
 ) -> dict[str, Binding]:
     """Return the bindings by the name of the output or input; those with no topic have none.
 
-    `unknown` are names of parameters given that no knob has. Raises ValueError for these, and for
-    what is missing or wrong.
+    `unknown` are names of parameters given that do not exist. Raises ValueError for these, and for
+    a binding that is incomplete or wrong.
     """
     signals = sorted({*names(model.inputs), *names(model.outputs)})
     for given in unknown:
         name, _, rest = given.removeprefix('signals.').rpartition('.')
         if name in signals:
-            known = [knob.name.rpartition('.')[2] for knob in _knobs(name, '')]
+            known = [spec.name.rpartition('.')[2] for spec in _specs(name, '')]
             raise ValueError(f'there is no parameter {quoted(given)}: {suggest(rest, known)}')
         raise ValueError(
             f'{one_line(given, LONGEST)}: model {quoted(model.name)} has no output or input '
@@ -59,19 +59,19 @@ def bindings(
     return {name: binding for name, binding in found.items() if binding is not None}
 
 
-def _knobs(name: str, unit: str) -> tuple[Knob, ...]:
-    def knob(part: str, default: str | float, description: str, **more: Any) -> Knob:
-        return Knob(f'signals.{name}.{part}', default, description, read_only=True, **more)
+def _specs(name: str, unit: str) -> tuple[ParameterSpec, ...]:
+    def spec(part: str, default: str | float, description: str, **more: Any) -> ParameterSpec:
+        return ParameterSpec(f'signals.{name}.{part}', default, description, read_only=True, **more)
 
     return (
-        knob('topic', '', f'where {name} is published; empty: on plant/output or plant/input'),
-        knob('type', '', 'type of its messages, package/msg/Type'),
-        knob('field', '', 'path to the number, as in position[joint] or pose.position.x'),
-        knob('scale', 1.0, f'{name} is this times the number, plus the offset',
+        spec('topic', '', f'where {name} is published; empty: on plant/output or plant/input'),
+        spec('type', '', 'type of its messages, package/msg/Type'),
+        spec('field', '', 'path to the number, as in position[joint] or pose.position.x'),
+        spec('scale', 1.0, f'{name} is this times the number, plus the offset',
              lower=-LARGEST, upper=LARGEST),
-        knob('offset', 0.0, f'added to {name} after scaling', unit=unit, lower=-LARGEST,
+        spec('offset', 0.0, f'added to {name} after scaling', unit=unit, lower=-LARGEST,
              upper=LARGEST),
-        knob(
+        spec(
             'stamp', HEADER, "the sample's time: header.stamp, or when the message arrives",
             choices=(HEADER, ARRIVAL),
         ),
@@ -80,11 +80,11 @@ def _knobs(name: str, unit: str) -> tuple[Knob, ...]:
 
 def _binding(name: str, values: Mapping[str, Any]) -> Binding | None:
     prefix = f'signals.{name}.'
-    given = {knob.name.removeprefix(prefix): values[knob.name] for knob in _knobs(name, '')}
+    given = {spec.name.removeprefix(prefix): values[spec.name] for spec in _specs(name, '')}
     if not given['topic']:
-        for knob in _knobs(name, ''):
-            if values[knob.name] != knob.default:
-                raise ValueError(f'{knob.name} is given, but {prefix}topic is not')
+        for spec in _specs(name, ''):
+            if values[spec.name] != spec.default:
+                raise ValueError(f'{spec.name} is given, but {prefix}topic is not')
         return None
     for part, example in (('type', 'std_msgs/msg/Float64'), ('field', 'data')):
         if not given[part]:

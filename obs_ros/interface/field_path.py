@@ -9,30 +9,35 @@ import re
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from numbers import Real
-from typing import Any
+from typing import Any, Literal
 
 import numpy as np
 
 from obs_ros.core.registry import suggest
 from obs_ros.core.texts import quoted
 
-# Where `[label]` is looked up: the field beside the array that names its entries.
+# Fields beside an array that name its entries: there `[label]` is looked up.
 LABELS = ('name', 'names', 'joint_names')
 NUMBERS = frozenset(
     {'boolean', 'float', 'double', 'long double', 'char', 'uint8'}
     | {f'{sign}int{bits}' for sign in ('', 'u') for bits in (8, 16, 32, 64)}
 )
-LONGEST = 500  # characters
+LONGEST = 500  # characters of a path, which is matched step by step
 
 _STEP = re.compile(r'(?P<field>[a-zA-Z][a-zA-Z0-9_]*)(?:\[(?P<key>[^\[\]]+)\])?')
 _ARRAY = re.compile(r'sequence<(?P<of>.+?)(?:, *\d+)?>|(?P<item>.+)\[(?P<size>\d+)\]')
 _MESSAGE = re.compile(r'[a-zA-Z][a-zA-Z0-9_]*(?:/msg)?/[A-Z][a-zA-Z0-9]*')
 
 
-class FieldError(ValueError):
-    """A message without what a path leads to; `reason` is short, for counting."""
+Reason = Literal[
+    'no_field', 'no_entry', 'not_a_number', 'wrong_length', 'unknown_name', 'missing_name'
+]
 
-    def __init__(self, reason: str, text: str) -> None:
+
+class MessageError(ValueError):
+    """A message without the numbers that are read from it; refusals are counted by `reason`."""
+
+    def __init__(self, reason: Reason, text: str) -> None:
         super().__init__(text)
         self.reason = reason
 
@@ -92,7 +97,7 @@ class FieldPath:
     def read(self, message: Any) -> float:
         """Return the number that a message holds there; booleans are 0 and 1.
 
-        Raises FieldError, its reason one of `no_field`, `no_entry`, `not_a_number`.
+        Raises MessageError, its reason one of `no_field`, `no_entry`, `not_a_number`.
         """
         value = message
         for step in self.steps:
@@ -100,13 +105,13 @@ class FieldPath:
             if step.key is not None:
                 value = _entry(owner, value, step)
         if not isinstance(value, Real | np.bool_):
-            raise FieldError('not_a_number', f'{self} is a {type(value).__name__}, not a number')
+            raise MessageError('not_a_number', f'{self} is a {type(value).__name__}, not a number')
         return float(value)
 
     def write(self, message: Any, value: float) -> None:
         """Put a number there, where `read` will find it; arrays grow by NaN and names as needed.
 
-        Integers take the nearest one. Raises FieldError where a message is missing on the way.
+        Integers take the nearest one. Raises MessageError where a message is missing on the way.
         """
         for step in self.steps[:-1]:
             owner, message = message, _field(message, step)
@@ -126,7 +131,7 @@ class FieldPath:
         old[index] = round(value) if whole else value
 
     def check(self, type_name: str, fields_of: Callable[[str], Mapping[str, str]]) -> None:
-        """Make sure that messages of a type have a number there, as far as the type tells.
+        """Make sure that messages of a type have a number there, as far as the type shows.
 
         `fields_of` returns the fields of a message type with their types, as
         `get_fields_and_field_types` of its class does. Raises ValueError that names the nearest
@@ -153,16 +158,16 @@ def _field(message: Any, step: Step) -> Any:
         return getattr(message, step.field)
     except AttributeError:
         kind = type(message).__name__
-        raise FieldError('no_field', f'{kind} has no field {quoted(step.field)}') from None
+        raise MessageError('no_field', f'{kind} has no field {quoted(step.field)}') from None
 
 
 def _entry(owner: Any, array: Any, step: Step) -> Any:
     """Return the entry of an array of `owner` that a step means."""
     index = step.key if isinstance(step.key, int) else _index(owner, step)
     if not hasattr(array, '__getitem__') or isinstance(array, str | bytes | Mapping):
-        raise FieldError('no_entry', f'{step.field} is no array')
+        raise MessageError('no_entry', f'{step.field} is no array')
     if index >= len(array):
-        raise FieldError('no_entry', f'{step.field} has {len(array)} entries, but not {step}')
+        raise MessageError('no_entry', f'{step.field} has {len(array)} entries, but not {step}')
     return array[index]
 
 
@@ -174,8 +179,8 @@ def _index(owner: Any, step: Step) -> int:
                 if label == step.key:
                     return index
             hint = suggest(str(step.key), [str(label) for label in labels])
-            raise FieldError('no_entry', f'there is no {quoted(step.key)} in {field}: {hint}')
-    raise FieldError('no_entry', f'{step}: no field {", ".join(LABELS)} names the entries')
+            raise MessageError('no_entry', f'there is no {quoted(step.key)} in {field}: {hint}')
+    raise MessageError('no_entry', f'{step}: no field {", ".join(LABELS)} names the entries')
 
 
 def _labelled(owner: Any, step: Step) -> int:

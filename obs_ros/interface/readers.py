@@ -9,17 +9,9 @@ from obs_ros.core.registry import suggest
 from obs_ros.core.texts import quoted
 from obs_ros.core.typing import Array
 from obs_ros.interface.bindings import HEADER, Binding
-from obs_ros.interface.field_path import FieldError
+from obs_ros.interface.field_path import MessageError
 
 NAMED_VECTOR = 'sensor_msgs/msg/JointState'
-
-
-class WrongMessageError(ValueError):
-    """A message that does not carry the vector asked for; `reason` is short, for counting."""
-
-    def __init__(self, reason: str, text: str) -> None:
-        super().__init__(text)
-        self.reason = reason
 
 
 class Reader(Protocol):
@@ -36,7 +28,7 @@ class Reader(Protocol):
         """The entries of the vector that messages may bring."""
 
     def read(self, message: Any, arrival: int) -> tuple[int, Array]:
-        """Return stamp (ns) and values; raises WrongMessageError when they are not there.
+        """Return stamp (ns) and values; raises MessageError when they are not there.
 
         `arrival` (ns) is the stamp where the message brings none.
         """
@@ -48,43 +40,53 @@ def nanoseconds(stamp: Any) -> int:
 
 
 class VectorReader:
-    """Reads vectors with the entries `names` out of messages that may have them in any order."""
+    """Reads the entries `names` out of named vectors, which may have them in any order.
+
+    They go to the `places`, which rise, of a vector (width,), whose other entries are NaN; by
+    default they are the whole vector.
+    """
 
     type = NAMED_VECTOR
     whole = True
 
-    def __init__(self, names: Sequence[str]) -> None:
-        self.places = range(len(names))
+    def __init__(
+        self, names: Sequence[str], places: Sequence[int] | None = None, width: int | None = None
+    ) -> None:
+        self.places = range(len(names)) if places is None else places
         self._names = list(names)
+        self._width = len(names) if width is None else width
 
     def read(self, message: Any, arrival: int) -> tuple[int, Array]:
-        """Return stamp (ns) and values (len(names),).
+        """Return stamp (ns) and values (width,).
 
-        Raises WrongMessageError, its reason one of `wrong_length`, `unknown_name`, `missing_name`.
+        Raises MessageError, its reason one of `wrong_length`, `unknown_name`, `missing_name`.
         """
         stamp = nanoseconds(message.header.stamp)
         names = message.name
         if len(names) != len(message.position):
-            raise WrongMessageError(
+            raise MessageError(
                 'wrong_length', f'{len(names)} names but {len(message.position)} positions'
             )
         values = np.array(message.position)
-        if names == self._names:
+        if names != self._names:
+            values = values[self._order(names)]
+        if len(values) == self._width:
             return stamp, values
-        order = self._order(names)
-        return stamp, values[order]
+        vector = np.full(self._width, np.nan)
+        vector[self.places] = values
+        return stamp, vector
 
     def _order(self, names: Sequence[str]) -> list[int]:
         for name in names:
             if name not in self._names:
-                raise WrongMessageError(
+                raise MessageError(
                     'unknown_name', f'unknown name {quoted(name)}: {suggest(name, self._names)}'
                 )
         for name in self._names:
             if name not in names:
-                raise WrongMessageError('missing_name', f'{quoted(name)} is missing')
+                raise MessageError('missing_name', f'{quoted(name)} is missing')
         if len(names) != len(self._names):
-            raise WrongMessageError('wrong_length', f'a name stands twice: {quoted(list(names))}')
+            raise MessageError('wrong_length', f'a name stands twice: {quoted(list(names))}')
         return [names.index(name) for name in self._names]
 
 
@@ -92,7 +94,7 @@ class FieldReader:
     """Reads the bound entries of a vector (width,) out of one kind of message, the others NaN.
 
     A message may lack some of them, as those of robots whose joints report by turns; one that has
-    none raises WrongMessageError, with the reason of a FieldError.
+    none of them raises the MessageError of the first.
     """
 
     def __init__(self, bound: Mapping[int, Binding], width: int) -> None:
@@ -108,33 +110,14 @@ class FieldReader:
         """Return stamp (ns) and values (width,)."""
         stamp = nanoseconds(message.header.stamp) if self._by_header else arrival
         values = np.full(self._width, np.nan)
-        errors: list[FieldError] = []
+        errors: list[MessageError] = []
         for place, binding in self._bound.items():
             try:
                 values[place] = binding.scale * binding.path.read(message) + binding.offset
-            except FieldError as error:
+            except MessageError as error:
                 errors.append(error)
         if len(errors) == len(self._bound):
-            raise WrongMessageError(errors[0].reason, str(errors[0]))
-        return stamp, values
-
-
-class NamedReader:
-    """Reads named entries of a vector (width,) out of named vectors, the others NaN."""
-
-    type = NAMED_VECTOR
-    whole = True
-
-    def __init__(self, entries: Mapping[int, str], width: int) -> None:
-        self._reader = VectorReader(list(entries.values()))
-        self.places = list(entries)
-        self._width = width
-
-    def read(self, message: Any, arrival: int) -> tuple[int, Array]:
-        """Return stamp (ns) and values (width,); raises WrongMessageError."""
-        stamp, found = self._reader.read(message, arrival)
-        values = np.full(self._width, np.nan)
-        values[self.places] = found
+            raise errors[0]
         return stamp, values
 
 
@@ -150,16 +133,14 @@ def topic_readers(
     stands last. `resolve` makes full names of topics.
     """
     width = len(entries)
-    named = {i: name for i, name in enumerate(entries) if name not in bound}
-    if len(named) == width:
-        return [(default, VectorReader(entries))] if width else []
     by_topic: dict[str, dict[int, Binding]] = {}
     for i, name in enumerate(entries):
         if name in bound:
             by_topic.setdefault(resolve(bound[name].topic), {})[i] = bound[name]
-    readers: list[tuple[str, Reader]] = []
-    for topic, those in by_topic.items():
-        readers.append((topic, FieldReader(those, width)))
+    readers: list[tuple[str, Reader]] = [
+        (topic, FieldReader(those, width)) for topic, those in by_topic.items()
+    ]
+    named = {i: name for i, name in enumerate(entries) if name not in bound}
     if named:
-        readers.append((default, NamedReader(named, width)))
+        readers.append((default, VectorReader(list(named.values()), list(named), width)))
     return readers

@@ -1,34 +1,47 @@
-"""Who publishes: messages of one topic that come from several publishers, and lost ones."""
+"""Publishers of one topic, told apart by the numbers of their messages, and messages lost."""
 
 from collections import deque
 from collections.abc import Callable
-
-CHAINS = 8  # publishers told apart
-NEAR = 100  # numbers that one publisher may skip, where there are several
-RECENT = 1000  # messages
-RETURNS = 3  # among them; a publisher that starts again never returns
+from dataclasses import dataclass
 
 
-class Turns:
+@dataclass(frozen=True)
+class SequenceSettings:
+    """Limits by which publishers of one topic are told apart."""
+
+    publishers: int = 8  # told apart: more of them on one topic alternate all the same
+    most_skipped: int = 100  # numbers that one may skip where there are several: lost in a burst
+    returns: int = 3  # to an earlier publisher, to alternate; one that starts again never returns
+    recent: int = 1000  # messages within which these count: some seconds, however fast they come
+
+
+SETTINGS = SequenceSettings()
+
+
+class SequenceMonitor:
     """Follows the numbers that each publisher gives its messages, one more each time.
 
-    A number that follows on that of an earlier message, not of the last one, shows that a publisher
-    takes a turn again, be it message by message or burst by burst. Gaps are `lost`
-    messages while there is one publisher only; `publishers` counts them. Middleware that gives no
-    numbers tells nothing.
+    A number that follows on that of an earlier message, not of the last one, is a return: another
+    publisher has sent in between, one message or a burst. Gaps are `lost` messages while there is
+    one publisher only; `publishers` counts them. Middleware that gives no numbers shows nothing.
     """
 
-    def __init__(self, publishers: Callable[[], int]) -> None:
+    def __init__(
+        self, publishers: Callable[[], int], settings: SequenceSettings = SETTINGS
+    ) -> None:
         self.lost = 0
         self._publishers = publishers
+        self._settings = settings
         self._chains: list[int] = []  # the last number of each publisher, the last heard first
         self._count = 0
-        self._returns: deque[int] = deque(maxlen=RETURNS)  # at which message
+        self._returns: deque[int] = deque(maxlen=self._settings.returns)  # at which message
 
     @property
-    def taken(self) -> bool:
-        """Whether publishers take turns now."""
-        return len(self._returns) == RETURNS and self._count - self._returns[0] < RECENT
+    def alternating(self) -> bool:
+        """Whether several publishers send by turns now."""
+        settings = self._settings
+        enough = len(self._returns) == settings.returns
+        return enough and self._count - self._returns[0] < settings.recent
 
     def note(self, number: int | None) -> None:
         """Take the number of the newest message."""
@@ -41,7 +54,7 @@ class Turns:
                 self._returns.append(self._count)
             del self._chains[place]
         self._chains.insert(0, number)
-        del self._chains[CHAINS:]
+        del self._chains[self._settings.publishers :]
 
     def _continued(self, number: int) -> int | None:
         """Return the place of the chain that goes on with that number; None where one begins."""
@@ -52,4 +65,4 @@ class Turns:
         if number - nearest > 1 and number > chains[0] and self._publishers() <= 1:
             self.lost += number - chains[0] - 1
             return 0
-        return chains.index(nearest) if number - nearest <= NEAR else None
+        return chains.index(nearest) if number - nearest <= self._settings.most_skipped else None

@@ -1,8 +1,10 @@
-"""How a node is doing, in a form that knows no ROS."""
+"""Status of a node and of its subscriptions, in plain numbers: no ROS is needed to judge them."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from enum import Enum
+
+from obs_ros.samples.merge import Role
 
 
 class Level(Enum):
@@ -21,3 +23,30 @@ class Health:
     level: Level
     message: str
     figures: Mapping[str, object] = field(default_factory=dict)
+
+
+@dataclass(frozen=True)
+class SubscriptionStatus:
+    """A subscribed topic that brings outputs or inputs, at one moment.
+
+    `silence` (s of wall time) has passed since the last right message, whose stamp is `stamp` (ns);
+    both are None before the first. `rate` is in messages per s of wall time. `refused` counts wrong
+    messages by reason, `last_refusal` is the text of the newest, and `refuses` tells that the last
+    message was one. `unheard` says why a publisher is not heard, if one is not. `alternating`
+    publishers send by turns; with `reliable` delivery lost messages are sent again.
+    """
+
+    topic: str
+    role: Role
+    silence: float | None = None
+    stamp: int | None = None
+    received: int = 0
+    rate: float = 0.0
+    lost: int = 0
+    refused: Mapping[str, int] = field(default_factory=dict)
+    last_refusal: str = ''
+    refuses: bool = False
+    publishers: int = 1
+    alternating: bool = False
+    reliable: bool = True
+    unheard: str = ''

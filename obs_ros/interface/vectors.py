@@ -1,4 +1,4 @@
-"""An estimate as named vectors: what the node publishes, and what a replay writes."""
+"""An estimate as named vectors, which the node publishes and a replay writes."""
 
 import math
 from collections.abc import Iterator, Mapping
@@ -27,8 +27,8 @@ def publishable(estimate: Estimate) -> bool:
 def vectors(estimate: Estimate, model: Model, solver: Mapping[str, float]) -> Iterator[Vector]:
     """Return the vectors of an estimate, stamped like its newest output, jumps at their own time.
 
-    `solver` are figures that the caller adds to those on ~/solver, which alone comes of an estimate
-    that is not `publishable`.
+    `solver` are figures that the caller adds to those on ~/solver. Of an estimate that is not
+    `publishable` that is the only one.
     """
     stamp = estimate.stamp or 0
     figures = {

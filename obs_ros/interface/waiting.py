@@ -1,15 +1,18 @@
-"""What a node that has nothing to publish says on the terminal, again and again but ever rarer."""
+"""Lines on the terminal of a node that has nothing to publish: again and again, but ever rarer."""
 
 from obs_ros.interface.status import Health
 
 WAITS = ('waiting', 'collecting', 'behind', 'stale_output', 'stale_input', 'mixed')  # outcomes
-FIRST = 10  # examinations from one line to the next, then twice as many each time
 
 
 class Waiting:
-    """Picks out of the healths, one a second, those that the terminal should show."""
+    """Picks out of the healths, one a second, those that the terminal should show.
 
-    def __init__(self) -> None:
+    From the first line to the next there are `first` healths, then twice as many each time.
+    """
+
+    def __init__(self, first: int = 10) -> None:
+        self._first = first
         self._for: object = None
         self._seen = 0
         self._next = 0
@@ -24,6 +27,6 @@ class Waiting:
             return ''
         due = self._seen == self._next
         if due:
-            self._next = max(FIRST, 2 * self._next)
+            self._next = max(self._first, 2 * self._next)
         self._seen += 1
         return health.message if due else ''

@@ -2,7 +2,6 @@
 
 import queue
 import threading
-import time
 from collections import deque
 from collections.abc import Callable
 from dataclasses import dataclass
@@ -11,13 +10,11 @@ from typing import Any
 
 @dataclass(frozen=True)
 class Finished:
-    """A job that ended, with what it returned or raised; times are on the steady clock, in s."""
+    """A job that ended, with its result or its exception."""
 
     kind: str
     result: Any
     error: Exception | None
-    started: float
-    ended: float
 
 
 class Worker:
@@ -70,10 +67,10 @@ class Worker:
     def _run(self) -> None:
         while (job := self._jobs.get()) is not None:
             kind, work = job
-            started, result, error = time.monotonic(), None, None
+            result, error = None, None
             try:
                 result = work()
             except Exception as caught:
                 error = caught
-            self._finished.append(Finished(kind, result, error, started, time.monotonic()))
+            self._finished.append(Finished(kind, result, error))
             self._notify()

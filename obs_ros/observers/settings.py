@@ -5,13 +5,13 @@ from typing import Any, TypeVar
 
 import numpy as np
 
-from obs_ros.core.parameter_spec import Knob, Value
+from obs_ros.core.parameter_spec import ParameterSpec, Value
 from obs_ros.core.registry import suggest
 from obs_ros.core.texts import quoted
 
 
 def setting(default: Value, description: str, unit: str = '', **limits: Any) -> Any:
-    """Return a field of Settings; `limits` are those of Knob: lower, upper, positive, choices."""
+    """Return a field of Settings; `limits` are those of `ParameterSpec`: lower, upper, ..."""
     return field(default=default, metadata={'description': description, 'unit': unit, **limits})
 
 
@@ -31,21 +31,21 @@ class Settings:
     )
 
     def __post_init__(self) -> None:
-        for knob in knobs(type(self)):
-            value = getattr(self, knob.name)
+        for spec in parameter_specs(type(self)):
+            value = getattr(self, spec.name)
             plain = value.tolist() if isinstance(value, np.generic | np.ndarray) else value
-            object.__setattr__(self, knob.name, knob.coerce(plain))
+            object.__setattr__(self, spec.name, spec.coerce(plain))
 
 
 Kind = TypeVar('Kind', bound=Settings)
 
 
-def knobs(kind: type[Settings], prefix: str = '') -> tuple[Knob, ...]:
+def parameter_specs(kind: type[Settings], prefix: str = '') -> tuple[ParameterSpec, ...]:
     """Return the rows of the table, each name after `prefix`."""
     rows = []
     for f in fields(kind):
         default: Any = f.default
-        rows.append(Knob(prefix + f.name, default, **f.metadata))
+        rows.append(ParameterSpec(prefix + f.name, default, **f.metadata))
     return tuple(rows)
 
 

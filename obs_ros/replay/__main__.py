@@ -1,4 +1,4 @@
-"""What `python -m obs_ros.replay` runs."""
+"""The command `python -m obs_ros.replay`."""
 
 import sys
 

@@ -13,7 +13,8 @@ from obs_ros.core.record import Sample
 from obs_ros.core.registry import suggest
 from obs_ros.core.texts import LONGEST, one_line, quoted
 from obs_ros.interface.bindings import HEADER, Binding
-from obs_ros.interface.readers import Reader, WrongMessageError, topic_readers
+from obs_ros.interface.field_path import MessageError
+from obs_ros.interface.readers import Reader, topic_readers
 from obs_ros.replay.extras import require
 from obs_ros.samples.merge import Merge, Role, Topic
 
@@ -108,7 +109,7 @@ class Bag:
         for reader, queue in self._readers[topic]:
             try:
                 stamp, values = reader.read(message, self._recorded)
-            except WrongMessageError as error:
+            except MessageError as error:
                 self.refused[f'{queue.role}.{error.reason}'] += 1
                 continue
             self._merge.add(queue, stamp, values, now)

@@ -1,4 +1,4 @@
-"""Packages that a replay needs for some of what it does, imported when it does that."""
+"""Packages that a replay needs for some of its work, imported when it comes to that."""
 
 import importlib
 from typing import Any

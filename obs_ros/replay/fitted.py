@@ -1,4 +1,4 @@
-"""Outputs along the fitted path, to be seen beside what was measured."""
+"""Outputs along the fitted path, to be seen beside the measured ones."""
 
 import numpy as np
 
@@ -6,7 +6,7 @@ from obs_ros.core.model import Model
 from obs_ros.core.typing import Array
 from obs_ros.replay.history import History
 
-DRAWS = 5  # points at which an output is compared with a state
+DRAWS = 5  # random points at which an output is compared with a state: chance makes none equal
 
 
 def outputs_of_states(model: Model) -> dict[int, int]:

@@ -1,4 +1,4 @@
-"""What is replayed: samples in the order in which a live node would get them."""
+"""Recordings: samples in the order in which a live node would get them."""
 
 from collections import Counter
 from collections.abc import Iterator, Mapping, Sequence
@@ -17,7 +17,7 @@ TABLE_SUFFIXES = ('.csv', '.tsv', '.txt')
 class Recording(Protocol):
     """Samples, once through; `done` (0 to 1) is how much of it was read.
 
-    `refused` counts messages that did not fit, by reason; `remarks` are what the user should know.
+    `refused` counts messages that did not fit, by reason; `remarks` are sentences for the user.
     """
 
     refused: Counter[str]
@@ -30,7 +30,7 @@ class Recording(Protocol):
 
 @dataclass(frozen=True)
 class Source:
-    """Where a recording lies, and what stands where in it.
+    """The place of a recording, and the names of its columns or topics.
 
     `columns` names columns of a table by the model's names, `period` (s) is the time from row to
     row of a table without a time column. Of a bag, `topics` has the topics of `output` and `input`

@@ -1,18 +1,14 @@
 """The node's parameters without the node."""
 
-import re
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 from typing import Any
 
 from obs_ros.core.model import Model
-from obs_ros.core.parameter_spec import Knob, Value, check_names, ignored
-from obs_ros.interface.bindings import Binding, bindings, signal_knobs
-from obs_ros.interface.settings import CHOICE, RENAMED, observer_knobs
+from obs_ros.core.parameter_spec import ParameterSpec, Value, check_names, ignored
+from obs_ros.interface.bindings import Binding, bindings, signal_parameters
+from obs_ros.interface.parameters import CHOICE, RENAMED, is_foreign, observer_parameters
 from obs_ros.models import load_model
-
-# What every node has, and a replay has no use for.
-FOREIGN = re.compile(r'use_sim_time|start_type_description_service|qos_overrides\..*')
 
 
 @dataclass(frozen=True)
@@ -41,16 +37,16 @@ def setup(given: Mapping[str, Any]) -> Setup:
     Raises ValueError for a value that is wrong.
     """
 
-    def coerced(knobs: Iterable[Knob]) -> dict[str, Value]:
-        return {knob.name: knob.coerce(given.get(knob.name, knob.default)) for knob in knobs}
+    def coerced(specs: Iterable[ParameterSpec]) -> dict[str, Value]:
+        return {spec.name: spec.coerce(given.get(spec.name, spec.default)) for spec in specs}
 
     check_names(given, RENAMED)
     values = coerced(CHOICE)
     model = load_model(str(values['model']))
-    values |= coerced(observer_knobs(model, str(values['observer'])))
-    values |= coerced(signal_knobs(model))
+    values |= coerced(observer_parameters(model, str(values['observer'])))
+    values |= coerced(signal_parameters(model))
     unknown = [name for name in sorted(given) if name not in values]
     signals = [name for name in unknown if name.startswith('signals.')]
-    own = [name for name in unknown if not FOREIGN.fullmatch(name)]
+    own = [name for name in unknown if not is_foreign(name)]
     remarks = (ignored(own, values),) if own else ()
     return Setup(model, values, bindings(model, values, signals), remarks)

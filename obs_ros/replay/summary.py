@@ -1,4 +1,4 @@
-"""A page of Markdown on what a replay has shown."""
+"""The summary of a replay, a page of Markdown."""
 
 import math
 import warnings
@@ -13,7 +13,7 @@ from obs_ros.replay.engine import Account
 from obs_ros.replay.recording import Recording
 from obs_ros.replay.settings import Setup
 
-SHOWN = 50  # jumps, notes and combinations, at most
+SHOWN = 50  # jumps, notes and combinations at most, so that the page stays one
 
 
 def summary(

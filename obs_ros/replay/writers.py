@@ -20,7 +20,7 @@ NODE = '/estimator'
 
 @contextmanager
 def table_writer(path: Path, model: Model) -> Iterator[Take]:
-    """Return what writes a row for each estimate: time, outcome, values, deviations, residuals.
+    """Return a function that writes a row for each estimate: time, outcome, values, residuals.
 
     Numbers are written so that they are read back bit by bit.
     """
@@ -54,10 +54,10 @@ def table_writer(path: Path, model: Model) -> Iterator[Take]:
 
 @contextmanager
 def bag_writer(path: Path, model: Model) -> Iterator[Take]:
-    """Return what writes each estimate to a bag (MCAP), on the topics of the node.
+    """Return a function that writes each estimate to a bag (MCAP), on the topics of the node.
 
     All is recorded at the time of the newest output used, jumps too, whose own time is in their
-    stamp. What a clock has measured is left out: the same estimates give the same bytes.
+    stamp. Times that a clock has measured are left out: the same estimates give the same bytes.
 
     Raises MissingPackageError.
     """

@@ -1,1 +1,1 @@
-"""The ROS side: the estimator node, and what both nodes share."""
+"""The ROS side: the estimator node, and the parts that both nodes share."""

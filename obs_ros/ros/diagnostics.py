@@ -1,4 +1,4 @@
-"""How a node is doing, on /diagnostics once a second."""
+"""Health of a node, on /diagnostics once a second."""
 
 from collections.abc import Callable, Mapping
 
@@ -9,11 +9,11 @@ from obs_ros.core.texts import one_line
 from obs_ros.interface.status import Health, Level
 from obs_ros.ros.guarded import Failures, GuardedNode
 
-PERIOD = 1.0  # s
+PERIOD = 1.0  # s, as diagnostic tools expect
 
 
 def publish_health(node: GuardedNode, hardware_id: str, examine: Callable[[], Health]) -> None:
-    """Publish what `examine` finds, every second of wall time: simulated time may stand still.
+    """Publish what `examine` returns, every second of wall time: simulated time may stand still.
 
     An `examine` that raises is shown instead of its findings, and so is a callback of the node that
     failed since the last time. Texts are in printable characters, and short.
@@ -24,7 +24,7 @@ def publish_health(node: GuardedNode, hardware_id: str, examine: Callable[[], He
     def found() -> Health:
         try:
             health = examine()
-            # Whatever cannot be shown has to fail here.
+            # A figure that cannot be shown has to fail here.
             health = Health(health.level, health.message, _texts(health.figures))
         except Exception as error:
             if examinations.add('diagnostics', error):

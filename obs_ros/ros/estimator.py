@@ -1,4 +1,4 @@
-"""The estimator node: samples in, estimates out, and word of how it goes."""
+"""The estimator node: samples in, estimates and diagnostics out."""
 
 import sys
 import time
@@ -14,10 +14,12 @@ from std_srvs.srv import SetBool, Trigger
 from obs_ros.core.estimate import Estimate
 from obs_ros.core.record import Sample
 from obs_ros.core.texts import one_line, quoted
-from obs_ros.interface.bindings import bindings, signal_knobs
+from obs_ros.interface.bindings import bindings, signal_parameters
 from obs_ros.interface.forecast import Forecast
-from obs_ros.interface.health import Progress, examine
-from obs_ros.interface.settings import CHOICE, RENAMED, build_observer, differs, observer_knobs
+from obs_ros.interface.health import examine
+from obs_ros.interface.parameters import CHOICE, RENAMED, observer_parameters
+from obs_ros.interface.progress import Progress
+from obs_ros.interface.settings import build_observer, differs
 from obs_ros.interface.status import Health, Level
 from obs_ros.interface.waiting import Waiting
 from obs_ros.interface.worker import Finished, Worker
@@ -31,11 +33,11 @@ from obs_ros.ros.publication import EstimatePublisher
 from obs_ros.ros.run import run
 from obs_ros.ros.streams import Streams, check_bindings
 
-_PATIENCE = 0.3  # s that the end of the node waits for a solve
+_PATIENCE = 0.3  # s that the end of the node waits for a solve, which nothing can interrupt
 
 
 class Estimator(GuardedNode):
-    """Feeds an observer from plant/output and plant/input and publishes what it estimates.
+    """Hands plant/output and plant/input to an observer and publishes its estimates.
 
     Parameters `signals.<name>` bind outputs and inputs to fields of other topics.
 
@@ -53,7 +55,7 @@ class Estimator(GuardedNode):
         )
         self.progress = Progress()
         self._settings: Mapping[str, Any] = {}
-        self._observer: Observer
+        self.observer: Observer
         self._break: str | None = None
         self._prepared = False
         # Arrival (steady clock, s) of the sample that closed the newest window, until it is solved.
@@ -73,8 +75,8 @@ class Estimator(GuardedNode):
         parameters = Parameters(self, RENAMED)
         parameters.declare(CHOICE)
         self.model = load_model(parameters.values['model'])
-        parameters.declare(observer_knobs(self.model, parameters.values['observer']))
-        parameters.declare(signal_knobs(self.model))
+        parameters.declare(observer_parameters(self.model, parameters.values['observer']))
+        parameters.declare(signal_parameters(self.model))
         bound = bindings(self.model, parameters.values, parameters.unknown('signals.'))
         check_bindings(self, self.model, bound)
         self._publish_info = publish_info(self)
@@ -82,10 +84,9 @@ class Estimator(GuardedNode):
             self, self.model, predicting='prediction.enabled' in parameters.values
         )
         parameters.watch(self._propose, self._adopt)
-        self._streams = Streams(
+        self.streams = Streams(
             self, self.model, bound, parameters.values['merge_wait'], self._absorb
         )
-        self._feeds = self._streams.feeds
         self.create_service(Trigger, '~/reset', self._on_reset)
         self.create_service(SetBool, '~/enable', self._on_enable)
         # The handle must be kept: dropping it ends the callback.
@@ -116,10 +117,10 @@ class Estimator(GuardedNode):
             return
         if self._prepared:
             self.get_logger().info('parameters changed: the next window is for a new observer')
-            if not observer.inherit(self._observer):
+            if not observer.inherit(self.observer):
                 self._due = None
         self._worker.discard()
-        self._observer, self._break = observer, observer.last_break
+        self.observer, self._break = observer, observer.last_break
         self._prepared = False
         self.progress.restart()
         self._publish_info({**model_info(self.model), **settings_info(self._settings)})
@@ -137,7 +138,7 @@ class Estimator(GuardedNode):
 
     def _prepare(self) -> float:
         """Compile what is not compiled yet, in the worker; return the seconds that it took."""
-        seconds = self._observer.prepare()
+        seconds = self.observer.prepare()
         return seconds if self._forecast is None else seconds + self._forecast.prepare()
 
     def _absorb(self, sample: Sample, arrival: float) -> None:
@@ -145,14 +146,14 @@ class Estimator(GuardedNode):
         if not self.progress.enabled:
             return
         self.progress.behind = time.monotonic() - arrival
-        if self._observer.immediate:
+        if self.observer.immediate:
             self._step(sample, arrival)
             return
-        if self._observer.absorb(sample):
+        if self.observer.absorb(sample):
             self._due = arrival
         self._watch_timeline()
         if self._forecast is not None:
-            self._forecast.absorb(sample, arrival, silent=bool(self._mixed) or self._stale)
+            self._forecast.absorb(sample, arrival, silent=self.streams.alternating or self.stale)
         if self._due is not None:
             self._proceed()
 
@@ -161,21 +162,20 @@ class Estimator(GuardedNode):
         if not self._prepared:
             self.progress.too_early += 1
             return
-        begin = time.monotonic()
         try:
-            due = self._observer.absorb(sample)
+            due = self.observer.absorb(sample)
             self._watch_timeline()
-            estimate = self._observer.estimate() if due else None
+            estimate = self.observer.estimate() if due else None
         except Exception as error:
-            self._observer.reset()
-            self._fail(Finished('estimate', None, error, begin, time.monotonic()))
+            self.observer.reset()
+            self._fail(Finished('estimate', None, error))
             return
         if estimate is not None:
             self._publish(estimate, arrival)
 
     def _watch_timeline(self) -> None:
-        if self._observer.last_break is not self._break:
-            self._break = self._observer.last_break
+        if self.observer.last_break is not self._break:
+            self._break = self.observer.last_break
             self._forget_solve()
             self.get_logger().warning(f'start anew: {one_line(self._break)}')
 
@@ -192,7 +192,7 @@ class Estimator(GuardedNode):
             self._worker.start('prepare', self._prepare)
         elif self._due is not None:
             deadline = self._settings['deadline']
-            self._worker.start('estimate', partial(self._observer.estimate, deadline))
+            self._worker.start('estimate', partial(self.observer.estimate, deadline))
             self._solving, self._due = self._due, None
 
     def _collect(self) -> None:
@@ -220,20 +220,24 @@ class Estimator(GuardedNode):
         )
 
     @property
-    def _mixed(self) -> str:
-        """The topics on which several publishers take turns: nothing can be told from those."""
-        return ' and '.join(feed.topic for feed in self._feeds.values() if feed.mixed)
+    def solving(self) -> bool:
+        """Whether a window is closed whose estimate is not published yet."""
+        return self._due is not None or self._worker.running == 'estimate'
 
     @property
-    def _stale(self) -> bool:
-        """Whether a stream has stopped, so that what the plant is fed is not known."""
-        after = self._settings['stale_after']
-        return any((feed.silence or 0.0) > after for feed in self._feeds.values())
+    def idle(self) -> bool:
+        """Whether nothing is compiled or solved, and no sample waits for others."""
+        return self._due is None and self._worker.running is None and not self.streams.waiting
+
+    @property
+    def stale(self) -> bool:
+        """Whether a stream has stopped, so that the plant's inputs or outputs are not known."""
+        return self.streams.stale(self._settings['stale_after'])
 
     def _publish(self, estimate: Estimate, arrival: float) -> None:
         latency = time.monotonic() - arrival
-        published = not self._mixed and self._publisher.publish(
-            estimate, latency, self._observer.counts['skipped']
+        published = not self.streams.alternating and self._publisher.publish(
+            estimate, latency, self.observer.counts['skipped']
         )
         self.progress.conclude(estimate, latency, published)
         if self._forecast is not None:
@@ -246,10 +250,9 @@ class Estimator(GuardedNode):
 
     def _on_enable(self, request: SetBool.Request, response: SetBool.Response) -> SetBool.Response:
         if request.data and not self.progress.enabled:
-            # What happened meanwhile is not known, so no window may span it.
+            # The plant went on unseen meanwhile, so no window may span it.
             self._reset('enabled')
-            for feed in self._feeds.values():
-                feed.rest()
+            self.streams.rest()
         self.progress.enabled = request.data
         response.success = True
         response.message = 'estimating' if request.data else 'paused: samples are ignored'
@@ -257,8 +260,8 @@ class Estimator(GuardedNode):
 
     def _reset(self, why: str) -> None:
         self.get_logger().info(f'reset: {why}')
-        self._streams.clear()
-        self._observer.reset()
+        self.streams.clear()
+        self.observer.reset()
         self._forget_solve()
         if self._forecast is not None:
             self._forecast.forget()
@@ -272,12 +275,12 @@ class Estimator(GuardedNode):
             self._worker.discard()
 
     def _examine(self) -> Health:
-        self.progress.note_late(self._observer.counts.get('late', 0))
-        self.progress.collected = self._observer.collected
-        self.progress.solving = self._due is not None or self._worker.running == 'estimate'
+        self.progress.note_late(self.observer.counts.get('late', 0))
+        self.progress.collected = self.observer.collected
+        self.progress.solving = self.solving
         health = examine(
-            self.progress, self._feeds, self._settings, self._observer.counts, self._break,
-            self._forecast,
+            self.progress, self.streams.status(), self._settings, self.observer.counts,
+            self._break, self._forecast,
         )  # fmt: skip
         if line := self._waiting.line(health):
             # rclpy holds every line of code to one severity.

@@ -13,12 +13,12 @@ from obs_ros.core.texts import quoted
 
 
 class Failures:
-    """What failed in callbacks, where nothing may: counted, and the newest in words."""
+    """Exceptions of callbacks, which end nothing: counted, and the newest in words."""
 
     def __init__(self) -> None:
         self.count = 0
         self.last = ''
-        self._told = 0
+        self._seen = 0
 
     def add(self, where: str, error: Exception) -> bool:
         """Note an exception; return whether it is another one than the last."""
@@ -28,12 +28,12 @@ class Failures:
 
     def news(self) -> bool:
         """Return whether there was one since the last call."""
-        before, self._told = self._told, self.count
+        before, self._seen = self._seen, self.count
         return self.count > before
 
 
 class GuardedNode(Node):
-    """Goes on after a callback that raises: `failures` counts, and the log tells each new kind.
+    """Goes on after a callback that raises: `failures` counts, and the log names each new kind.
 
     A service answers that it failed, where its response has a field for that.
     """

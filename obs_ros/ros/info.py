@@ -1,4 +1,4 @@
-"""~/info: what a node works on, as YAML, for people and tools that come late too."""
+"""~/info: model and settings of a node as YAML, for people and tools that come late too."""
 
 from collections.abc import Callable, Mapping, Sequence
 from typing import Any

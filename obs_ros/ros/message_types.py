@@ -1,4 +1,4 @@
-"""Message types by name, and what fields they have."""
+"""Message types by name, and their fields."""
 
 import importlib
 import re

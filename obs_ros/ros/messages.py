@@ -9,7 +9,7 @@ from sensor_msgs.msg import JointState
 
 # Deep enough for a few seconds at 1 kHz while the reader is busy; lost samples bias an estimate.
 STREAM = QoSProfile(depth=5000, reliability=ReliabilityPolicy.RELIABLE)
-# What the parameters qos_overrides.<topic>.<...> may change of every stream.
+# Parameters qos_overrides.<topic>.<...> may change these of every stream.
 OVERRIDABLE = QoSOverridingOptions(
     (
         QoSPolicyKind.HISTORY,

@@ -1,7 +1,6 @@
 """Node parameters from one table: declared, checked and documented by the same rows."""
 
 import contextlib
-import re
 from collections.abc import Callable, Iterable, Mapping
 from typing import Any
 
@@ -9,11 +8,9 @@ from rcl_interfaces.msg import ParameterDescriptor, SetParametersResult
 from rclpy.node import Node
 from rclpy.parameter import Parameter
 
-from obs_ros.core.parameter_spec import Knob, Value, check_names, ignored, plain
+from obs_ros.core.parameter_spec import ParameterSpec, Value, check_names, ignored, plain
 from obs_ros.core.texts import one_line
-
-# What rclpy and rcl declare on their own, wherever the user says so.
-_FOREIGN = re.compile(r'use_sim_time|start_type_description_service|qos_overrides\..*')
+from obs_ros.interface.parameters import is_foreign
 
 
 class Parameters:
@@ -24,14 +21,14 @@ class Parameters:
 
     def __init__(self, node: Node, renamed: Mapping[str, str] | None = None) -> None:
         self._node = node
-        self._knobs: dict[str, Knob] = {}
+        self._specs: dict[str, ParameterSpec] = {}
         self._values: dict[str, Value] = {}
         self._proposed: Any = None
-        # What the user gave at start, undeclared again so that each knob declares its own type.
+        # Values given at start, undeclared again so that each row declares its own type.
         self._given = {
             name: parameter.value  # type: ignore[union-attr]  # annotated as its value
             for name, parameter in node.get_parameters_by_prefix('').items()
-            if not _FOREIGN.fullmatch(name)
+            if not is_foreign(name)
         }
         check_names(self._given, renamed or {})
         for name in self._given:
@@ -39,31 +36,31 @@ class Parameters:
 
     @property
     def values(self) -> Mapping[str, Any]:
-        """All values by name, each of its knob's type."""
+        """All values by name, each of its row's type."""
         return self._values
 
-    def declare(self, knobs: Iterable[Knob]) -> None:
-        """Declare the knobs with what the user gave at start, or else their defaults.
+    def declare(self, specs: Iterable[ParameterSpec]) -> None:
+        """Declare parameters with the values given at start, or else their defaults.
 
         Raises ValueError for a given value that is wrong.
         """
-        for knob in knobs:
-            value = knob.coerce(self._given.pop(knob.name, knob.default))
-            self._knobs[knob.name] = knob
-            self._values[knob.name] = value
+        for spec in specs:
+            value = spec.coerce(self._given.pop(spec.name, spec.default))
+            self._specs[spec.name] = spec
+            self._values[spec.name] = value
             self._node.declare_parameter(
-                knob.name,
+                spec.name,
                 plain(value),
                 ParameterDescriptor(
-                    description=knob.describe(),
-                    additional_constraints=knob.range,
-                    read_only=knob.read_only,
+                    description=spec.describe(),
+                    additional_constraints=spec.range,
+                    read_only=spec.read_only,
                 ),
                 ignore_override=True,
             )
 
     def unknown(self, prefix: str) -> list[str]:
-        """Return the names with that prefix that the user gave, but no knob has."""
+        """Return the names with that prefix that the user gave, but that no row declares."""
         return sorted(name for name in self._given if name.startswith(prefix))
 
     def watch(
@@ -77,14 +74,14 @@ class Parameters:
         """
         adopt(propose(dict(self._values)))
         if self._given:
-            self._node.get_logger().warning(ignored(self._given, self._knobs))
+            self._node.get_logger().warning(ignored(self._given, self._specs))
 
         def check(changes: list[Parameter]) -> SetParametersResult:
             try:
                 values = dict(self._values)
                 for change in changes:
-                    if change.name in self._knobs:
-                        values[change.name] = self._knobs[change.name].coerce(change.value)
+                    if change.name in self._specs:
+                        values[change.name] = self._specs[change.name].coerce(change.value)
                 self._proposed = values, propose(values) if values != self._values else None
             except ValueError as error:
                 return SetParametersResult(successful=False, reason=one_line(error))
@@ -101,12 +98,12 @@ class Parameters:
         self._node.add_post_set_parameters_callback(apply)
 
     def _widen(self, changes: list[Parameter]) -> list[Parameter]:
-        """Turn integers into floats where the knob is one; other wrong types are refused later."""
+        """Turn integers into floats where floats are meant; other wrong types are refused later."""
         widened = []
         for change in changes:
-            knob = self._knobs.get(change.name)
+            spec = self._specs.get(change.name)
             with contextlib.suppress(ValueError):
-                if knob is not None:
-                    change = Parameter(change.name, value=plain(knob.typed(change.value)))
+                if spec is not None:
+                    change = Parameter(change.name, value=plain(spec.typed(change.value)))
             widened.append(change)
         return widened

@@ -41,11 +41,11 @@ class EstimatePublisher:
         Returns False when values are not finite: they are withheld, and only ~/solver and ~/outcome
         go out, the latter first.
         """
-        told = {
+        summary = {
             'stamp_ns': estimate.stamp, 'outcome': estimate.outcome.value,
             'message': estimate.message,
         }  # fmt: skip
-        self._outcome.publish(String(data=json.dumps(told, ensure_ascii=False)))
+        self._outcome.publish(String(data=json.dumps(summary, ensure_ascii=False)))
         timing = {
             'solve_time_s': estimate.solve_time, 'latency_s': latency, 'skipped': float(skipped),
         }  # fmt: skip

@@ -3,6 +3,7 @@
 import time
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
+from dataclasses import dataclass
 
 from rclpy.clock import Clock, ClockType
 from rclpy.exceptions import InvalidTopicNameException
@@ -13,22 +14,32 @@ from obs_ros.core.model import Model, names
 from obs_ros.core.record import Sample
 from obs_ros.interface.bindings import HEADER, Binding
 from obs_ros.interface.readers import NAMED_VECTOR, topic_readers
+from obs_ros.interface.status import SubscriptionStatus
 from obs_ros.ros.guarded import GuardedNode
 from obs_ros.ros.message_types import fields_of, message_type
-from obs_ros.ros.subscription import Feed
+from obs_ros.ros.subscription import Subscription
 from obs_ros.samples.merge import Merge, Role
 
-BUDGET = 0.05  # s of wall time that samples take before other callbacks get their turn
-TICK, LEAST_TICK = 0.25, 0.001  # share of the wait, and s, after which samples that wait are tried
+
+@dataclass(frozen=True)
+class StreamSettings:
+    """Wall times by which samples are handed out."""
+
+    budget: float = 0.05  # s that samples take before other callbacks get their turn
+    tick: float = 0.25  # of `wait`, after which samples that wait are tried again
+    shortest_tick: float = 0.001  # s: with no wait, a timer must not spin
+
+
+SETTINGS = StreamSettings()
 
 
 class Streams:
     """Subscribes to what the model needs, and hands out samples in order of stamp, with arrivals.
 
     Outputs and inputs with a binding come from there, all others by name from plant/output and
-    plant/input. Whatever waits on any topic is read before the oldest of it is handed out, so no
+    plant/input. All that waits on any topic is read before the oldest of it is handed out, so no
     backlog puts one topic before another; on messages that are still under way samples wait up to
-    `wait` s, see `Merge`. What is `bound` is expected to pass `check_bindings`.
+    `wait` s, see `Merge`. The bindings are expected to pass `check_bindings`.
     """
 
     def __init__(
@@ -38,18 +49,45 @@ class Streams:
         bound: Mapping[str, Binding],
         wait: float,
         absorb: Callable[[Sample, float], None],
+        settings: StreamSettings = SETTINGS,
     ) -> None:
+        self._settings = settings
         self._node = node
         self._merge = Merge(wait, absorb)
         self._guard = node.create_guard_condition(self._serve)
         self._timer = node.create_timer(
-            max(wait * TICK, LEAST_TICK), self._serve, clock=Clock(clock_type=ClockType.STEADY_TIME)
+            max(wait * settings.tick, settings.shortest_tick),
+            self._serve,
+            clock=Clock(clock_type=ClockType.STEADY_TIME),
         )
         self._timer.cancel()
-        self.feeds = {
+        self.subscriptions = {
             **self._subscribe('output', names(model.outputs), bound),
             **self._subscribe('input', names(model.inputs), bound),
         }
+
+    @property
+    def waiting(self) -> int:
+        """The number of samples that wait for others."""
+        return len(self._merge)
+
+    @property
+    def alternating(self) -> bool:
+        """Whether publishers of one topic send by turns: no estimate is to be had from those."""
+        return any(each.alternating for each in self.subscriptions.values())
+
+    def stale(self, after: float) -> bool:
+        """Return whether a topic that was heard has been silent for longer than that (wall s)."""
+        return any((each.silence or 0.0) > after for each in self.subscriptions.values())
+
+    def status(self) -> dict[str, SubscriptionStatus]:
+        """Return the status of each subscription, by its name in the diagnostics."""
+        return {name: each.status() for name, each in self.subscriptions.items()}
+
+    def rest(self) -> None:
+        """Count silence from now on, after a pause in which nobody listened."""
+        for each in self.subscriptions.values():
+            each.rest()
 
     def clear(self) -> None:
         """Forget the samples that wait."""
@@ -57,11 +95,11 @@ class Streams:
 
     def _subscribe(
         self, role: Role, entries: Sequence[str], bound: Mapping[str, Binding]
-    ) -> dict[str, Feed]:
-        """Return the feeds of one role, by their names in the diagnostics."""
+    ) -> dict[str, Subscription]:
+        """Return the subscriptions of one role, by their names in the diagnostics."""
         default = f'plant/{role}'
         return {
-            role if topic == default else f'{role}.{topic}': Feed(
+            role if topic == default else f'{role}.{topic}': Subscription(
                 self._node, topic, role, reader, self._merge, self._serve
             )
             for topic, reader in topic_readers(
@@ -71,9 +109,9 @@ class Streams:
 
     def _serve(self) -> None:
         """Hand out what is complete; after some time, let other callbacks have their turn."""
-        for feed in self.feeds.values():
-            feed.read_waiting()
-        end = time.monotonic() + BUDGET
+        for subscription in self.subscriptions.values():
+            subscription.read_waiting()
+        end = time.monotonic() + self._settings.budget
         if not self._merge.release(time.monotonic(), lambda: time.monotonic() > end):
             self._guard.trigger()
         if not len(self._merge):

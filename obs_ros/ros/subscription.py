@@ -11,8 +11,10 @@ from rclpy.event_handler import SubscriptionEventCallbacks
 from rclpy.qos import QoSPolicyKind, QoSProfile, ReliabilityPolicy, qos_policy_name_from_kind
 from rclpy.qos_overriding_options import QoSOverridingOptions
 
-from obs_ros.interface.readers import Reader, WrongMessageError
-from obs_ros.interface.sequence_monitor import Turns
+from obs_ros.interface.field_path import MessageError
+from obs_ros.interface.readers import Reader
+from obs_ros.interface.sequence_monitor import SequenceMonitor
+from obs_ros.interface.status import SubscriptionStatus
 from obs_ros.ros.guarded import GuardedNode
 from obs_ros.ros.message_types import message_type
 from obs_ros.ros.messages import OVERRIDABLE, STREAM
@@ -23,7 +25,7 @@ RELIABILITY = int(QoSPolicyKind.RELIABILITY)
 MOST: int = STREAM.depth
 
 
-class Feed:
+class Subscription:
     """Adds each vector that `reader` finds on the topic called `topic` to the merge.
 
     When messages have come, `wake` is called; whoever then wants those that wait behind them calls
@@ -45,11 +47,11 @@ class Feed:
         self.topic = topic
         self.role = role
         self.received = 0
-        self.refused: Counter[str] = Counter()
-        self.last_refusal = ''
-        self.unheard = ''  # why a publisher is not heard, if one is not
+        self._refused: Counter[str] = Counter()
+        self._last_refusal = ''
+        self._unheard = ''  # why a publisher is not heard, if one is not
         self.stamp: int | None = None  # of the last right message, ns
-        self.turns = Turns(lambda: self.publishers)
+        self._numbers = SequenceMonitor(lambda: self.publishers)
         self._refused_last = False
         self._node = node
         self._reader = reader
@@ -67,34 +69,39 @@ class Feed:
 
     @property
     def publishers(self) -> int:
-        """How many publishers there are; one that was killed is counted for some time yet."""
+        """The number of publishers; one that was killed is counted for some time yet."""
         return self._node.count_publishers(self._subscription.topic_name)
 
     @property
-    def mixed(self) -> bool:
-        """Whether publishers take turns, so that their samples mix."""
-        return self.turns.taken and self.publishers > 1
+    def alternating(self) -> bool:
+        """Whether several publishers send by turns, so that their samples mix."""
+        return self._numbers.alternating and self.publishers > 1
 
     @property
     def full(self) -> bool:
         """Whether so many messages wait that no more are read ahead."""
         return len(self._queue) >= MOST
 
-    @property
-    def reliable(self) -> bool:
-        """Whether lost messages are sent again."""
-        return bool(self._subscription.qos_profile.reliability == ReliabilityPolicy.RELIABLE)
-
-    @property
-    def refuses(self) -> bool:
-        """Whether the last message was refused."""
-        return self._refused_last
-
-    def rate(self) -> float:
-        """Return the messages per s of wall time since the last call."""
+    def status(self) -> SubscriptionStatus:
+        """Return all that the diagnostics show of it; the rate is that since the last call."""
         (since, before), now = self._rate_since, time.monotonic()
         self._rate_since = now, self.received
-        return (self.received - before) / max(now - since, 1e-9)
+        return SubscriptionStatus(
+            topic=self.topic,
+            role=self.role,
+            silence=self.silence,
+            stamp=self.stamp,
+            received=self.received,
+            rate=(self.received - before) / max(now - since, 1e-9),
+            lost=self._numbers.lost,
+            refused=dict(self._refused),
+            last_refusal=self._last_refusal,
+            refuses=self._refused_last,
+            publishers=self.publishers,
+            alternating=self.alternating,
+            reliable=self._subscription.qos_profile.reliability == ReliabilityPolicy.RELIABLE,
+            unheard=self._unheard,
+        )
 
     def rest(self) -> None:
         """Count silence from now on, after a pause in which nobody listened."""
@@ -124,8 +131,8 @@ class Feed:
             self._subscribe(asked)
             return
         policy = qos_policy_name_from_kind(kind).lower()
-        self.unheard = f'a publisher of {self.topic} is not heard: its QoS {policy} is another'
-        self._node.get_logger().warning(self.unheard)
+        self._unheard = f'a publisher of {self.topic} is not heard: its QoS {policy} is another'
+        self._node.get_logger().warning(self._unheard)
 
     def read_waiting(self) -> None:
         """Read the messages that wait to be taken: a turn of the executor for each costs more."""
@@ -143,16 +150,16 @@ class Feed:
 
     def _read(self, message: Any, info: Mapping[str, Any]) -> None:
         self.received += 1
-        self.turns.note(info['publication_sequence_number'])
+        self._numbers.note(info['publication_sequence_number'])
         waited, stamp = self._arrived(info['received_timestamp'])
         try:
             stamp, values = self._reader.read(message, stamp)
-        except WrongMessageError as error:
-            self.refused[error.reason] += 1
+        except MessageError as error:
+            self._refused[error.reason] += 1
             self._refused_last = True
-            self.last_refusal = f'{self.topic}: {error}'
+            self._last_refusal = f'{self.topic}: {error}'
             self._node.get_logger().warning(
-                f'message refused: {self.last_refusal}', throttle_duration_sec=5.0
+                f'message refused: {self._last_refusal}', throttle_duration_sec=5.0
             )
             return
         self._arrival, self._refused_last = time.monotonic() - waited, False

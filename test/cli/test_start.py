@@ -9,12 +9,12 @@ from pathlib import Path
 import pytest
 from patience import patience
 
-from obs_ros.interface import settings as estimator
+from obs_ros.interface import parameters as estimator
 from plant_sim import settings as simulator
 
 pytestmark = pytest.mark.slow  # processes
 
-KNOBS = {
+SPECS = {
     'estimator': (*estimator.CHOICE, *estimator.LIVE, *estimator.COMMON),
     'simulator': (*simulator.CHOICE, *simulator.COMMON),
 }
@@ -47,8 +47,8 @@ def test_help_is_printed_without_ros(command, name, option):
     assert (done.returncode, done.stderr) == (0, '')
     assert done.stdout.startswith('usage: ') and name in done.stdout.splitlines()[0]
     words = ' '.join(done.stdout.split())
-    for knob in KNOBS.get(name, ()):
-        assert f' {knob.name} (' in words and knob.describe() in words
+    for spec in SPECS.get(name, ()):
+        assert f' {spec.name} (' in words and spec.describe() in words
     assert max(map(len, done.stdout.splitlines())) <= 105
 
 

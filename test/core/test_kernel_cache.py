@@ -26,7 +26,7 @@ from obs_ros.core import kernel_cache
 from obs_ros.core.jit import accelerated
 from obs_ros.core.kernel_cache import (
     DIGEST,
-    KEPT,
+    CacheSettings,
     cache_folder,
     cache_trouble,
     locked,
@@ -266,10 +266,11 @@ def test_processes_that_start_together_compile_once(tmp_path: Path) -> None:
     assert sorted(count for _, count in results) == ['0', '1']
 
 
-def test_nobody_waits_for_ever(tmp_path: Path, monkeypatch: Any) -> None:
-    monkeypatch.setattr(kernel_cache, 'LONGEST_WAIT', 0.1)
+def test_nobody_waits_for_ever(tmp_path: Path) -> None:
+    soon = CacheSettings(longest_wait=0.1)
     entered = []
-    with locked(tmp_path), locked(tmp_path):  # as if another process had stopped while compiling
+    # As if another process had stopped while compiling.
+    with locked(tmp_path), locked(tmp_path, soon):
         entered.append(True)
     assert entered == [True]
 
@@ -360,16 +361,15 @@ def test_a_user_without_a_home_stores_nothing(monkeypatch: Any) -> None:
         write(cache_folder() / 'folder' / 'file', b'')
 
 
-def test_the_folders_used_last_are_kept(tmp_path: Path, monkeypatch: Any) -> None:
+def test_the_folders_used_last_are_kept(tmp_path: Path) -> None:
     now = time.time()
-    monkeypatch.setattr(kernel_cache, 'KEPT', dict.fromkeys(KEPT, 3))
     for kind in ('kernels', 'accelerated'):
         for age in range(6):
             folder = tmp_path / f'obs_ros_{kind}_{age}'
             folder.mkdir()
             os.utime(folder, (now - age, now - age))
     (tmp_path / 'not_ours').mkdir()
-    prune(tmp_path)
+    prune(tmp_path, CacheSettings(kept=3))
     kept = {f'obs_ros_{kind}_{age}' for kind in ('kernels', 'accelerated') for age in range(3)}
     assert {path.name for path in tmp_path.iterdir()} == {'not_ours', *kept}
 

@@ -1,8 +1,34 @@
-"""Tests of obs_ros.core.linear_algebra."""
+"""Linear algebra answers with NaN where it has no answer."""
 
 import numpy as np
+import pytest
 
-from obs_ros.core.linear_algebra import scaled_inverse
+from obs_ros.core.linear_algebra import cholesky, eigen, inverted, scaled_inverse
+
+MATRIX = np.array([[2.0, 1.0], [1.0, 2.0]])
+SINGULAR = np.array([[1.0, 1.0], [1.0, 1.0]])
+
+
+def test_a_symmetric_matrix_has_its_eigenvalues_inverse_and_root() -> None:
+    values, vectors = eigen(MATRIX)
+    np.testing.assert_allclose(values, [1.0, 3.0], rtol=1e-14)
+    np.testing.assert_allclose(vectors @ np.diag(values) @ vectors.T, MATRIX, rtol=1e-14)
+    np.testing.assert_allclose(inverted(MATRIX), [[2 / 3, -1 / 3], [-1 / 3, 2 / 3]], rtol=1e-14)
+    root = cholesky(MATRIX)
+    assert root[0, 1] == 0.0
+    np.testing.assert_allclose(root @ root.T, MATRIX, rtol=1e-14)
+
+
+def test_a_singular_matrix_has_no_inverse_and_one_that_is_not_positive_no_root() -> None:
+    assert np.isnan(inverted(SINGULAR)).all() and inverted(SINGULAR).shape == (2, 2)
+    assert np.isnan(cholesky(-MATRIX)).all()
+    np.testing.assert_allclose(eigen(SINGULAR)[0], [0.0, 2.0], atol=1e-15)
+
+
+@pytest.mark.parametrize('wrong', [np.nan, np.inf])
+def test_what_is_not_finite_has_no_eigenvalues(wrong: float) -> None:
+    values, vectors = eigen(MATRIX * wrong)
+    assert np.isnan(values).all() and np.isnan(vectors).all() and vectors.shape == (2, 2)
 
 
 def test_the_inverse_of_badly_scaled_matrices() -> None:

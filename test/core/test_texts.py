@@ -10,13 +10,13 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from obs_ros import Model, Variable, load_model
-from obs_ros.core.parameter_spec import Knob, ignored
+from obs_ros.core.parameter_spec import ParameterSpec, ignored
 from obs_ros.core.record import Record
 from obs_ros.core.registry import lookup, meant, suggest
 from obs_ros.core.texts import LONGEST, LONGEST_LINE, listing, one_line, quoted
-from obs_ros.interface.bindings import HEADER, Binding, bindings, signal_knobs
-from obs_ros.interface.field_path import FieldPath
-from obs_ros.interface.readers import FieldReader, VectorReader, WrongMessageError
+from obs_ros.interface.bindings import HEADER, Binding, bindings, signal_parameters
+from obs_ros.interface.field_path import FieldPath, MessageError
+from obs_ros.interface.readers import FieldReader, VectorReader
 from obs_ros.replay.bag import Bag, Binder
 from obs_ros.replay.engine import replay
 from obs_ros.replay.parameter_file import parse, read_parameters
@@ -91,7 +91,7 @@ def message(names: list[str], positions: list[float]) -> Any:
     'names', [[NASTY, 'b'], ['a', NASTY], ['a', 'b', 'b'], 100_000 * ['a', 'b']]
 )
 def test_names_in_messages(names: list[str]) -> None:
-    with pytest.raises(WrongMessageError) as caught:
+    with pytest.raises(MessageError) as caught:
         VectorReader(['a', 'b']).read(message(names, [1.0] * len(names)), 0)
     assert decent(str(caught.value))
 
@@ -100,7 +100,7 @@ def test_names_in_messages(names: list[str]) -> None:
 @each('field', ['position[shoulder]', 'velocity', 'name', 'position[99999999]'])
 def test_fields_of_messages(labels: list[str], field: str) -> None:
     binding = Binding('y', 'x', 'T', FieldPath.parse(field), 1.0, 0.0, HEADER)
-    with pytest.raises(WrongMessageError) as caught:
+    with pytest.raises(MessageError) as caught:
         FieldReader({0: binding}, 1).read(message(labels, [1.0]), 0)
     assert decent(str(caught.value))
 
@@ -114,22 +114,25 @@ def test_field_paths(text: str) -> None:
     assert decent(str(caught.value))
 
 
-KNOBS = [
-    Knob('word', 'a', 'a word', choices=('a', 'b')), Knob('number', 1.0, 'a number'),
-    Knob('count', 1, 'a count'), Knob('array', (1.0,), 'numbers'), Knob('flag', True, 'a flag'),
-    Knob('words', ('a',), 'words'),
-]  # fmt: skip
+SPECS = [
+    ParameterSpec('word', 'a', 'a word', choices=('a', 'b')),
+    ParameterSpec('number', 1.0, 'a number'),
+    ParameterSpec('count', 1, 'a count'),
+    ParameterSpec('array', (1.0,), 'numbers'),
+    ParameterSpec('flag', True, 'a flag'),
+    ParameterSpec('words', ('a',), 'words'),
+]
 
 
 @each('value', [NASTY, [NASTY], [1.0, NASTY], 10**5000, [10**5000], [[NASTY]]])
-@pytest.mark.parametrize('knob', KNOBS, ids=lambda knob: knob.name)
-def test_values_of_parameters(knob: Knob, value: Any) -> None:
+@pytest.mark.parametrize('spec', SPECS, ids=lambda spec: spec.name)
+def test_values_of_parameters(spec: ParameterSpec, value: Any) -> None:
     try:
-        knob.coerce(value)
+        spec.coerce(value)
     except ValueError as error:
         assert decent(str(error))
     else:
-        assert knob.name == 'words' and value == [NASTY]
+        assert spec.name == 'words' and value == [NASTY]
 
 
 @each('name', [NASTY, SHORT_BUT_NASTY])
@@ -138,7 +141,7 @@ def test_names_of_parameters(name: str) -> None:
     assert decent(suggest(name, [NASTY, SHORT_BUT_NASTY, 'a']))
     assert decent(suggest('xe31m', [SHORT_BUT_NASTY]))
     tanks = load_model('three_tank')
-    values = {knob.name: knob.default for knob in signal_knobs(tanks)}
+    values = {spec.name: spec.default for spec in signal_parameters(tanks)}
     for given_name in (f'signals.{name}.topic', f'signals.h1.{name}'):
         with pytest.raises(ValueError) as caught:
             bindings(tanks, values, [given_name])

@@ -10,7 +10,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from obs_ros.interface.field_path import LABELS, FieldError, FieldPath, Step
+from obs_ros.interface.field_path import LABELS, FieldPath, MessageError, Step
 
 
 @dataclass
@@ -92,7 +92,7 @@ def test_names_written_one_after_the_other_keep_their_own_values() -> None:
 
 
 def test_a_number_that_has_no_place_is_refused() -> None:
-    with pytest.raises(FieldError, match='poses has 2 entries'):
+    with pytest.raises(MessageError, match='poses has 2 entries'):
         FieldPath.parse('poses[2].position.x').write(Joints(), 1.0)
 
 
@@ -112,7 +112,7 @@ def test_a_number_that_has_no_place_is_refused() -> None:
     ],
 )
 def test_a_message_without_it_says_why(text: str, reason: str, message: str) -> None:
-    with pytest.raises(FieldError, match=re.escape(message)) as caught:
+    with pytest.raises(MessageError, match=re.escape(message)) as caught:
         FieldPath.parse(text).read(Joints())
     assert caught.value.reason == reason
 
@@ -140,7 +140,7 @@ def test_any_text_is_read_or_refused_and_nothing_runs(text: str) -> None:
     assert not any(step.field.startswith('_') for step in path.steps)
     try:
         assert path.read(Point()) == 1.5
-    except FieldError:
+    except MessageError:
         return
     assert str(path) == 'x'
 

@@ -12,9 +12,7 @@ from rosgraph_msgs.msg import Clock
 from std_msgs.msg import String
 from std_srvs.srv import SetBool, Trigger
 
-from obs_ros.models import load_model
 from obs_ros.ros.estimator import Estimator
-from obs_ros.ros.info import model_info
 from obs_ros.ros.messages import LATCHED, time_message
 
 FAKE = 'node.fakes:FakeObserver'
@@ -130,7 +128,7 @@ def test_callbacks_run_on_while_it_solves_and_windows_do_not_queue_up(ros, bench
 def test_reset_drops_what_is_being_solved(ros, bench):
     bench.fake.go.clear()
     bench.feed(1, 2)
-    ros.spin_until(lambda: bench.estimator._worker.running == 'estimate')
+    ros.spin_until(lambda: bench.estimator.solving)
     assert ros.call('/estimator/reset', Trigger).success
     assert bench.fake.resets == 1
     bench.fake.go.set()
@@ -142,7 +140,7 @@ def test_reset_drops_what_is_being_solved(ros, bench):
 def test_backward_stamps_drop_what_is_being_solved_and_are_named(ros, bench):
     bench.fake.go.clear()
     bench.feed(101, 102)
-    ros.spin_until(lambda: bench.estimator._worker.running == 'estimate')
+    ros.spin_until(lambda: bench.estimator.solving)
     bench.feed(1)
     ros.spin_until(lambda: len(bench.fake.outputs) == 1)
     bench.fake.go.set()
@@ -157,7 +155,7 @@ def test_disabled_it_ignores_samples_and_starts_anew_afterwards(ros, bench):
     bench.feed(1, 2)
     status = ros.health(outcome='paused')
     assert status.level == status.WARN
-    ros.spin_until(lambda: bench.estimator._feeds['output'].received == 2)
+    ros.spin_until(lambda: bench.estimator.streams.subscriptions['output'].received == 2)
     assert not bench.fake.outputs
     assert ros.call('/estimator/enable', SetBool, data=True).success
     assert bench.fake.resets == 1
@@ -224,17 +222,17 @@ def test_a_wrong_value_is_refused_and_nothing_changes(ros, name, value, reason):
     answer = set_parameter(estimator, name, value)
     assert not answer.successful and reason in answer.reason
     assert estimator.get_parameter(name).value == before
-    assert FakeObserver.made[-1] is fake or estimator._observer is fake
+    assert FakeObserver.made[-1] is fake or estimator.observer is fake
 
 
 def test_several_parameters_change_together_or_not_at_all(ros):
     estimator = ros.start(Estimator, observer=FAKE)
-    fake = estimator._observer
+    fake = estimator.observer
     answer = estimator.set_parameters_atomically(
         [Parameter('window.duration', value=5.0), Parameter('noise.h1', value=-1.0)]
     )
     assert not answer.successful
-    assert estimator._observer is fake
+    assert estimator.observer is fake
     assert estimator.get_parameter('window.duration').value == 1000.0
 
 
@@ -267,14 +265,6 @@ def test_info_is_there_for_those_who_come_late(ros, bench):
     assert info['parameters'][0] == {'name': 'p1', 'unit': '1', 'bounds': [0.0, 1.0]}
 
 
-def test_info_tells_what_is_on_a_log_scale():
-    found = model_info(load_model('heat_exchanger_reduced'))
-    assert found['parameters'][0] == {
-        'name': 'dP1', 'unit': 'Pa', 'bounds': [1.0e5, 1.0e6], 'scale': 'log'
-    }  # fmt: skip
-    assert 'scale' not in found['states'][0]
-
-
 def test_namespaces_and_remaps(ros):
     bench = Bench(
         ros, '--ros-args', '-r', '__ns:=/cell', '-r', 'plant/output:=plant/output', prefix='/cell'
@@ -288,7 +278,7 @@ def test_best_effort_publishers_are_heard(ros):
     publisher = ros.speak('/plant/output', QoSProfile(depth=5))
     unsure = QoSProfile(depth=5, reliability=ReliabilityPolicy.BEST_EFFORT)
     unsure_publisher = ros.speak('/plant/output', unsure)
-    fake, times = estimator._observer, itertools.count(1)
+    fake, times = estimator.observer, itertools.count(1)
 
     def heard():
         unsure_publisher(next(times), LEVELS, (7, 7))
@@ -307,7 +297,7 @@ def test_a_backward_jump_of_ros_time_resets(ros):
     for seconds in (100, 50):
         clock.publish(Clock(clock=time_message(seconds * 10**9)))
         ros.spin_until(lambda s=seconds: estimator.get_clock().now().nanoseconds == s * 10**9)
-    assert estimator._observer.resets == 1
+    assert estimator.observer.resets == 1
 
 
 def test_it_can_start_again_in_the_same_process(ros):

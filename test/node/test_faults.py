@@ -17,6 +17,7 @@ from typing import NamedTuple
 
 import numpy as np
 import pytest
+import yaml
 from diagnostic_msgs.msg import DiagnosticArray
 from patience import patience
 from plants import tank_outputs
@@ -24,13 +25,14 @@ from rclpy.parameter import Parameter
 from rclpy.qos import QoSProfile, ReliabilityPolicy
 from ros import figures, set_parameter
 from rosgraph_msgs.msg import Clock
+from std_msgs.msg import String
 
 from obs_ros.core.estimate import Outcome
 from obs_ros.horizon.moving_horizon import MovingHorizon
 from obs_ros.horizon.solver import Solver
 from obs_ros.ros import diagnostics
 from obs_ros.ros.estimator import Estimator
-from obs_ros.ros.messages import time_message
+from obs_ros.ros.messages import LATCHED, time_message
 
 WINDOW, WINDOWS, SIGMA = 60, 3, 0.01  # s, number, cm
 X0, TRUTH = (50.0, 40.0, 45.0), {'p1': 0.6, 'p2': 0.5, 'p3': 0.7}
@@ -290,24 +292,18 @@ class Bench:
 
     def play(self, messages: Run) -> None:
         """Send the messages, and give the estimator time to solve every window by itself."""
-        self.send(messages, self._idle)
-
-    def _idle(self) -> bool:
-        """Whether no window is being solved, and no message waits for other topics."""
-        estimator = self.estimator
-        solving = estimator._due is not None or estimator._worker.running == 'estimate'
-        return not solving and not len(estimator._streams._merge)
+        self.send(messages, lambda: self.estimator.idle)
 
     def send(self, messages: Run, idle: Callable[[], bool] = lambda: True) -> None:
         """Send a few messages at a time: the streams wait in queues of their own."""
-        feeds = self.estimator._feeds
-        expected = {name: feed.received for name, feed in feeds.items()}
+        heard = self.estimator.streams.subscriptions
+        expected = {name: subscription.received for name, subscription in heard.items()}
         for k, message in enumerate(messages, 1):
             self.speakers[message.stream](*message[1:])
             expected[message.stream] += 1
             if k % 20 == 0 or k == len(messages):
                 self.ros.spin_until(
-                    lambda: all(feeds[s].received >= n for s, n in expected.items()) and idle(),
+                    lambda: all(heard[s].received >= n for s, n in expected.items()) and idle(),
                     timeout=30.0,
                 )
 
@@ -471,16 +467,16 @@ def test_a_best_effort_publisher_is_heard_and_said_to_be_one(ros, monkeypatch):
     bench = Bench(ros, monkeypatch)
     assert bench.told('waiting')[1]['output.reliable'] == 'true'
     unsure = ros.speak('/plant/output', QoSProfile(depth=5, reliability=BEST_EFFORT), heard=False)
-    feed = bench.estimator._feeds['output']
+    output = bench.estimator.streams.subscriptions['output']
 
     def heard():
         unsure(1.0, LEVELS, (1.0, 1.0))
-        return feed.received
+        return output.received
 
     ros.spin_until(heard)
     assert bench.told('waiting')[1]['output.reliable'] == 'false'
     bench.speakers['output'](2.0, LEVELS, (1.0, 1.0))
-    ros.spin_until(lambda: feed.stamp == 2 * 10**9)
+    ros.spin_until(lambda: output.stamp == 2 * 10**9)
 
 
 def test_a_clock_that_stands_still_stops_nothing(ros, monkeypatch):
@@ -535,7 +531,7 @@ def test_several_parameters_change_at_once_with_the_next_window(ros, monkeypatch
     bench = Bench(ros, monkeypatch, **NOISE)
     messages = run()
     bench.play(messages[:160])
-    before = bench.estimator._observer
+    before = bench.estimator.observer
     answer = bench.estimator.set_parameters_atomically(
         [
             Parameter('fixed.p1', value=0.6),
@@ -544,7 +540,7 @@ def test_several_parameters_change_at_once_with_the_next_window(ros, monkeypatch
             Parameter('deadline', value=2.0),
         ]
     )
-    assert answer.successful and bench.estimator._observer is not before
+    assert answer.successful and bench.estimator.observer is not before
     ros.spin_until(lambda: bench.estimator.progress.ready)
     bench.play(messages[160:])
     _, told = bench.told('converged')
@@ -572,23 +568,25 @@ def test_every_parameter_that_is_not_read_only_changes_live(ros, monkeypatch):
     assert {n for n in declared if not n.startswith(families)} <= set(values)
     answer = estimator.set_parameters_atomically([Parameter(n, value=v) for n, v in values.items()])
     assert answer.successful, answer.reason
+    infos = ros.listen('/estimator/info', String, LATCHED)
+    info = yaml.safe_load(ros.spin_until(lambda: infos)[-1].data)
     for name, value in values.items():
         taken = estimator.get_parameter(name).value
         assert (list(taken) if isinstance(value, list) else taken) == value
-        assert estimator._settings[name] == (tuple(value) if isinstance(value, list) else value)
+        assert info['settings'][name] == value
     for name in ('model', 'observer'):
         assert not set_parameter(estimator, name, 'ekf').successful
 
 
-def test_initial_values_are_raced_in_the_next_window(ros, monkeypatch):
+def test_initial_values_are_a_start_of_the_next_window(ros, monkeypatch):
     starts = []
-    search = Solver.search
+    fit = Solver.fit
 
-    def spy(self, objective, rng, deadline, warm, **more):
+    def spy(self, window, problem, rng, deadline, warm):
         starts.append(None if warm is None else self.unknowns.values(warm[None])[0][:, 0].tolist())
-        return search(self, objective, rng, deadline, warm, **more)
+        return fit(self, window, problem, rng, deadline, warm)
 
-    monkeypatch.setattr(Solver, 'search', spy)
+    monkeypatch.setattr(Solver, 'fit', spy)
     bench = Bench(ros, monkeypatch)
     messages = run()
     bench.play(messages[:124])

@@ -4,14 +4,15 @@ import functools
 import re
 
 import pytest
-from node.test_health import estimate
+from interface.test_health import estimate
 from sensor_msgs.msg import JointState
 
 from obs_ros.core.estimate import Outcome
 from obs_ros.core.model import Model, Variable, names
 from obs_ros.interface.bindings import HEADER, Binding
 from obs_ros.interface.field_path import FieldPath
-from obs_ros.interface.health import Progress, examine
+from obs_ros.interface.health import examine
+from obs_ros.interface.progress import Progress
 from obs_ros.interface.readers import NAMED_VECTOR
 from obs_ros.interface.status import Level
 from obs_ros.interface.worker import Finished
@@ -54,33 +55,34 @@ class Bench:
         node = ros.start(functools.partial(GuardedNode, 'bench'))
         self.bound = bindings_of(self.model, (*outputs, *inputs))
         check_bindings(node, self.model, self.bound)
-        self.feeds = Streams(node, self.model, self.bound, 0.0, lambda sample, arrival: None).feeds
+        self.streams = Streams(node, self.model, self.bound, 0.0, lambda sample, arrival: None)
+        self.heard = list(self.streams.subscriptions.values())
         self.publishers = {}
 
     def topics(self):
-        return {feed.topic for feed in self.feeds.values()}
+        return {each.topic for each in self.heard}
 
-    def send(self, feed, stamp):
-        """Publish what a feed listens to, and wait until it has it."""
-        publisher = self.publishers.get(feed.topic)
+    def send(self, heard, stamp):
+        """Publish on the topic of a subscription, and wait until it has it."""
+        publisher = self.publishers.get(heard.topic)
         if publisher is None:
-            publisher = self.ros.node.create_publisher(JointState, feed.topic, STREAM)
-            self.publishers[feed.topic] = publisher
+            publisher = self.ros.node.create_publisher(JointState, heard.topic, STREAM)
+            self.publishers[heard.topic] = publisher
             self.ros.spin_until(publisher.get_subscription_count)
-        group = self.model.inputs if feed.role == 'input' else self.model.outputs
+        group = self.model.inputs if heard.role == 'input' else self.model.outputs
         entries = [name for name in names(group) if name not in self.bound] or ['any']
-        before = feed.received
+        before = heard.received
         publisher.publish(
             named_vector(round(stamp * 1e9), entries or ['any'], [1.0] * len(entries) or [1.0])
         )
-        self.ros.spin_until(lambda: feed.received > before)
+        self.ros.spin_until(lambda: heard.received > before)
 
     def told(self, progress, stale_after=1e9, **changes):
         """Return the health of windows; that of an immediate observer must be told, too."""
         settings = {'observer': 'x', 'stale_after': stale_after, 'window.duration': WINDOW}
-        health = examine(progress, self.feeds, settings, changes, None)
+        health = examine(progress, self.streams.status(), settings, changes, None)
         del settings['window.duration']
-        assert examine(progress, self.feeds, settings, changes, None).message
+        assert examine(progress, self.streams.status(), settings, changes, None).message
         # Whatever looks like a topic is one.
         words = re.findall(r'/?(?:plant|rig)/\w+', health.message)
         assert set(words) <= self.topics(), health.message
@@ -91,46 +93,46 @@ class Bench:
 @pytest.mark.parametrize('inputs', INPUTS, ids=str)
 def test_every_stage_has_its_word(ros, outputs, inputs):
     bench = Bench(ros, outputs, inputs)
-    feeds = list(bench.feeds.values())
-    roles = [feed.role for feed in feeds]
+    heard = bench.heard
+    roles = [each.role for each in heard]
     assert roles == sorted(roles, reverse=True), 'outputs first'
-    assert len(bench.topics()) == len(feeds) == len(bench.feeds)
+    assert len(bench.topics()) == len(heard) == len(bench.streams.subscriptions)
     progress = Progress(enabled=False)
     assert bench.told(progress).message.startswith('paused')
     progress.enabled = True
     assert bench.told(progress).message.startswith('compiling')
     progress.ready = True
-    for feed in feeds:
+    for each in heard:
         health = bench.told(progress)
-        assert health.message.startswith(f'waiting for {feed.topic}: ')
-        bench.send(feed, 1000.0)
+        assert health.message.startswith(f'waiting for {each.topic}: ')
+        bench.send(each, 1000.0)
     # Nothing is apart, so the window is collected; then each topic in turn is ahead by more.
     assert bench.told(progress).message.startswith('collecting the first window: 0 of 100 s')
-    for k, feed in enumerate(feeds):
-        bench.send(feed, 1000.0 + 150.0 * (k + 1))
+    for k, each in enumerate(heard):
+        bench.send(each, 1000.0 + 150.0 * (k + 1))
         health = bench.told(progress)
-        if len(feeds) > 1:
-            first = min(f.stamp for f in feeds)
-            oldest = [f.topic for f in feeds if f.stamp == first]
+        if len(heard) > 1:
+            first = min(f.stamp for f in heard)
+            oldest = [f.topic for f in heard if f.stamp == first]
             assert health.level is Level.WARN
-            assert f'{feed.topic} is stamped ' in health.message
+            assert f'{each.topic} is stamped ' in health.message
             assert health.message.rpartition(' s after ')[2] in oldest
         else:
             assert health.level is Level.OK
-    for feed in feeds:
-        bench.send(feed, 2000.0)
-    first = feeds[0]
+    for each in heard:
+        bench.send(each, 2000.0)
+    first = heard[0]
     bench.send(first, 2050.0)
     progress.collected = 20.0
     health = bench.told(progress)
     assert health.message.startswith('collecting the first window: 20 of 100 s')
-    if len(feeds) > 1:
+    if len(heard) > 1:
         assert health.message.endswith(f' is 50 s behind {first.topic}')
     assert bench.told(progress, overflow=1).message.startswith('shorten window.duration')
     assert bench.told(progress, duplicate=99).message.startswith('let the publisher set')
     assert bench.told(progress, all_nan=99).message.startswith('look at what is measured')
     assert bench.told(progress, stale_after=0.0).message.startswith('stale_output: ')
-    progress.fail(Finished('estimate', None, ZeroDivisionError('no'), 0.0, 1.0))
+    progress.fail(Finished('estimate', None, ZeroDivisionError('no')))
     assert bench.told(progress).level is Level.ERROR
     for outcome in Outcome:
         progress.conclude(estimate(outcome), 0.1, True)
@@ -141,9 +143,9 @@ def test_every_stage_has_its_word(ros, outputs, inputs):
 
 def test_a_stale_input_is_told_from_a_stale_output(ros, monkeypatch):
     bench = Bench(ros, (True,), (True,))
-    for feed in bench.feeds.values():
-        bench.send(feed, 1.0)
-    output, input_ = bench.feeds.values()
+    for each in bench.heard:
+        bench.send(each, 1.0)
+    output, input_ = bench.heard
     monkeypatch.setattr(output, '_arrival', 1e12)
     health = bench.told(Progress(ready=True), stale_after=0.0)
     assert health.figures['outcome'] == 'stale_input' and input_.topic in health.message

@@ -36,7 +36,7 @@ def bench(ros):
 
 def test_every_output_is_answered_with_an_estimate_and_the_observers_figures(ros, bench):
     bench.input(1, FEEDS, (30, 30))
-    ros.spin_until(lambda: bench.estimator._feeds['input'].received)
+    ros.spin_until(lambda: bench.estimator.streams.subscriptions['input'].received)
     for t in range(1, 21):
         bench.output(t, LEVELS, (t, -t))
     ros.spin_until(lambda: len(bench.state) == 20 and len(bench.solver) == 20)
@@ -58,7 +58,7 @@ def test_samples_that_come_while_it_compiles_are_counted_and_not_taken(ros):
     FakeImmediate.go.set()
     ros.spin_until(lambda: bench.estimator.progress.ready)
     bench.input(4, FEEDS, (30, 30))
-    ros.spin_until(lambda: bench.estimator._feeds['input'].received)
+    ros.spin_until(lambda: bench.estimator.streams.subscriptions['input'].received)
     bench.output(5, LEVELS, (5, 5))
     ros.spin_until(lambda: bench.state)
     assert [m.header.stamp.sec for m in bench.state] == [5]
@@ -67,12 +67,12 @@ def test_samples_that_come_while_it_compiles_are_counted_and_not_taken(ros):
 
 def test_an_exception_in_a_step_is_told_and_survived(ros, bench):
     bench.input(1, FEEDS, (30, 30))
-    ros.spin_until(lambda: bench.estimator._feeds['input'].received)
+    ros.spin_until(lambda: bench.estimator.streams.subscriptions['input'].received)
     bench.output(1, LEVELS, (666, 0))
     status = ros.health(outcome='failed')
     assert 'the number of the beast' in status.message
     bench.input(2, FEEDS, (30, 30))
-    ros.spin_until(lambda: bench.estimator._feeds['input'].received == 2)
+    ros.spin_until(lambda: bench.estimator.streams.subscriptions['input'].received == 2)
     bench.output(2, LEVELS, (2, 0))
     ros.spin_until(lambda: bench.state)
     assert figures(ros.health(outcome='converged'))['failed'] == '1'
@@ -126,7 +126,7 @@ def test_the_genetic_observers_tell_how_their_search_goes(ros, observer, model, 
     ros.spin_until(lambda: bench.estimator.progress.ready, timeout=60.0)
     for k in range(1, 4):
         bench.input(k, ('u',), (1.0,))
-        ros.spin_until(lambda k=k: bench.estimator._feeds['input'].received == k)
+        ros.spin_until(lambda k=k: bench.estimator.streams.subscriptions['input'].received == k)
         bench.output(k, ('x1',), (0.5,))
         ros.spin_until(lambda k=k: len(bench.solver) == k)
     told = [vector(message) for message in bench.solver]

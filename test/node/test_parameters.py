@@ -1,7 +1,7 @@
-import math
 import re
 
 import pytest
+from interface.test_parameters import clashing
 from rcl_interfaces.msg import Parameter as ParameterMessage
 from rcl_interfaces.srv import SetParameters
 from rclpy.impl.implementation_singleton import rclpy_implementation
@@ -9,74 +9,16 @@ from rclpy.node import Node
 from rclpy.parameter import Parameter, get_parameter_value
 from ros import set_parameter
 
-from obs_ros.core.parameter_spec import Knob, markdown_table
-from obs_ros.interface import settings
-from obs_ros.interface.bindings import signal_knobs
-from obs_ros.models import MODELS, load_model
-from obs_ros.observers.base import OBSERVERS
+from obs_ros.core.parameter_spec import ParameterSpec
 from obs_ros.replay.settings import setup
 from obs_ros.ros.estimator import Estimator
 from obs_ros.ros.parameters import Parameters
-from plant_sim import settings as plant_settings
 from plant_sim.node import Simulator
 
-GAIN = Knob('gain', 1.0, 'loop gain', 'V/cm', lower=0.0, upper=5.0)
-WORD = Knob('word', '', 'what to do', choices=('', 'stay', 'leave'))
-LIMITS = Knob('limits', (0.0, 1.0), 'lower and upper', length=2)
-LABEL = Knob('label', 'x', 'a label', read_only=True)
-TANKS = load_model('three_tank')
-ALL_KNOBS = (
-    *settings.CHOICE, *settings.LIVE, *settings.COMMON, *settings.model_knobs(TANKS),
-    *plant_settings.CHOICE, *plant_settings.COMMON, *plant_settings.fault_knobs(TANKS),
-)  # fmt: skip
-
-
-def test_integers_pass_where_floats_are_meant():
-    assert GAIN.coerce(2) == 2.0 and isinstance(GAIN.coerce(2), float)
-    assert LIMITS.coerce([0, 1]) == (0.0, 1.0)
-
-
-@pytest.mark.parametrize(
-    ('knob', 'value', 'text'),
-    [
-        (GAIN, 6.0, 'gain must be 0 to 5 V/cm, not 6.0'),
-        (GAIN, math.nan, 'gain must be 0 to 5 V/cm, not nan'),
-        (GAIN, True, 'gain must be a number, not True'),
-        (GAIN, None, 'gain must be a number, not None'),
-        (WORD, 'leaf', "unknown word 'leaf': did you mean 'leave'?"),
-        (LIMITS, [1.0], 'limits must have 2 entries, not 1'),
-        (LIMITS, '[0, 1]', "limits must be an array like [0.0, 1.0], not '[0, 1]'"),
-    ],
-)
-def test_wrong_values_are_refused_with_the_reason(knob, value, text):
-    with pytest.raises(ValueError) as caught:
-        knob.coerce(value)
-    assert str(caught.value) == text
-
-
-@pytest.mark.parametrize('knob', ALL_KNOBS, ids=lambda knob: knob.name)
-def test_every_default_is_allowed_and_described(knob):
-    assert knob.coerce(knob.default) is knob.default or knob.coerce(knob.default) == knob.default
-    assert knob.default != () and knob.description
-    assert f'`{knob.name}`' in markdown_table([knob])
-
-
-@pytest.mark.parametrize('observer', OBSERVERS)
-@pytest.mark.parametrize('model', MODELS)
-def test_no_parameter_is_a_value_and_a_prefix(observer, model):
-    """`ros2 param dump` nests them by their dots."""
-    model = load_model(model)
-    names = {
-        knob.name
-        for knob in (
-            *settings.CHOICE, *settings.observer_knobs(model, observer), *signal_knobs(model),
-        )
-    }  # fmt: skip
-    assert len(names) > 10 and not clashing(names)
-
-
-def clashing(names):
-    return [(a, b) for a in names for b in names if b.startswith(f'{a}.')]
+GAIN = ParameterSpec('gain', 1.0, 'loop gain', 'V/cm', lower=0.0, upper=5.0)
+WORD = ParameterSpec('word', '', 'what to do', choices=('', 'stay', 'leave'))
+LIMITS = ParameterSpec('limits', (0.0, 1.0), 'lower and upper', length=2)
+LABEL = ParameterSpec('label', 'x', 'a label', read_only=True)
 
 
 @pytest.mark.parametrize('kind', [Estimator, Simulator])
@@ -103,7 +45,7 @@ def make_node(**options):
     return Node('node', automatically_declare_parameters_from_overrides=True, **options)
 
 
-def test_what_the_user_gives_is_declared_with_the_type_of_the_knob(ros):
+def test_what_the_user_gives_is_declared_with_the_type_of_its_row(ros):
     node = ros.start(make_node, gain=3, label='y')
     parameters = Parameters(node)
     parameters.declare([GAIN, WORD, LIMITS, LABEL])

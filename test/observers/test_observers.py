@@ -14,7 +14,7 @@ from obs_ros.core.typing import Array
 from obs_ros.models import MODELS
 from obs_ros.models.three_tank import THREE_TANK
 from obs_ros.observers.base import OBSERVERS
-from obs_ros.observers.settings import knobs
+from obs_ros.observers.settings import parameter_specs
 from obs_ros.samples.range_check import limits
 
 COUNT = 202
@@ -249,9 +249,9 @@ class TestEveryImmediateObserver:
 
     def test_its_settings_describe_and_check_themselves(self, name: str) -> None:
         kind = load_observer(name).Settings
-        for knob in knobs(kind):
-            assert knob.description
-            assert knob.coerce(knob.default) == knob.default
+        for spec in parameter_specs(kind):
+            assert spec.description
+            assert spec.coerce(spec.default) == spec.default
         with pytest.raises(ValueError, match="unknown setting 'longest_gip': did you mean"):
             make(name, longest_gip=1.0)
         with pytest.raises(ValueError, match='longest_gap must be 0 to 10000 s, not -1'):

@@ -31,7 +31,7 @@ def paused(ros):
     clock = Waiting()
     node = ros.start(partial(Simulator, clock=clock), speed=100, enabled=False, seed=4)
     heard = {topic: ros.listen(f'/plant/{topic}') for topic in TOPICS}
-    clock.behind = lambda: min(len(messages) for messages in heard.values()) < node._sent - 5
+    clock.behind = lambda: min(len(messages) for messages in heard.values()) < node.sent - 5
     return node, heard
 
 
@@ -58,10 +58,10 @@ def test_it_keeps_its_speed(ros):
     node = ros.start(partial(Simulator, clock=lambda: wall[0]), speed=100)
     outputs = ros.listen('/plant/output')
     wall[0] += 0.255
-    ros.spin_until(lambda: node._sent == 26)  # at 0, 1, ... 25 s
+    ros.spin_until(lambda: node.sent == 26)  # at 0, 1, ... 25 s
     wall[0] += 0.25
     ros.spin_until(lambda: outputs and seconds(outputs[-1]) == 50.0)
-    assert node._sent == 51
+    assert node.sent == 51
 
 
 def test_stamps_are_wall_time_at_speed_one(ros):
@@ -102,11 +102,11 @@ def test_pausing_stops_samples_and_loses_none(ros, paused):
         count = len(heard['output'])
         ros.spin_until(lambda n=count: len(heard['output']) > n + 5)
         ros.call('/simulator/enable', SetBool, data=False)
-        count = node._sent
+        count = node.sent
         ros.spin_until(lambda n=count: len(heard['output']) == n)
     status = ros.health()
     assert status.level == status.WARN and 'paused' in status.message
-    assert node._sent == count
+    assert node.sent == count
     assert [seconds(m) for m in heard['output']] == [float(k) for k in range(count)]
 
 

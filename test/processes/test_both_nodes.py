@@ -18,12 +18,11 @@ def started(ros, plant, settings):
     estimator = ros.start(Estimator, **settings)
 
     def behind():
-        taken = min(feed.received for feed in estimator._feeds.values())
-        return taken < simulator._sent - 5 or estimator._worker.running is not None
+        taken = min(heard.received for heard in estimator.streams.subscriptions.values())
+        return taken < simulator.sent - 5 or not estimator.idle
 
     for stream in ('output', 'input'):
-        publisher = simulator._publishers_of[f'plant/{stream}']
-        ros.spin_until(publisher.get_subscription_count)
+        ros.spin_until(lambda topic=f'plant/{stream}': simulator.count_subscribers(topic))
     ros.spin_until(lambda: estimator.progress.ready, timeout=90.0)
     clock.behind = behind
     return simulator, estimator

@@ -11,6 +11,7 @@ import pytest
 from patience import patience
 
 from demo.jumps import found_as_true, merged
+from demo.pacing import runs_on
 
 ROOT = Path(__file__).parent.parent.parent
 
@@ -141,26 +142,10 @@ def test_a_node_that_stands_by_too_little_is_not_well(capsys) -> None:
 
 
 def test_the_plant_waits_for_whoever_is_behind() -> None:
-    pytest.importorskip('rclpy')
-    from demo.recorder import Recorder, Verdict
-
-    calls: list[bool] = []
-    held = SimpleNamespace(plant_time=0.0, verdicts={}, _running=True)
-
-    def let_run(run: bool) -> None:
-        held._running = run
-        calls.append(run)
-
-    held._let_run = let_run
-    steps = [
-        # plant (s), newest verdict (s), whether the plant runs afterwards
-        (250.0, None, True), (400.0, None, True), (401.0, None, False), (420.0, 300.0, False),
+    running = True
+    for plant, newest, runs in [
+        (250.0, 0.0, True), (400.0, 0.0, True), (401.0, 0.0, False), (420.0, 300.0, False),
         (420.0, 400.0, True), (440.0, 400.0, True), (440.0, 550.0, False), (520.0, 550.0, True),
-    ]  # fmt: skip
-    for plant, answered, runs in steps:
-        held.plant_time = plant
-        if answered is not None:
-            held.verdicts[at(answered)] = Verdict()
-        Recorder.pace(held, 300.0, 50.0)  # type: ignore[arg-type]
-        assert held._running == runs, (plant, answered)
-    assert calls == [False, True, False, True]
+    ]:  # fmt: skip
+        running = runs_on(running, plant, newest, window=300.0, period=50.0)
+        assert running == runs, (plant, newest)

@@ -3,7 +3,6 @@ import math
 import pytest
 
 from obs_ros.replay.parameter_file import LARGEST, parse_assignment, read_parameters
-from obs_ros.replay.settings import setup
 
 FILE = """
 /**:
@@ -101,15 +100,3 @@ def test_what_is_no_parameter_file_is_refused_with_its_place(tmp_path, text, mes
 def test_a_huge_file_is_not_read(tmp_path):
     with pytest.raises(ValueError, match=f'more than {LARGEST} bytes'):
         read_parameters(write(tmp_path, '#' * (LARGEST + 1)))
-
-
-def test_settings_are_checked_by_the_rows_of_the_node():
-    chosen = setup({'window.duration': 5, 'use_sim_time': True, 'window.duratoin': 3})
-    assert chosen.values['window.duration'] == 5.0
-    assert chosen.model.name == 'three_tank'
-    (remark,) = chosen.remarks
-    assert "'window.duratoin' (did you mean 'window.duration'" in remark
-    with pytest.raises(ValueError, match=r'window.duration must be 0.001 to 1e9 s, not -1'):
-        setup({'window.duration': -1.0})
-    with pytest.raises(ValueError, match=r"no output or input 'h9'"):
-        setup({'signals.h9.topic': '/x'})

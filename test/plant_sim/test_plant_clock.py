@@ -1,6 +1,6 @@
 import pytest
 
-from plant_sim.pace import Pace
+from plant_sim.plant_clock import PlantClock
 
 
 @pytest.fixture
@@ -9,7 +9,7 @@ def wall():
 
 
 def test_plant_time_runs_speed_times_as_fast(wall):
-    run = Pace(20.0, lambda: wall['now'])
+    run = PlantClock(20.0, lambda: wall['now'])
     wall['now'] += 3.0
     assert run.now() == pytest.approx(60.0)
     run.change(2.0, run.now())
@@ -18,7 +18,7 @@ def test_plant_time_runs_speed_times_as_fast(wall):
 
 
 def test_a_short_delay_is_caught_up_with_and_a_long_one_given_up(wall):
-    run = Pace(10.0, lambda: wall['now'])
+    run = PlantClock(10.0, lambda: wall['now'])
     wall['now'] += 0.4
     run.yield_to(0.0)
     assert run.now() == pytest.approx(4.0) and run.lag == 0.0
@@ -28,7 +28,7 @@ def test_a_short_delay_is_caught_up_with_and_a_long_one_given_up(wall):
 
 
 def test_a_pause_takes_no_plant_time(wall):
-    run = Pace(10.0, lambda: wall['now'])
+    run = PlantClock(10.0, lambda: wall['now'])
     wall['now'] += 60.0
     run.hold(7.0)
     assert run.now() == pytest.approx(7.0)

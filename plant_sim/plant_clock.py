@@ -1,23 +1,26 @@
-"""When samples are due on the wall clock, so that a live run neither drifts nor bursts."""
+"""Plant time on the wall clock, so that a live run neither drifts nor bursts."""
 
 import time
 from collections.abc import Callable
 
-CATCH_UP = 0.5  # s of wall time that a run may lag before its schedule is moved
 
+class PlantClock:
+    """Plant time that runs `speed` times as fast as the wall time of `clock` (s).
 
-class Pace:
-    """An absolute schedule on the steady clock: plant time runs `speed` times as fast as wall time.
-
-    Samples that come late are caught up with. A run that lags by more than CATCH_UP has its
-    schedule moved: it is slower than asked for, and `lag` sums up by how much (wall s). `clock`
-    tells the wall time, in s.
+    Samples that come late are caught up with. A run that lags by more than `catch_up` (wall s) has
+    its schedule moved: it is slower than asked for, and `lag` sums up by how much (wall s).
     """
 
-    def __init__(self, speed: float, clock: Callable[[], float] = time.monotonic) -> None:
+    def __init__(
+        self,
+        speed: float,
+        clock: Callable[[], float] = time.monotonic,
+        catch_up: float = 0.5,  # a hiccup is shorter; a longer burst would flood the estimator
+    ) -> None:
         self.lag = 0.0
         self._speed = speed
         self._clock = clock
+        self._catch_up = catch_up
         self._start = clock()
 
     def now(self) -> float:
@@ -36,6 +39,6 @@ class Pace:
     def yield_to(self, t: float) -> None:
         """Move the schedule when the next sample, due at plant time `t`, is late beyond hope."""
         late = self._clock() - (self._start + t / self._speed)
-        if late > CATCH_UP:
+        if late > self._catch_up:
             self.lag += late
             self._start += late

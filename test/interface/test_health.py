@@ -1,13 +1,11 @@
-from dataclasses import dataclass, field
+from dataclasses import replace
 
 import pytest
 
 from obs_ros.core.estimate import Estimate, Outcome
-from obs_ros.interface import health
-from obs_ros.interface.health import LATE_FOR, Progress, examine
-from obs_ros.interface.sequence_monitor import Turns
-from obs_ros.interface.status import Level
-from obs_ros.interface.worker import Finished
+from obs_ros.interface.health import examine
+from obs_ros.interface.progress import Progress
+from obs_ros.interface.status import Level, SubscriptionStatus
 
 SETTINGS = {
     'observer': 'sliding_window',
@@ -17,30 +15,12 @@ SETTINGS = {
 }
 
 
-@dataclass
-class FakeFeed:
-    topic: str
-    role: str
-    silence: float | None = 0.1
-    received: int = 4
-    refused: dict = field(default_factory=dict)
-    last_refusal: str = ''
-    refuses: bool = False
-    publishers: int = 1
-    mixed: bool = False
-    reliable: bool = True
-    unheard: str = ''
-    stamp: int | None = None
-    turns: Turns = field(default_factory=lambda: Turns(lambda: 1))
-
-    def rate(self):
-        return 2.5
-
-
-def feeds(**silences):
+def statuses(output=0.1, input=0.1, **changes):
+    """Status of both streams, silent for so many s; `changes` are of the output's."""
+    usual = {'received': 4, 'rate': 2.5}
     return {
-        name: FakeFeed(f'plant/{name}', name, silence=silences.get(name, 0.1))
-        for name in ('output', 'input')
+        'output': SubscriptionStatus('plant/output', 'output', output, **(usual | changes)),
+        'input': SubscriptionStatus('plant/input', 'input', input, **usual),
     }
 
 
@@ -54,7 +34,7 @@ def estimate(outcome=Outcome.CONVERGED, value=1.0):
 def judged(progress=None, streams=None, counts=None, **changes):
     """Level, outcome and message of a ready estimator with an estimate, and what differs."""
     progress = progress or Progress(**({'ready': True, 'estimate': estimate()} | changes))
-    health = examine(progress, streams or feeds(), SETTINGS, counts or {}, None)
+    health = examine(progress, streams or statuses(), SETTINGS, counts or {}, None)
     return health.level, health.figures['outcome'], health.message
 
 
@@ -114,15 +94,16 @@ def test_an_estimate_that_is_not_finite_is_said_to_be_withheld():
 
 @pytest.mark.parametrize('name', ['output', 'input'])
 def test_a_stream_that_never_came_is_waited_for(name):
-    streams = feeds(**{name: None})
+    streams = statuses(**{name: None})
     assert judged(streams=streams) == (
         Level.WARN, 'waiting', f'waiting for plant/{name}: its publisher has sent nothing yet'
     )  # fmt: skip
-    streams[name].publishers = 0
+    streams[name] = replace(streams[name], publishers=0)
     assert judged(streams=streams)[2] == (
         f'waiting for plant/{name}: start its publisher, or look at the name: nobody publishes it'
     )
-    streams[name].last_refusal = f"plant/{name}: 'h1' is missing"
+    refusal = f"plant/{name}: 'h1' is missing"
+    streams[name] = replace(streams[name], last_refusal=refusal)
     assert judged(streams=streams)[2] == (
         f"waiting for plant/{name}: its messages are refused: plant/{name}: 'h1' is missing"
     )
@@ -131,98 +112,26 @@ def test_a_stream_that_never_came_is_waited_for(name):
 @pytest.mark.parametrize('name', ['output', 'input'])
 def test_a_stream_that_fell_silent_is_stale(name):
     outcome = f'stale_{name}'
-    assert judged(streams=feeds(**{name: 5.1})) == (
+    assert judged(streams=statuses(**{name: 5.1})) == (
         Level.STALE, outcome, f'{outcome}: does a publisher run? no plant/{name} for more than 5 s'
     )  # fmt: skip
-    assert judged(streams=feeds(**{name: 5.0}))[0] is Level.OK
+    assert judged(streams=statuses(**{name: 5.0}))[0] is Level.OK
 
 
 def test_what_keeps_estimates_from_coming_stands_first():
     state = {'enabled': False, 'error': 'E: no', 'ready': False, 'estimate': None}
-    streams = feeds(output=None, input=99.0)
+    streams = statuses(output=None, input=99.0)
     seen = [judged(streams=streams, **state)[1]]
     for cured in ({'enabled': True}, {'error': ''}, {'ready': True}):
         state |= cured
         seen.append(judged(streams=streams, **state)[1])
     for silence in ({'output': 99.0, 'input': 99.0}, {'input': 99.0}, {}):
-        seen.append(judged(streams=feeds(**silence), **state)[1])
+        seen.append(judged(streams=statuses(**silence), **state)[1])
     seen.append(judged(**(state | {'estimate': estimate()}))[1])
     assert seen == [
         'paused', 'failed', 'compiling', 'waiting', 'stale_output', 'stale_input', 'collecting',
         'converged',
     ]  # fmt: skip
-
-
-def test_figures_are_there_from_the_start():
-    figures = examine(Progress(), feeds(output=None), SETTINGS, {}, None).figures
-    assert figures == {
-        'outcome': 'compiling',
-        'observer': 'sliding_window',
-        'ready': False,
-        'enabled': True,
-        'published': 0,
-        'withheld': 0,
-        'failed': 0,
-        'jumps': 0,
-        'compile_time_s': 0.0,
-        'output.received': 4,
-        'output.rate_hz': 2.5,
-        'output.publishers': 1,
-        'output.reliable': True,
-        'output.lost': 0,
-        'input.received': 4,
-        'input.rate_hz': 2.5,
-        'input.publishers': 1,
-        'input.reliable': True,
-        'input.lost': 0,
-        'skipped': 0,
-    }
-
-
-def test_figures_of_the_solver_of_refusals_and_of_the_window():
-    progress, streams = Progress(ready=True, compile_time=1.5), feeds()
-    progress.conclude(estimate(), latency=0.2, published=True)
-    streams['output'].refused = {'wrong_length': 2}
-    streams['output'].last_refusal = 'plant/output: 2 names but 1 positions'
-    figures = examine(progress, streams, SETTINGS, {'late': 3, 'skipped': 6}, 'back to 1').figures
-    expected = {
-        'residual_rms': 0.1,
-        'evaluations': 7,
-        'solve_time_s': 0.01,
-        'latency_s': 0.2,
-        'compile_time_s': 1.5,
-        'output.wrong_length': 2,
-        'output.last_refusal': 'plant/output: 2 names but 1 positions',
-        'samples.late': 3,
-        'skipped': 6,
-        'last_break': 'back to 1',
-    }
-    assert {name: figures[name] for name in expected} == expected
-    assert not {'samples.skipped', 'input.last_refusal'} & set(figures)
-
-
-def test_progress_counts_what_was_published_withheld_and_failed():
-    progress = Progress(ready=True)
-    progress.conclude(estimate(), 0.1, published=True)
-    progress.conclude(estimate(), 0.1, published=True)
-    progress.fail(Finished('estimate', None, ZeroDivisionError('by zero'), 0.0, 1.0))
-    assert judged(progress) == (
-        Level.ERROR, 'failed', "the observer failed: ZeroDivisionError('by zero')"
-    )  # fmt: skip
-    progress.conclude(estimate(Outcome.DIVERGED, float('nan')), 0.3, published=False)
-    assert (progress.published, progress.withheld, progress.failed) == (2, 1, 1)
-    assert judged(progress)[:2] == (Level.ERROR, 'diverged')
-
-
-def test_a_restart_forgets_the_last_estimate_and_error_but_not_the_counts():
-    progress = Progress(ready=True)
-    progress.conclude(estimate(), 0.1, published=True)
-    progress.fail(Finished('estimate', None, RuntimeError('no'), 0.0, 1.0))
-    progress.restart()
-    assert judged(progress)[1] == 'compiling'
-    progress.ready = True
-    assert judged(progress)[1] == 'collecting'
-    assert (progress.published, progress.failed) == (1, 1)
 
 
 @pytest.mark.parametrize(
@@ -243,76 +152,46 @@ def test_what_keeps_the_first_window_from_closing_is_said(counts, message):
 
 
 def test_refused_messages_are_not_taken_for_silence():
-    streams = feeds(output=6.0)
-    streams['output'].refuses, streams['output'].last_refusal = True, "unknown name 'theta'"
+    streams = statuses(output=6.0, refuses=True, last_refusal="unknown name 'theta'")
     level, outcome, message = judged(streams=streams)
     assert (level, outcome) == (Level.STALE, 'stale_output')
     assert message == "stale_output: its messages are refused: unknown name 'theta'"
 
 
 def test_publishers_that_take_turns_are_told_before_the_outcome():
-    streams = feeds()
-    streams['output'].mixed, streams['output'].publishers = True, 2
-    level, outcome, message = judged(streams=streams)
+    level, outcome, message = judged(streams=statuses(alternating=True, publishers=2))
     assert (level, outcome) == (Level.WARN, 'mixed')
     assert message.startswith('mixed: stop all but one of the 2 publishers of plant/output')
 
 
 @pytest.mark.parametrize('silence', [None, 9.0])
 def test_a_publisher_that_is_not_heard_is_the_reason_of_silence(silence):
-    streams = feeds(input=silence)
-    streams['input'].unheard = 'a publisher of plant/input is not heard: why'
-    message = judged(streams=streams)[2]
-    assert message.endswith(': a publisher of plant/input is not heard: why')
-    assert (
-        judged(streams=feeds() | {'output': FakeFeed('plant/output', 'output', unheard='x')})[0]
-        is Level.OK
-    )
+    unheard = 'a publisher of plant/output is not heard: why'
+    message = judged(streams=statuses(silence, unheard=unheard))[2]
+    assert message.endswith(f': {unheard}')
+    assert judged(streams=statuses(unheard=unheard))[0] is Level.OK
 
 
 @pytest.mark.parametrize('ahead', [1500, -1500])
 def test_streams_stamped_by_two_clocks_are_told(ahead):
-    streams = feeds()
-    streams['output'].stamp, streams['input'].stamp = 2000 * 10**9, (2000 + ahead) * 10**9
-    level, _, message = judged(estimate=None, streams=streams)
+    level, _, message = judged(estimate=None, streams=stamped(2000, 2000 + ahead))
     assert level is Level.WARN
     last, first = ('input', 'output') if ahead > 0 else ('output', 'input')
     assert message == (
         f'use one clock for both publishers: plant/{last} is stamped 1500 s after plant/{first}'
     )
-    streams['input'].stamp = 2900 * 10**9
-    level, _, message = judged(estimate=None, collected=99.0, streams=streams)
+    level, _, message = judged(estimate=None, collected=99.0, streams=stamped(2000, 2900))
     assert level is Level.OK
     assert message.endswith('99 of 1000 s; plant/output is 900 s behind plant/input')
 
 
-def test_predictions_have_figures_and_so_has_a_cache_that_fails(monkeypatch):
-    @dataclass
-    class FakeForecast:
-        published: int = 7
-        diverged: int = 1
-        horizon: float | None = 2.5
-        latency: float = 0.25
-
-    def seen(forecast):
-        return examine(Progress(), feeds(), SETTINGS, {}, None, forecast).figures
-
-    figures = seen(FakeForecast())
-    assert (figures['predicted'], figures['prediction_diverged']) == (7, 1)
-    assert (figures['prediction_horizon_s'], figures['prediction_latency_s']) == (2.5, 0.25)
-    assert 'prediction_horizon_s' not in seen(FakeForecast(horizon=None))
-    assert 'predicted' not in seen(None) and 'kernel_cache' not in seen(None)
-    monkeypatch.setattr(health, 'cache_trouble', lambda: 'disk full')
-    assert seen(None)['kernel_cache'] == 'disk full'
-
-
 def test_a_backlog_is_said_to_be_one_and_not_a_silent_publisher():
     """Messages that wait unread make the other streams look silent."""
-    level, outcome, message = judged(behind=3.21, streams=feeds(input=6.0))
+    level, outcome, message = judged(behind=3.21, streams=statuses(input=6.0))
     assert (level, outcome) == (Level.WARN, 'behind')
     assert message.startswith('3.2 s behind: this machine is too slow for observer sliding_window')
     assert judged(behind=0.99)[1] == 'converged'
-    silent = judged(behind=3.21, streams=feeds(input=6.0, output=6.0))
+    silent = judged(behind=3.21, streams=statuses(input=6.0, output=6.0))
     assert silent[1] == 'stale_output', 'once nothing comes any more'
 
 
@@ -324,7 +203,7 @@ def test_samples_that_come_late_are_a_warning_for_some_time():
     level, outcome, message = judged(progress)
     assert (level, outcome) == (Level.WARN, 'converged')
     assert message.startswith('raise merge_wait: 7 samples came late') and 'as told' in message
-    for _ in range(LATE_FOR):
+    for _ in range(progress.late_for):
         assert judged(progress)[0] is Level.WARN
         progress.note_late(7)
     assert judged(progress)[0] is Level.OK
@@ -333,34 +212,26 @@ def test_samples_that_come_late_are_a_warning_for_some_time():
 SEEN = 128  # characters that `ros2 topic echo` shows
 
 
-def turns(**changes):
-    """Feeds of which the output's differs."""
-    streams = feeds()
-    for name, value in changes.items():
-        setattr(streams['output'], name, value)
-    return streams
-
-
-def apart():
-    streams = feeds()
-    streams['output'].stamp, streams['input'].stamp = 0, 5000 * 10**9
-    return streams
+def stamped(output, input):
+    """Status of both streams, their newest stamps (s) at these times."""
+    streams = statuses(stamp=output * 10**9)
+    return streams | {'input': replace(streams['input'], stamp=input * 10**9)}
 
 
 REFUSAL = "plant/output: unknown name 'theta': did you mean 'th'?" + 500 * 'x'
 REMEDIES = {
     'paused': ({'enabled': False}, {}, '~/enable'),
-    'nobody': ({}, {'streams': turns(silence=None, publishers=0)}, 'start its publisher'),
-    'silent': ({}, {'streams': turns(silence=None)}, 'waiting for plant/output'),
-    'refused': ({}, {'streams': turns(silence=None, last_refusal=REFUSAL)}, "did you mean 'th'"),
+    'nobody': ({}, {'streams': statuses(output=None, publishers=0)}, 'start its publisher'),
+    'silent': ({}, {'streams': statuses(output=None)}, 'waiting for plant/output'),
+    'refused': ({}, {'streams': statuses(output=None, last_refusal=REFUSAL)}, "did you mean 'th'"),
     'refused again': (
-        {}, {'streams': turns(silence=9.0, refuses=True, last_refusal=REFUSAL)}, "did you mean 'th'"
+        {}, {'streams': statuses(9.0, refuses=True, last_refusal=REFUSAL)}, "did you mean 'th'"
     ),
-    'unheard': ({}, {'streams': turns(silence=9.0, unheard='its QoS x is another')}, 'its QoS x'),
+    'unheard': ({}, {'streams': statuses(output=9.0, unheard='its QoS x is another')}, 'its QoS x'),
     'behind': ({'behind': 9.9}, {}, 'publish less often, or'),
-    'stale': ({}, {'streams': turns(silence=9.0)}, 'does a publisher run?'),
-    'mixed': ({}, {'streams': turns(mixed=True, publishers=2)}, 'stop all but one'),
-    'clocks': ({'estimate': None}, {'streams': apart()}, 'use one clock'),
+    'stale': ({}, {'streams': statuses(output=9.0)}, 'does a publisher run?'),
+    'mixed': ({}, {'streams': statuses(alternating=True, publishers=2)}, 'stop all but one'),
+    'clocks': ({'estimate': None}, {'streams': stamped(0, 5000)}, 'use one clock'),
     'overflow': ({'estimate': None}, {'counts': {'overflow': 1}}, 'shorten window.duration'),
     'duplicate': ({'estimate': None}, {'counts': {'duplicate': 9}}, 'set header.stamp'),
     'all_nan': ({'estimate': None}, {'counts': {'all_nan': 9}}, 'look at what is measured'),

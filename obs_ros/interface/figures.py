@@ -1,0 +1,79 @@
+"""Figures of an estimator for /diagnostics, by name."""
+
+from collections.abc import Iterator, Mapping
+from typing import Any
+
+from obs_ros.core.kernel_cache import cache_trouble
+from obs_ros.interface.forecast import Forecast
+from obs_ros.interface.progress import Progress
+from obs_ros.interface.status import SubscriptionStatus
+
+Figure = tuple[str, object]
+
+
+def figures(
+    progress: Progress,
+    subscriptions: Mapping[str, SubscriptionStatus],
+    settings: Mapping[str, Any],
+    counts: Mapping[str, int],
+    last_break: str | None,
+    forecast: Forecast | None,
+) -> Iterator[Figure]:
+    """Yield every figure that is known, in the order in which they are shown."""
+    yield 'observer', settings['observer']
+    yield from _of_progress(progress)
+    for name, status in subscriptions.items():
+        yield from _of_subscription(name, status)
+    yield from ((f'samples.{reason}', n) for reason, n in counts.items() if reason != 'skipped')
+    yield 'skipped', counts.get('skipped', 0)
+    if forecast is not None:
+        yield from _of_forecast(forecast)
+    if trouble := cache_trouble():
+        yield 'kernel_cache', trouble
+    if last_break:
+        yield 'last_break', last_break
+
+
+def _of_progress(progress: Progress) -> Iterator[Figure]:
+    yield 'ready', progress.ready
+    yield 'enabled', progress.enabled
+    yield 'published', progress.published
+    yield 'withheld', progress.withheld
+    yield 'failed', progress.failed
+    yield 'compile_time_s', progress.compile_time
+    if progress.too_early:
+        yield 'too_early', progress.too_early
+    if estimate := progress.estimate:
+        yield 'residual_rms', estimate.residual_rms
+        yield 'evaluations', estimate.evaluations
+        yield 'solve_time_s', estimate.solve_time
+        yield 'latency_s', progress.latency
+        yield 'behind_s', progress.behind
+        yield from ((f'residual_rms.{name}', rms) for name, rms in estimate.output_rms.items())
+        yield from ((f'weak.{i}', words) for i, words in enumerate(estimate.weak, 1))
+        if estimate.advice:
+            yield 'advice', estimate.advice
+    yield 'jumps', progress.jumps
+    if progress.jump:
+        yield 'last_jump', str(progress.jump)
+        if progress.jump.alternatives:
+            yield 'last_jump.or', '; '.join(progress.jump.alternatives)
+
+
+def _of_subscription(name: str, status: SubscriptionStatus) -> Iterator[Figure]:
+    yield f'{name}.received', status.received
+    yield f'{name}.rate_hz', status.rate
+    yield f'{name}.publishers', status.publishers
+    yield f'{name}.reliable', status.reliable
+    yield f'{name}.lost', status.lost
+    yield from ((f'{name}.{reason}', count) for reason, count in status.refused.items())
+    if status.last_refusal:
+        yield f'{name}.last_refusal', status.last_refusal
+
+
+def _of_forecast(forecast: Forecast) -> Iterator[Figure]:
+    yield 'predicted', forecast.published
+    yield 'prediction_diverged', forecast.diverged
+    if forecast.horizon is not None:
+        yield 'prediction_horizon_s', forecast.horizon
+        yield 'prediction_latency_s', forecast.latency

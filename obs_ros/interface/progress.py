@@ -1,0 +1,57 @@
+"""Progress of an estimator: its counts, its newest estimate, and what keeps it from the next."""
+
+from collections import deque
+from dataclasses import dataclass
+
+from obs_ros.core.estimate import Estimate, Jump
+from obs_ros.core.texts import quoted
+from obs_ros.interface.worker import Finished
+
+
+@dataclass
+class Progress:
+    """Counts and moments of an estimator; times in s."""
+
+    enabled: bool = True
+    ready: bool = False
+    compile_time: float = 0.0
+    estimate: Estimate | None = None  # the last one; None after a reset
+    latency: float = 0.0
+    behind: float = 0.0  # from the arrival of the newest sample until it was absorbed
+    late: int = 0  # samples that came too late within the last `late_for` calls of `note_late`
+    late_for: int = 10  # calls, one a second: long enough for the warning to be read
+    error: str = ''  # of the last solve; empty when it went well
+    published: int = 0
+    too_early: int = 0  # samples that came before an immediate observer was compiled
+    withheld: int = 0
+    failed: int = 0
+    jumps: int = 0
+    jump: Jump | None = None  # the last one, as the newest window that holds it says
+    collected: float | None = None  # s of the window that is open; None before its first output
+    solving: bool = False  # a window is closed, and its estimate under way
+
+    def __post_init__(self) -> None:
+        # All that were late until each of the last calls.
+        self._late: deque[int] = deque([0], maxlen=self.late_for + 1)
+
+    def note_late(self, count: int) -> None:
+        """Note how many samples were late since construction."""
+        self._late.append(count)
+        self.late = self._late[-1] - self._late[0]
+
+    def restart(self) -> None:
+        """Begin with a new observer."""
+        self.ready, self.estimate, self.error = False, None, ''
+
+    def conclude(self, estimate: Estimate, latency: float, published: bool) -> None:
+        """Note an estimate, and whether it was fit to be published."""
+        self.estimate, self.latency, self.error = estimate, latency, ''
+        self.published += published
+        self.jumps += sum(jump.new for jump in estimate.jumps)
+        self.jump = estimate.jumps[-1] if estimate.jumps else self.jump
+        self.withheld += not published
+
+    def fail(self, finished: Finished) -> None:
+        """Note an exception of the observer."""
+        self.failed += 1
+        self.error = quoted(finished.error)

@@ -1,0 +1,63 @@
+"""The report on a model: variables, trial, speed, and what a window determines."""
+
+import re
+
+import pytest
+
+from obs_ros.cli.model_report import ReportSettings, identifiable, rollout, speed, variables
+from obs_ros.cli.model_trial import simulated
+from obs_ros.integration.backends import kernels_for
+from obs_ros.models import load_model
+
+TANKS = load_model('three_tank')
+
+
+@pytest.fixture(scope='module')
+def kernels():
+    return kernels_for(TANKS, 'numpy')
+
+
+@pytest.fixture(scope='module')
+def trial(kernels):
+    return simulated(kernels, 100.0, 1.0, {}, {})
+
+
+def test_every_variable_has_its_line(trial):
+    lines = variables(TANKS)
+    order = (*TANKS.states, *TANKS.inputs, *TANKS.outputs, *TANKS.parameters)
+    assert [line.split()[1] for line in lines] == [v.name for v in order]
+    assert '  state      h1               cm       0 to 100' in lines
+
+
+def test_the_rollout_names_its_axis_and_the_ranges(trial):
+    lines = rollout(TANKS, trial)
+    assert lines[0] == 'trial rollout: 100 s, a sample every 1 s, 100 steps'
+    assert '  input      Q1               held at 30; --input Q1=AMPLITUDE moves it' in lines
+    (h3,) = [line for line in lines if line.startswith('  state      h3 ')]
+    end = trial.states[-1, 2]
+    assert f'to {end:.4g}, ' in h3
+
+
+def test_speed_is_that_of_the_fastest_run(kernels, trial):
+    (line,) = speed(kernels, trial, ReportSettings(candidates=64, repeats=2))
+    (ns,) = re.findall(r'^speed: (\S+) ns for a step of one candidate, .* \(numpy;', line)
+    assert 1.0 < float(ns) < 1e7
+
+
+def test_twice_the_noise_is_twice_the_deviation(kernels):
+    filled = simulated(kernels, 100.0, 1.0, {'h1': 60.0, 'h2': 30.0, 'h3': 45.0}, {})
+
+    def deviations(scale):
+        lines = identifiable(kernels, filled, {'h1': scale, 'h2': scale})
+        return [float(x) for line in lines for x in re.findall(r'known to \+- (\S+)', line)]
+
+    one, two = deviations(1e-4), deviations(2e-4)
+    assert len(one) == 6
+    assert two == pytest.approx([2.0 * value for value in one], rel=0.06)
+
+
+def test_noise_that_is_not_given_is_a_guess_from_the_spread(kernels, trial):
+    lines = identifiable(kernels, trial, {'h1': 0.02}, ReportSettings(noise=0.1))
+    guess = 0.1 * trial.record.y[:, 1].std()
+    assert lines[1] == '  output     h1               0.02 cm'
+    assert lines[2] == f'  output     h2               {guess:.3g} cm, a guess: give --noise h2=...'

@@ -1,0 +1,26 @@
+"""~/info tells model and settings as YAML."""
+
+import yaml
+from ros import Ros
+from std_msgs.msg import String
+
+from obs_ros.models import load_model
+from obs_ros.ros.info import model_info, publish_info, settings_info
+from obs_ros.ros.messages import LATCHED
+
+
+def test_who_comes_late_reads_it_too(ros: Ros):
+    publish = publish_info(ros.node)
+    publish({**model_info(load_model('three_tank')), **settings_info({'a.b': (1.0, 2.0)})})
+    texts = ros.listen('/test/info', String, LATCHED)
+    info = yaml.safe_load(ros.spin_until(lambda: texts)[0].data)
+    assert info['model'] == 'three_tank' and info['settings'] == {'a.b': [1.0, 2.0]}
+    assert info['inputs'][0]['name'] == 'Q1'
+
+
+def test_info_tells_what_is_on_a_log_scale():
+    found = model_info(load_model('heat_exchanger_reduced'))
+    assert found['parameters'][0] == {
+        'name': 'dP1', 'unit': 'Pa', 'bounds': [1.0e5, 1.0e6], 'scale': 'log'
+    }  # fmt: skip
+    assert 'scale' not in found['states'][0]
