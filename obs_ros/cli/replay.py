@@ -35,7 +35,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
         print('\nreplay: stopped; what stands in the output is not all', file=sys.stderr)
         return 130
     except (ValueError, OSError, ImportError) as error:
-        # Where the line of progress stands.
+        # There the line of progress stands.
         begin = '\r' if sys.stdout.isatty() else ''
         print(f'{begin}replay: {one_line(error)}', file=sys.stderr)
         return 1
@@ -99,7 +99,7 @@ def _warn(error: MissingPackageError, what: str) -> None:
 
 
 def _make_room(folder: Path, force: bool) -> None:
-    """Make the folder; what an earlier replay left goes only when told so, and nothing else."""
+    """Make the folder; what an earlier replay left goes only by `force`, and nothing else."""
     if folder.exists() and not folder.is_dir():
         raise ValueError(f'{folder} is a file, not a folder to write to')
     there = [folder / name for name in OUR_FILES if (folder / name).exists()]

@@ -14,7 +14,7 @@ OPTIONS: dict[str, Any] = {'nogil': True, 'error_model': 'numpy'}
 def accelerated(function: Function, elsewhere: Function | None = None) -> Function:
     """Return the function compiled at its first call and stored for later processes.
 
-    What is stored is never stale: its folder's name holds a hash of the function and of all that it
+    Stored code is never stale: its folder's name holds a hash of the function and of all that it
     uses. Without Numba, `elsewhere`, which does the same on whole arrays, or else the function
     itself is returned.
     """

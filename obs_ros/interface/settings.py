@@ -30,9 +30,9 @@ def build_observer(model: Model, values: Mapping[str, Any]) -> Observer:
         'noise': {
             name: deviation for name, deviation in _under('noise.', values).items() if deviation
         },
+        'initial': _given('initial.', values),
         'seed': values['seed'],
     }
-    common['initial'] = _given('initial.', values)
     if observer.immediate:
         settings = _under(own_prefix(values['observer']), values)
         immediate: Observer = observer(model, **common, **settings)

@@ -31,9 +31,9 @@ class SubscriptionStatus:
 
     `silence` (s of wall time) has passed since the last right message, whose stamp is `stamp` (ns);
     both are None before the first. `rate` is in messages per s of wall time. `refused` counts wrong
-    messages by reason, `last_refusal` is the text of the newest, and `refuses` tells that the last
-    message was one. `unheard` says why a publisher is not heard, if one is not. `alternating`
-    publishers send by turns; with `reliable` delivery lost messages are sent again.
+    messages by reason, `last_refusal` is the text of the newest; `refuses`: the last message was
+    one. `unheard` says why a publisher is not heard, if one is not. `alternating` publishers send
+    by turns; with `reliable` delivery lost messages are sent again.
     """
 
     topic: str

@@ -73,7 +73,7 @@ def settings_page() -> str:
     """Return, in Markdown, the settings that each immediate observer has of its own."""
     parts = [
         '# Settings of the observers\n\n'
-        'What each observer that goes sample by sample has besides the parameters that all share\n'
+        'Parameters of each observer that goes sample by sample, besides those that all share\n'
         '(`parameters`, `states`, `seed`, `bounds.<name>`, `fixed.<name>`, `noise.<output>`,\n'
         '`initial.<name>`, `stale_after`). [Which observer?](which-observer.md) says what each is '
         'for.\n\nThis page is made by `python -m obs_ros.interface.usage`.'

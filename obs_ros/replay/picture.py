@@ -156,7 +156,7 @@ def _misfit(plt: Any, account: Account) -> Any:
         finish(figure, axes, account.first)
         return figure
     outputs = history.model.outputs
-    figure, axes = panels(plt, len(outputs), 'What windows leave, and what the next ones bring')
+    figure, axes = panels(plt, len(outputs), 'Residuals of windows, errors of their forecasts')
     kinds = (
         ('residuals', 'residual of the window', COLOURS[0], '-'),
         ('forecasts', f'forecast error over the next {account.horizon:g} s', COLOURS[1], '-'),

@@ -72,7 +72,7 @@ def _outcomes(account: Account) -> Iterator[str]:
         lines = [
             f'- {words}: {count} estimates' for words, count in history.weak.most_common(SHOWN)
         ]
-        yield 'What windows did not tell:\n\n' + '\n'.join(lines)
+        yield 'Left undetermined by windows:\n\n' + '\n'.join(lines)
 
 
 def _estimates(account: Account) -> Iterator[str]:
@@ -135,11 +135,11 @@ def _misfit(account: Account) -> Iterator[str]:
     if not len(history):
         return
     if account.horizon is None:
-        yield '## What each output brought that was not expected'
+        yield '## Innovations'
         rms = history.rows('rms')[:, 0]
         known = rms[np.isfinite(rms)]
         if not known.size:
-            yield 'The observer tells no innovations.'
+            yield 'The observer has no innovations.'
             return
         yield (
             f'Root mean square of the innovation over all outputs: {_figure(median(rms))} in the '

@@ -38,10 +38,8 @@ def settings_info(settings: Mapping[str, Any]) -> dict[str, Any]:
 
 
 def _variables(variables: Sequence[Variable]) -> list[dict[str, Any]]:
-    return [_variable(variable) for variable in variables]
-
-
-def _variable(variable: Variable) -> dict[str, Any]:
-    bounds = [variable.lower, variable.upper]
-    found: dict[str, Any] = {'name': variable.name, 'unit': variable.unit, 'bounds': bounds}
-    return found if variable.scale == 'linear' else {**found, 'scale': variable.scale}
+    return [
+        {'name': v.name, 'unit': v.unit, 'bounds': [v.lower, v.upper]}
+        | ({} if v.scale == 'linear' else {'scale': v.scale})
+        for v in variables
+    ]

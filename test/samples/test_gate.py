@@ -10,7 +10,7 @@ from plants import VESSEL
 from obs_ros import Estimate, Outcome, Sample
 from obs_ros.core.typing import Array
 from obs_ros.horizon.prediction import Prediction
-from obs_ros.interface.settings import COMMON
+from obs_ros.interface.parameters import COMMON
 from obs_ros.models.three_tank import THREE_TANK
 from obs_ros.observers.recursive import Instant, RecursiveObserver
 from obs_ros.replay.forecast import Forecaster
