@@ -1,1 +1,5 @@
-"""Parameters that jump inside a window: which, when, by how much, and how sure that is."""
+"""Parameters that jump inside a window: which, when and by how much.
+
+`piecewise` is the model of such a window, `hypothesis` its evidence; `screening` and `moves` lead
+from a hypothesis to others, and `jump_search` decides among them.
+"""

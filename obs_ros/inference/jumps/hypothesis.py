@@ -126,7 +126,7 @@ def _linearised(problem: PiecewiseProblem, point: Array) -> Linearisation:
     for _ in range(settings.step_trials):
         linearisation = problem.linearisation(point, steps)
         slopes = np.sqrt((linearisation.jacobian**2).sum(axis=0))
-        wanted = settings.step / np.maximum(slopes, TINY)
+        wanted = settings.noise_step / np.maximum(slopes, TINY)
         wanted = np.clip(wanted, settings.smallest_step, settings.largest_step)
         if (np.maximum(wanted / steps, steps / wanted) < settings.step_ratio).all():
             break

@@ -149,17 +149,17 @@ class _Pursuit:
     def __init__(self, search: JumpSearch, least_cost: float) -> None:
         self._search, self._settings = search, search.settings
         self._limit = least_cost + self._settings.out_of_reach
-        self._trail, self._left = Trail(self._settings.latest), self._settings.iterations + 1
+        self._trail, self._left = Trail(self._settings.trail), self._settings.iterations + 1
         self.lost = False
 
     def hopeless(self, squares: float) -> bool:
         """Whether to give up at these squares (of residuals and prior), the least so far."""
         gained = self._trail.gain(squares)
         self._left -= 1
-        self.lost = squares - gained / self._settings.latest * self._left > self._limit
+        self.lost = squares - gained / self._settings.trail * self._left > self._limit
         if self.lost or self._search.explained(squares):
             return self.lost
-        return gained < self._settings.hardly * squares or self._search.futile
+        return gained < self._settings.least_gain * squares or self._search.futile
 
 
 def _most_probable(hypotheses: Iterable[Hypothesis]) -> Hypothesis:

@@ -12,7 +12,7 @@ from obs_ros.inference.jumps.hypothesis import TINY, Hypothesis
 from obs_ros.inference.jumps.piecewise import PiecewiseProblem, may_jump
 from obs_ros.inference.jumps.screening import (
     gain_of_earlier_jump,
-    screened,
+    screen,
     values_at,
     widened,
 )
@@ -37,12 +37,22 @@ class NewJump:
     parameter: int
     time: float
 
+    @classmethod
+    def screened(cls, base: Hypothesis, parameters: list[int]) -> Iterator['NewJump']:
+        """Yield the best new jump of each parameter; its time is one of so many."""
+        settings = base.problem.settings
+        times = np.arange(1, settings.times) / settings.times
+        gains = screen(base, times, parameters).gains
+        scores = gains - settings.jump_penalty - 2.0 * math.log(settings.times)
+        for parameter, i, score in zip(parameters, scores.argmax(0), scores.max(0), strict=True):
+            yield cls(float(score), parameter, float(times[i]))
+
     def start(self, base: Hypothesis) -> Iterator[Start]:
         """Yield a start at the best time nearby; one on either side, if an input steps between."""
         times = base.problem.settings.times
         fine = self.time + np.arange(-times + 1, times, 2) / times**2
         fine = fine[(fine > 0.0) & (fine < 1.0)]
-        gains, sizes = screened(base, fine, [self.parameter])
+        gains, sizes = screen(base, fine, [self.parameter])
         for i in _peaks(gains[:, 0])[:2]:
             yield with_jump(base, self.parameter, float(fine[i]), float(sizes[i, 0]))
 
@@ -56,6 +66,17 @@ class JoinedJump:
     event: int
     size: float
 
+    @classmethod
+    def screened(cls, base: Hypothesis, parameters: list[int]) -> Iterator['JoinedJump']:
+        """Yield the jump of each parameter that does not jump at an event yet."""
+        for event, place in enumerate(base.layout.times):
+            others = [i for i in parameters if i not in base.problem.events[event]]
+            if others:
+                gains, sizes = screen(base, base.point[[place]], others)
+                scores = gains[0] - base.problem.settings.further_penalty
+                for parameter, score, size in zip(others, scores, sizes[0], strict=True):
+                    yield cls(float(score), parameter, event, float(size))
+
     def start(self, base: Hypothesis) -> Iterator[Start]:
         """Yield the one start."""
         yield _joined(base, self.parameter, self.event, self.size)
@@ -67,6 +88,21 @@ class EarlierJump:
 
     score: float
     parameter: int
+
+    @classmethod
+    def screened(
+        cls, base: Hypothesis, parameters: list[int], hopeful: float
+    ) -> Iterator['EarlierJump']:
+        """Yield the jump of each parameter, where a prior that is not believed could pay.
+
+        It can give back no more than it costs now.
+        """
+        prior = base.problem.prior
+        off = base.point[: base.layout.dimension] - prior.mean
+        price = base.problem.settings.earlier_penalty(prior.gap)
+        if not base.problem.events and off @ prior.precision @ off > price + hopeful:
+            for parameter in (i for i in parameters if i not in base.earlier):
+                yield cls(gain_of_earlier_jump(base, parameter) - price, parameter)
 
     def start(self, base: Hypothesis) -> Iterator[Start]:
         """Yield the one start, under a prior that is as wide as the parameter's box."""
@@ -83,17 +119,16 @@ def promising_moves(base: Hypothesis, hopeful: float) -> list[Move]:
 
     They score more than `hopeful`, and not too much less than the best.
     """
-    settings = base.problem.settings
-    found = _jumps_of_their_own(base, hopeful)
-    parameters = may_jump(base.problem.objective.unknowns)
-    for event, place in enumerate(base.layout.times):
-        others = [i for i in parameters if i not in base.problem.events[event]]
-        if others:
-            gains, sizes = screened(base, base.point[[place]], others)
-            scores = gains[0] - settings.further_penalty
-            found += map(JoinedJump, scores, others, [event] * len(others), sizes[0])
+    parameters, settings = may_jump(base.problem.objective.unknowns), base.problem.settings
+    if not parameters:
+        return []
+    found: list[Move] = [
+        *NewJump.screened(base, parameters),
+        *EarlierJump.screened(base, parameters, hopeful),
+        *JoinedJump.screened(base, parameters),
+    ]
     found.sort(key=lambda move: -move.score)
-    worst = max(hopeful, found[0].score - settings.rival_margin) if found else hopeful
+    worst = max(hopeful, found[0].score - settings.rival_margin)
     return [move for move in found[: settings.rivals] if move.score > worst]
 
 
@@ -155,30 +190,6 @@ def _without(start: Start, event: int, i: int) -> Start:
     events[event : event + 1] = [rest] if rest else []
     gone = [place + 1 + i] if rest else [place, place + 1]
     return Start(replace(problem, events=tuple(events)), np.delete(point, gone), earlier)
-
-
-def _jumps_of_their_own(base: Hypothesis, hopeful: float) -> list[Move]:
-    """Return for each parameter the best new jump and, where one could pay, the earlier jump."""
-    problem = base.problem
-    settings, prior = problem.settings, problem.prior
-    parameters = may_jump(problem.objective.unknowns)
-    if not parameters:
-        return []
-    # A prior that is not believed can give back no more than it costs now.
-    off = base.point[: problem.objective.dimension] - prior.mean
-    price = settings.earlier_penalty(prior.gap)
-    doubted = not problem.events and off @ prior.precision @ off > price + hopeful
-    times = np.arange(1, settings.times) / settings.times
-    gains = screened(base, times, parameters).gains
-    scores = gains - settings.jump_penalty - 2.0 * math.log(settings.times)
-    found: list[Move] = []
-    for j, parameter in enumerate(parameters):
-        i = int(scores[:, j].argmax())
-        found.append(NewJump(scores[i, j], parameter, float(times[i])))
-        if doubted and parameter not in base.earlier:
-            score = gain_of_earlier_jump(base, parameter) - price
-            found.append(EarlierJump(score, parameter))
-    return found
 
 
 def _peaks(gains: Array) -> list[int]:

@@ -31,7 +31,7 @@ class Screening(NamedTuple):
     sizes: Array
 
 
-def screened(base: Hypothesis, times: Array, parameters: Sequence[int]) -> Screening:
+def screen(base: Hypothesis, times: Array, parameters: Sequence[int]) -> Screening:
     """Screen jumps of each parameter (J,) at each time (T,), a share of the window.
 
     A jump begins at the nearest node and lasts to the end.

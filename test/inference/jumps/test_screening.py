@@ -19,7 +19,7 @@ from jump_windows import (
 )
 from plants import integrator_design
 
-from obs_ros.inference.jumps.screening import at_nodes, gain_of_earlier_jump, screened, widened
+from obs_ros.inference.jumps.screening import at_nodes, gain_of_earlier_jump, screen, widened
 from obs_ros.inference.prior import Prior
 
 
@@ -28,7 +28,7 @@ def test_gains_of_jumps_sought_to_first_order(jump: float) -> None:
     window = record(jump)
     base = still(window, TIGHT)
     times = np.array([0.125, 0.4237, 0.875])
-    gains, sizes = screened(base, times, [GAIN, DRIFT])
+    gains, sizes = screen(base, times, [GAIN, DRIFT])
     without = neg2_log_probability(window, prior=TIGHT)
     # Screened jumps begin at nodes.
     for i, time in enumerate(10.0 * at_nodes(T, times)):
@@ -47,7 +47,7 @@ def test_gains_of_jumps_sought_to_first_order(jump: float) -> None:
 
 def test_the_gain_of_a_second_jump_beside_one() -> None:
     base = with_a_drift_jump(record(0.6), TIGHT)
-    gains, _ = screened(base, np.array([0.8]), [GAIN])
+    gains, _ = screen(base, np.array([0.8]), [GAIN])
     # Its time is as free as its size: another column, of the slope there.
     h = 1e-6
     time = 10.0 * base.point[3]
