@@ -14,12 +14,7 @@ import numpy as np
 from obs_ros.core.deadline import Deadline
 from obs_ros.core.residual_tests import independent_share, inflation, like_noise
 from obs_ros.inference.jumps.hypothesis import Hypothesis, beats, hypothesis_at
-from obs_ros.inference.jumps.moves import (
-    Start,
-    promising_moves,
-    with_one_exchanged,
-    without_one,
-)
+from obs_ros.inference.jumps.moves import Start, promising_moves, with_one_exchanged, without_one
 from obs_ros.optimization.levenberg_marquardt import Trail, levenberg_marquardt
 
 
