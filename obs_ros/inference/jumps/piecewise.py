@@ -157,9 +157,12 @@ class PiecewiseProblem:
         precision[:d, :d] = self.prior.precision
         weight = 1.0 / box_variances(self.objective.unknowns)
         for jump in self.layout.jumped(point):
-            ends = [jump.before, jump.after]
+            before, after = jump.before, jump.after
             size = weight[jump.parameter - self.objective.unknowns.n_states]
-            precision[np.ix_(ends, ends)] += size * np.array([[1.0, -1.0], [-1.0, 1.0]])
+            precision[before, before] += size
+            precision[after, after] += size
+            precision[before, after] -= size
+            precision[after, before] -= size
         return precision
 
     def linearisation(self, point: Array, steps: Array) -> 'Linearisation':
@@ -243,8 +246,9 @@ class PiecewiseProblem:
         t = self._t
         times = points[:, self.layout.times].T * t[-1]
         # What rounding took off a node is given back.
-        for node in (np.searchsorted(t, times), np.searchsorted(t, times) - 1):
-            nearest = t[np.clip(node, 0, t.size - 1)]
+        above = np.searchsorted(t, times)
+        for node in (np.minimum(above, t.size - 1), np.maximum(above - 1, 0)):
+            nearest = t[node]
             times = np.where(np.abs(times - nearest) <= 4.0 * np.spacing(t[-1]), nearest, times)
         return times, interval_of(t, times[:, 0])
 

@@ -14,7 +14,7 @@ class JumpSettings:
     """
 
     # Prior odds.
-    prior_probability: float = 0.01  # that a parameter jumps, in one window length
+    prior_probability: float = 0.01  # that a parameter jumps in a window's length; its walk, too
     further_probability: float = 0.1  # that another one jumps at the same time
     most_jumps: int = 4  # of single parameters in one window: more would be a drift
     # Margins.
