@@ -17,9 +17,9 @@ class Progress:
     compile_time: float = 0.0
     estimate: Estimate | None = None  # the last one; None after a reset
     latency: float = 0.0
-    behind: float = 0.0  # from the arrival of the newest sample until it was absorbed
-    late: int = 0  # samples that came too late within the last `late_for` calls of `note_late`
-    late_for: int = 10  # calls, one a second: long enough for the warning to be read
+    behind: float = 0.0  # longest time from arrival to absorption since the last examination
+    late: int = 0  # samples that came too late within the last `late_for` examinations
+    late_for: int = 10  # one a second: long enough for the warning to be read
     error: str = ''  # of the last solve; empty when it went well
     published: int = 0
     too_early: int = 0  # samples that came before an immediate observer was compiled
@@ -33,11 +33,18 @@ class Progress:
     def __post_init__(self) -> None:
         # All that were late until each of the last calls.
         self._late: deque[int] = deque([0], maxlen=self.late_for + 1)
+        self._lag = 0.0
 
-    def note_late(self, count: int) -> None:
-        """Note how many samples were late since construction."""
-        self._late.append(count)
+    def note_lag(self, seconds: float) -> None:
+        """Note how long a sample waited to be absorbed."""
+        self._lag = max(self._lag, seconds)
+        self.behind = max(self.behind, seconds)
+
+    def begin_examination(self, late: int) -> None:
+        """Turn to the time since the last one; so many samples were late since construction."""
+        self._late.append(late)
         self.late = self._late[-1] - self._late[0]
+        self.behind, self._lag = self._lag, 0.0
 
     def restart(self) -> None:
         """Begin with a new observer."""

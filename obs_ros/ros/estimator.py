@@ -145,7 +145,7 @@ class Estimator(GuardedNode):
         """Let the observer take a sample that arrived at `arrival` (steady clock, s)."""
         if not self.progress.enabled:
             return
-        self.progress.behind = time.monotonic() - arrival
+        self.progress.note_lag(time.monotonic() - arrival)
         if self.observer.immediate:
             self._step(sample, arrival)
             return
@@ -275,7 +275,7 @@ class Estimator(GuardedNode):
             self._worker.discard()
 
     def _examine(self) -> Health:
-        self.progress.note_late(self.observer.counts.get('late', 0))
+        self.progress.begin_examination(self.observer.counts.get('late', 0))
         self.progress.collected = self.observer.collected
         self.progress.solving = self.solving
         health = examine(

@@ -197,15 +197,15 @@ def test_a_backlog_is_said_to_be_one_and_not_a_silent_publisher():
 
 def test_samples_that_come_late_are_a_warning_for_some_time():
     progress = Progress(ready=True, estimate=estimate())
-    progress.note_late(0)
+    progress.begin_examination(0)
     assert judged(progress)[0] is Level.OK
-    progress.note_late(7)
+    progress.begin_examination(7)
     level, outcome, message = judged(progress)
     assert (level, outcome) == (Level.WARN, 'converged')
     assert message.startswith('raise merge_wait: 7 samples came late') and 'as told' in message
     for _ in range(progress.late_for):
         assert judged(progress)[0] is Level.WARN
-        progress.note_late(7)
+        progress.begin_examination(7)
     assert judged(progress)[0] is Level.OK
 
 

@@ -36,6 +36,17 @@ def test_late_samples_count_for_some_calls():
     progress = Progress(late_for=2)
     seen = []
     for total in (0, 3, 5, 5, 5):
-        progress.note_late(total)
+        progress.begin_examination(total)
         seen.append(progress.late)
     assert seen == [0, 3, 5, 2, 0]
+
+
+def test_what_waited_is_over_at_the_examination_after_the_next():
+    progress = Progress()
+    shown = []
+    for lags in ([0.2, 3.0, 0.1], [], [1.5], [0.4]):
+        for lag in lags:
+            progress.note_lag(lag)
+        progress.begin_examination(0)
+        shown.append(progress.behind)
+    assert shown == [3.0, 0.0, 1.5, 0.4]
