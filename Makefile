@@ -50,7 +50,7 @@ test-design: setup design  ## the tests that need what `make design` installs
 
 test-peers: export OBS_ROS_TEST_EXTRA := test-peers
 test-peers: setup peers  ## the tests that need what `make peers` installs
-	$(pytest) test/test_benchmarks.py -k peer
+	$(pytest) test/benchmarks -k peer
 
 clean:  ## remove .venv and everything else that was built
 	rm -rf .venv build *.egg-info .pytest_cache .mypy_cache .ruff_cache .hypothesis demo.png

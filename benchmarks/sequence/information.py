@@ -8,7 +8,7 @@ import numpy as np
 
 from benchmarks.common import table as markdown
 from benchmarks.sequence.scores import COVERED, binomial
-from benchmarks.tank_windows import (
+from benchmarks.tanks import (
     PARAMETERS,
     STATES,
     TRUE_STEP,

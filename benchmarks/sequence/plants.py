@@ -6,7 +6,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from benchmarks.tank_windows import TRUE_STEP
+from benchmarks.tanks import TRUE_STEP
 from obs_ros import Model, Record, Variable
 from obs_ros.core.typing import Array
 from obs_ros.integration.backends import kernels_for

@@ -7,7 +7,7 @@ from typing import NamedTuple
 import numpy as np
 
 from benchmarks.sequence.plants import PLANTS, Change, Parameters, Plant, Run, simulated
-from benchmarks.tank_windows import noise_of
+from benchmarks.tanks import noise_of
 from obs_ros.core.typing import Array
 
 RUN_STREAM = 2  # what a run is drawn from; searches must not draw the same numbers

@@ -13,8 +13,8 @@ from benchmarks.sequence.plants import PLANTS, Change, Parameters, simulated
 from benchmarks.sequence.scenes import KINDS, Scene, run_of
 from benchmarks.sequence.scores import confidently_wrong, coverage, share
 from benchmarks.sequence.track import Task, tracked
-from benchmarks.tank_windows import blank_record
-from benchmarks.windows import UNKNOWNS
+from benchmarks.tanks import blank_record
+from benchmarks.windows.run import UNKNOWNS
 from obs_ros.models.three_tank import THREE_TANK
 
 

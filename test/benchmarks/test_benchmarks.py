@@ -4,20 +4,23 @@ import numpy as np
 import pytest
 from extras import needs
 
-from benchmarks import kernel, peers, search, windows
 from benchmarks.common import gcc_version
-from benchmarks.contest import KNOWN, Score, Task, Verdict, contested, limited_name
-from benchmarks.convergence import follow
 from benchmarks.judge import Judge
-from benchmarks.metered import spent
-from benchmarks.paper_tables import FITNESSES, SNRS, SYMBOLS, Cell, references
-from benchmarks.peer import OURS, PEERS, Peer
-from benchmarks.peer.problem import Oracle, Problem, Stopped
-from benchmarks.scaling import Curve
-from benchmarks.search_report import acceptance, believed
-from benchmarks.tank_row import tank_row
-from benchmarks.tank_windows import PAPER_WINDOWS, paper_end, paper_levels, paper_window
-from benchmarks.three_tank_tables import FIRST_SAMPLE, MEMETIC, PAPER, Run, bounds, errors_of
+from benchmarks.kernel import run as kernel
+from benchmarks.peers import run as peers
+from benchmarks.peers.problem import Oracle, Problem, Stopped
+from benchmarks.peers.registry import OURS, PEERS, Peer
+from benchmarks.scaling.metered import spent
+from benchmarks.scaling.run import Curve
+from benchmarks.scaling.tank_row import tank_row
+from benchmarks.search import run as search
+from benchmarks.search.contest import KNOWN, Score, Task, Verdict, contested, limited_name
+from benchmarks.search.report import acceptance, believed
+from benchmarks.tanks import PAPER_WINDOWS, paper_end, paper_levels, paper_window
+from benchmarks.three_tank_tables.convergence import follow
+from benchmarks.three_tank_tables.reference import FITNESSES, SNRS, SYMBOLS, Cell, references
+from benchmarks.three_tank_tables.run import FIRST_SAMPLE, MEMETIC, PAPER, Run, bounds, errors_of
+from benchmarks.windows import run as windows
 from benchmarks.zoo.tank_chain import TANK_CHAIN_4, TANK_CHAIN_8
 from obs_ros import solve_window
 from obs_ros.models.three_tank import THREE_TANK

@@ -5,7 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from benchmarks.genetic_papers import (
+from benchmarks.genetic_papers.report import (
     GAINS_1995,
     LUENBERGER_2000,
     MINIMUM,
@@ -18,7 +18,7 @@ from benchmarks.genetic_papers import (
     ways_1995,
     ways_2000,
 )
-from benchmarks.genetic_runs import Outcome, Run, Way, diverged, run
+from benchmarks.genetic_papers.run import Outcome, Run, Way, diverged, run
 
 GOOD = Outcome(
     rms=np.array([0.01, 0.02, 0.02]),

@@ -3,10 +3,14 @@
 import numpy as np
 import pytest
 
-from benchmarks import flow_runs, h_infinity, interconnected, tyre_runs, valve_tables
-from benchmarks.flow_runs import CONTESTANTS, Found, Measured, named_valves, settling
-from benchmarks.observer_costs import FORM, SCENARIOS, WINDOW, played
-from benchmarks.valve_windows import Followed, Isolated, Watched
+from benchmarks.h_infinity import report as h_infinity
+from benchmarks.h_infinity import run as tyre_runs
+from benchmarks.interconnected import report as interconnected
+from benchmarks.interconnected import run as flow_runs
+from benchmarks.interconnected import window_report as valve_tables
+from benchmarks.interconnected.run import CONTESTANTS, Found, Measured, named_valves, settling
+from benchmarks.interconnected.windows import Followed, Isolated, Watched
+from benchmarks.observer_costs.run import FORM, SCENARIOS, WINDOW, played
 from obs_ros import Outcome, load_model, load_observer
 from obs_ros.models.suspension import KT
 from obs_ros.observers.base import OBSERVERS

@@ -7,9 +7,9 @@ from patience import patience
 
 pytest.importorskip('rclpy')
 
-from benchmarks.fuzz import fuzzed
+from benchmarks.fuzz.run import fuzzed
 from benchmarks.live import Live
-from benchmarks.soak import GROWTH, soaked
+from benchmarks.soak.run import GROWTH, soaked
 from demo.domain import Domain
 
 pytestmark = pytest.mark.slow

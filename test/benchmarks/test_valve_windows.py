@@ -3,8 +3,8 @@
 import numpy as np
 import pytest
 
-from benchmarks.valve_tables import PRODUCT
-from benchmarks.valve_windows import SIZES, Fault, Watch, isolated, watched
+from benchmarks.interconnected.window_report import PRODUCT
+from benchmarks.interconnected.windows import SIZES, Fault, Watch, isolated, watched
 
 pytestmark = pytest.mark.slow
 

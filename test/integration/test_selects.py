@@ -13,8 +13,8 @@ from numpy import maximum, where
 from plants import BLOW_UP
 
 from benchmarks.common import cpu_seconds
-from benchmarks.select_models import BRIM, spring, tanks
-from benchmarks.selects import window
+from benchmarks.selects.models import BRIM, spring, tanks
+from benchmarks.selects.run import window
 from obs_ros import Model, Record, Variable
 from obs_ros.integration.backends import kernels_for
 from obs_ros.integration.grid import Grid

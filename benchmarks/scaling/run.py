@@ -1,0 +1,340 @@
+"""How the cost of a solve grows: samples, unknowns, lanes, output rate, plants in one process.
+
+Cold starts with the defaults; process time in one process. Where a growth is worse than linear the
+columns tell why: candidate-steps (the work), calls of the kernels, ns per candidate-step, and the
+share outside the kernels: Python, and the small linear algebra.
+"""
+
+import time
+from collections.abc import Callable, Mapping, Sequence
+from typing import NamedTuple
+
+import numpy as np
+
+from benchmarks.common import (
+    Progress,
+    cpu_seconds,
+    machine,
+    options,
+    publish,
+    quantiles,
+    repeats_for,
+)
+from benchmarks.common import table as markdown
+from benchmarks.scaling.metered import Spent, spent
+from benchmarks.scaling.pictures import draw_scaling
+from benchmarks.scaling.tank_row import tank_row
+from benchmarks.tanks import blank_record, noisy, random_window, simulated
+from benchmarks.zoo import CASES, draw
+from obs_ros import Record
+from obs_ros.core.record import Sample
+from obs_ros.core.rng import random_generator
+from obs_ros.integration.backends import kernels_for
+from obs_ros.integration.grid import Grid
+from obs_ros.models.three_tank import THREE_TANK
+from obs_ros.observers.sliding_window import SlidingWindowObserver
+
+SNR = 20.0  # dB
+SAMPLES = (50, 100, 200, 500, 1000, 2000, 5000, 10000, 20000)
+TANKS = (2, 4, 6, 8, 10)
+FREE = (4, 6, 8, 10, 12, 14, 16)  # of the 16 unknowns of a chain of 8
+LANES = (16, 32, 64, 128, 256, 512)
+PERIODS = (10.0, 5.0, 2.0, 1.0, 0.5, 0.2, 0.1)  # s, over DURATION
+DURATION = 1000.0  # s
+PLANTS = (1, 2, 4, 8, 16)
+PLANT_SAMPLES, PLANT_WINDOWS = 200, 4
+MEASUREMENT = 0.05  # s of process time
+LANE_SAMPLES = 1000
+PLANT_ROUNDS = 5
+CAUSES: Mapping[str, Callable[[Spent], float]] = {
+    'candidate-steps': lambda run: run.steps,
+    'kernel calls': lambda run: run.calls,
+    's / candidate-step': lambda run: run.kernel_seconds / run.steps,
+    's outside kernels': lambda run: run.seconds - run.kernel_seconds,
+}
+
+
+class Curve(NamedTuple):
+    """One way to grow: title, x and its name, rows of the table, s per solve, a remark.
+
+    `causes` are what the cost is made of, by name, at every x.
+    """
+
+    title: str
+    x_name: str
+    x: Sequence[float]
+    seconds: Sequence[float]
+    head: Sequence[str]
+    rows: Sequence[Sequence[object]]
+    remark: str
+    causes: Mapping[str, Sequence[float]] = {}
+
+    @property
+    def exponents(self) -> tuple[float, float]:
+        """Growth of the cost: exponent over all, and over the upper half."""
+        half = len(self.x) // 2
+        return exponent(self.x, self.seconds), exponent(self.x[half:], self.seconds[half:])
+
+
+def exponent(x: Sequence[float], y: Sequence[float]) -> float:
+    """Fit y = a x^e; return e."""
+    return float(np.polyfit(np.log(x), np.log(y), 1)[0])
+
+
+def main(arguments: list[str] | None = None) -> str:
+    """Measure, print, and write the report."""
+    parser = options(__doc__)
+    parser.add_argument('--windows', type=int, default=15, help='random windows at every size')
+    parser.add_argument('--seed', type=int, default=80_000, help='of the first window')
+    parser.add_argument('--quick', action='store_true', help='3 windows, and less of everything')
+    chosen = parser.parse_args(arguments)
+    keep = 3 if chosen.quick else None  # of every list of sizes
+    seeds = range(chosen.seed, chosen.seed + (3 if chosen.quick else chosen.windows))
+    curves = [
+        by_samples(SAMPLES[:keep], seeds),
+        by_rate(PERIODS[:keep], seeds),
+        by_tanks(TANKS[:keep], seeds),
+        by_free(FREE[:keep], seeds),
+        by_lanes(LANES[:keep]),
+        by_plants(PLANTS[:keep], chosen.seed),
+    ]
+    chosen.results.mkdir(parents=True, exist_ok=True)
+    draw_scaling(chosen.results / 'scaling.png', curves)
+    parts = [introduction(seeds), summary(curves), '![growth](scaling.png)']
+    parts += [
+        f'## {curve.title}\n\n{curve.remark}\n\n' + markdown(curve.head, curve.rows)
+        for curve in curves
+    ]
+    return publish(chosen.results, 'scaling', 'How the cost grows', parts, machine())
+
+
+def introduction(seeds: Sequence[int]) -> str:
+    """Say what was done."""
+    return (
+        f'Medians over {len(seeds)} random windows (seeds {seeds[0]} to {seeds[-1]}), cold start, '
+        f'defaults, noise unknown, {SNR:g} dB; process time in one process, compiled before. '
+        'A candidate-step is one candidate over one integration step.'
+    )
+
+
+def summary(curves: Sequence[Curve]) -> str:
+    """Tell the fitted exponents."""
+    rows = []
+    for curve in curves:
+        whole, upper = curve.exponents
+        span = f'{curve.x[0]:g} to {curve.x[-1]:g}'
+        growth = f'{curve.seconds[-1] / curve.seconds[0]:.1f}'
+        half = len(curve.x) // 2
+        causes = (
+            f'{exponent(curve.x[half:], curve.causes[name][half:]):.2f}' if curve.causes else ''
+            for name in CAUSES
+        )
+        rows.append((curve.title, span, growth, f'{whole:.2f}', f'**{upper:.2f}**', *causes))
+    head = ('cost against', 'range', 'cost, last / first', 'exponent', 'upper half', *CAUSES)
+    return (
+        'Exponents of growth: of the process time over all sizes and over the upper half of them; '
+        'there also of what it is made of. Linear is 1.\n\n' + markdown(head, rows)
+    )
+
+
+def solved_curve(
+    title: str,
+    x_name: str,
+    x: Sequence[float],
+    solves: Callable[[int, int], Spent],
+    seeds: Sequence[int],
+    remark: str,
+) -> Curve:
+    """Solve windows at every size: `solves(i, seed)` does one of size x[i]."""
+    progress, rows, seconds = Progress(title, len(x)), [], []
+    causes: dict[str, list[float]] = {name: [] for name in CAUSES}
+    for i, size in enumerate(x):
+        solves(i, seeds[0])  # compiles, warms
+        runs = [solves(i, seed) for seed in seeds]
+        median, high = quantiles(run.seconds for run in runs)
+        for name, cause in CAUSES.items():
+            causes[name].append(float(np.median([cause(run) for run in runs])))
+        steps, calls, per_step, _ = (values[-1] for values in causes.values())
+        rows.append(
+            (
+                f'{size:g}',
+                f'{1e3 * median:.2f}',
+                f'{1e3 * high:.1f}',
+                f'{1e-6 * steps:.2f}',
+                f'{calls:.0f}',
+                f'{np.median([run.estimate.evaluations for run in runs]):.0f}',
+                f'{1e9 * per_step:.1f}',
+                f'{100.0 * np.median([run.rest for run in runs]):.0f}',
+                sum(run.estimate.outcome == 'converged' for run in runs),
+            )
+        )
+        seconds.append(median)
+        progress.step()
+    head = (
+        x_name,
+        'median (ms)',
+        'p95 (ms)',
+        'candidate-steps (10^6)',
+        'kernel calls',
+        'candidates',
+        'ns / candidate-step',
+        'outside kernels (%)',
+        f'converged of {len(seeds)}',
+    )
+    return Curve(title, x_name, x, seconds, head, rows, remark, causes)
+
+
+def by_samples(samples: Sequence[int], seeds: Sequence[int]) -> Curve:
+    """Three tanks, one sample a second, ever longer."""
+    return solved_curve(
+        'samples per window',
+        'samples',
+        samples,
+        lambda i, seed: spent(THREE_TANK, random_window(seed, samples[i], SNR).record, seed),
+        seeds,
+        'Three tanks, 6 unknowns, a sample every second: the window gets longer, too.',
+    )
+
+
+def by_rate(periods: Sequence[float], seeds: Sequence[int]) -> Curve:
+    """Three tanks, the same time, ever more samples."""
+
+    def record(period: float, seed: int) -> Record:
+        rng = random_generator(seed, 1)
+        p, x0 = rng.uniform(0.2, 1.0, 3), rng.uniform(5.0, 95.0, 3)
+        t = period * np.arange(float(round(DURATION / period)))
+        window = noisy(simulated(x0, p, t), p, SNR, rng)
+        return blank_record(t, window.record.y)
+
+    return solved_curve(
+        'output rate',
+        'samples per s',
+        [1.0 / period for period in periods],
+        lambda i, seed: spent(THREE_TANK, record(periods[i], seed), seed),
+        seeds,
+        f'Three tanks, 6 unknowns, {DURATION:g} s: the window stays as long. A step of integration '
+        'lasts 1 s at the most, so that below one sample per s the steps stay as many.',
+    )
+
+
+def by_tanks(tanks: Sequence[int], seeds: Sequence[int]) -> Curve:
+    """Ever longer rows of tanks."""
+    cases = [tank_row(count) for count in tanks]
+    return solved_curve(
+        'unknowns, with the plant',
+        'unknowns',
+        [2 * count for count in tanks],
+        lambda i, seed: spent(cases[i].model, draw(cases[i], seed).record, seed),
+        seeds,
+        f'Rows of {tanks[0]} to {tanks[-1]} tanks, 1000 samples, half of the levels measured, all '
+        'levels and valves unknown. With them grow the candidates of a Jacobian, the states '
+        'and outputs of a candidate-step, and the iterations along an ever longer flat valley, so '
+        'that a power of 2 and more is the end of it; the share outside the kernels hides it here.',
+    )
+
+
+def by_free(free: Sequence[int], seeds: Sequence[int]) -> Curve:
+    """Return the curve of a chain of 8 of which ever more is unknown."""
+    case = CASES['chain of 8']
+    # Valves and levels in turn, from the feed on: each new one is next to those before.
+    order = [f'{kind}{i}' for i in range(8) for kind in 'ph']
+
+    def solve(i: int, seed: int) -> Spent:
+        window = draw(case, seed)
+        fixed = {name: window.truth[name] for name in order[free[i] :]}
+        return spent(case.model, window.record, seed, fixed=fixed)
+
+    return solved_curve(
+        'unknowns of one plant',
+        'unknowns',
+        free,
+        solve,
+        seeds,
+        'A chain of 8 tanks, 1000 samples; what is not unknown is given its true value. A Jacobian '
+        'takes a candidate for every unknown, a Gram matrix their square; the last tank, farthest '
+        'from the feed, is hard to tell and costs more iterations (kernel calls).',
+    )
+
+
+def by_lanes(lanes: Sequence[int]) -> Curve:
+    """Return the curve of single kernel calls with ever more candidates."""
+    record = random_window(1, LANE_SAMPLES, SNR).record
+    grid = Grid.of(THREE_TANK, record, np.ones(2))
+    kernels, prefixes, width = kernels_for(THREE_TANK), np.array([LANE_SAMPLES]), 7
+    rows, seconds = [], []
+    for count in lanes:
+        rng = np.random.default_rng(count)
+        x0, p = rng.uniform(5.0, 95.0, (3, count)), rng.uniform(0.2, 1.0, (3, count))
+        calls = (
+            lambda x0=x0, p=p: kernels.squares(grid, prefixes, x0, p),
+            lambda x0=x0, p=p: kernels.grams(grid, LANE_SAMPLES, x0, p, width),
+            lambda x0=x0, p=p: kernels.trajectories(grid, x0, p),
+        )
+        repeats = [repeats_for(call, MEASUREMENT) for call in calls]
+        times = [
+            float(np.median([cpu_seconds(call, repeat) for _ in range(7)]))
+            for call, repeat in zip(calls, repeats, strict=True)
+        ]
+        unit = 1e9 / (count * (LANE_SAMPLES - 1))
+        rows.append((count, *(f'{unit * one:.1f}' for one in times), f'{1e3 * times[0]:.2f}'))
+        seconds.append(times[0])
+    return Curve(
+        'lanes of the kernel',
+        'lanes',
+        lanes,
+        seconds,
+        ('lanes', 'squares (ns)', 'grams (ns)', 'trajectories (ns)', 'squares, a call (ms)'),
+        rows,
+        f'Three tanks, {LANE_SAMPLES} samples: ns per candidate-step of the three kernels; `grams` '
+        'with 6 unknowns, its products included. The exponent is that of `squares`.',
+    )
+
+
+def by_plants(plants: Sequence[int], seed: int) -> Curve:
+    """Return the curve of ever more observers in one process, fed in turn, sample by sample."""
+    record = random_window(seed, PLANT_SAMPLES * PLANT_WINDOWS, SNR).record
+    fed(record, 1)  # warm
+    rows, seconds = [], []
+    # Interleaved: what else the machine does must not look like growth.
+    runs = [[fed(record, count) for count in plants] for _ in range(PLANT_ROUNDS)]
+    for count, (storing, solving, estimates) in zip(plants, np.median(runs, axis=0), strict=True):
+        rows.append(
+            (
+                count,
+                f'{estimates:.0f}',
+                f'{1e3 * (storing + solving):.1f}',
+                f'{1e3 * solving / estimates:.2f}',
+                f'{1e6 * storing / (count * record.t.size):.1f}',
+            )
+        )
+        seconds.append(storing + solving)
+    return Curve(
+        'plants in one process',
+        'plants',
+        plants,
+        seconds,
+        ('plants', 'estimates', 'process time (ms)', 'an estimate (ms)', 'storing a sample (us)'),
+        rows,
+        f'Observers of three tanks with windows of {PLANT_SAMPLES} samples, {PLANT_WINDOWS} one '
+        'after the other, fed in turn; all get the same samples, so that each has the same work.',
+    )
+
+
+def fed(record: Record, count: int) -> tuple[float, float, int]:
+    """Feed observers in turn: process time in s of storing and of solving, and the estimates."""
+    observers = [
+        SlidingWindowObserver('three_tank', duration=float(PLANT_SAMPLES - 1)) for _ in range(count)
+    ]
+    storing, solving, estimates = 0.0, 0.0, 0
+    for t, u, y in zip(record.t, record.u, record.y, strict=True):
+        sample = Sample(round(1e9 * t), y, u)
+        due: list[SlidingWindowObserver] = []
+        for observer in observers:
+            begin = time.process_time()
+            if observer.absorb(sample):
+                due.append(observer)
+            storing += time.process_time() - begin
+        for observer in due:
+            solving += cpu_seconds(observer.estimate)
+        estimates += len(due)
+    return storing, solving, estimates

@@ -1,0 +1,214 @@
+"""One random window of the zoo, solved in every way and judged."""
+
+import functools
+import time
+from collections.abc import Mapping
+from typing import Any, NamedTuple
+
+import numpy as np
+from scipy.special import chdtri
+from scipy.stats import qmc
+
+from benchmarks.common import cpu_seconds
+from benchmarks.judge import Judge
+from benchmarks.search.contestants import CONTESTANTS, finite
+from benchmarks.zoo import CASES, Case, Drawn, draw
+from obs_ros import Estimate, Outcome
+from obs_ros.core.deadline import Deadline
+from obs_ros.core.model import names
+from obs_ros.core.residual_tests import TAIL
+from obs_ros.core.typing import Array
+from obs_ros.horizon.settings import EstimationSettings
+from obs_ros.horizon.solver import Solver
+from obs_ros.optimization.memetic import MemeticSettings
+
+SAME_OPTIMUM = 0.1025  # times unknowns, of the noise's variance
+DEADLINES = (0.005, 0.02, 0.1)  # s
+# A search must not draw the numbers that made its window (a plain seed draws those).
+SEARCH_STREAM, JUDGE_STREAM = 2, 3
+NEAR = 0.02  # of the box: the judge's starts about the truth
+
+
+class Way(NamedTuple):
+    """A search, its options, and what it is told: of the noise, and s of process time it has."""
+
+    search: str
+    options: Mapping[str, Any] = {}
+    noise_known: bool = False
+    seconds: float | None = None
+
+
+_DE = Way('direct')
+_LATIN = Way('direct', {'chaos': 'latin_hypercube', 'population': 8, 'generations': 0})
+RIVALS = {'memetic': Way('memetic'), 'DE + LM': _DE, 'Latin hypercube + LM': _LATIN}
+KNOWN, SAFE, CHI_SQUARE = 'memetic, noise known', 'memetic, safe', 'chi-square alone'
+WAYS = {
+    'memetic': RIVALS['memetic'],
+    KNOWN: Way('memetic', noise_known=True),
+    'DE + LM': _DE,
+    'Latin hypercube + LM': _LATIN,
+    'paper mode': Way('chaotic_de'),
+    'scipy, 1 start': Way('scipy'),
+}
+RULES = {
+    CHI_SQUARE: Way('memetic', noise_known=True),
+    'chi-square and LM converged, or two rounds agree': WAYS[KNOWN],
+    'fast': WAYS['memetic'],
+    'safe': Way('memetic', {'acceptance': 'safe'}),
+}
+
+
+class Score(NamedTuple):
+    """What one way made of a window.
+
+    `excess` of the squares over the optimum, in shares of what still counts as the optimum; process
+    time in s; whether the search believed its result, and whether it said so without a caveat.
+    """
+
+    excess: float
+    seconds: float
+    accepted: bool
+    converged: bool
+
+    @property
+    def solved(self) -> bool:
+        """Whether this is the optimum."""
+        return self.excess <= 1.0
+
+
+class Verdict(NamedTuple):
+    """All scores of a window, by way; and by how much the best of them beat the judge, likewise."""
+
+    scores: Mapping[str, Score]
+    judge_excess: float
+
+
+class WeighingJudge(Judge):
+    """A judge of outputs in units of their true noise, with steps small enough for chaos."""
+
+    half_step = 1e-8
+
+    def __init__(self, case: Case, window: Drawn) -> None:
+        super().__init__(case.model, window.record, names(case.model.variables), {})
+        noise = np.array([window.noise[name] for name in names(case.model.outputs)])
+        self._noise = np.broadcast_to(noise, window.record.y.shape)[self._grid.weight > 0.0]
+
+    def best(self, truth: Mapping[str, float], near: int, far: int, seed: int) -> float:
+        """Return the least squares from the truth, `near` points about it and `far` anywhere."""
+        rng = np.random.default_rng([seed, JUDGE_STREAM])
+        z = np.clip(self.point(truth), 0.0, 1.0)
+        about = np.clip(z + NEAR * rng.standard_normal((near, z.size)), 0.0, 1.0)
+        spread = qmc.LatinHypercube(z.size, rng=rng).random(far)
+        return min(self._polished(start) for start in [z, *about, *spread])
+
+    def _residuals(self, z: Array) -> Array:
+        with np.errstate(all='ignore'):
+            r = super()._residuals(z) / self._noise[:, None]
+        return finite(r)
+
+
+class ProcessDeadline(Deadline):
+    """A deadline in process time: searches that share a core still get the same time each."""
+
+    def __init__(self, seconds: float) -> None:
+        super().__init__(seconds)
+
+    @staticmethod
+    def _now() -> float:
+        return time.process_time()
+
+
+class Task(NamedTuple):
+    """A window of the zoo, and how many starts its judge has about the truth and anywhere."""
+
+    case: str
+    seed: int
+    near: int = 3
+    far: int = 6
+
+
+def all_ways() -> Mapping[str, Way]:
+    """Return every way by name: to the end, by rule of acceptance, by deadline."""
+    limited = {
+        limited_name(name, seconds): way._replace(seconds=seconds)
+        for name, way in RIVALS.items()
+        for seconds in DEADLINES
+    }
+    return {**WAYS, SAFE: RULES['safe'], **limited}
+
+
+def limited_name(name: str, seconds: float) -> str:
+    """Name a way that has so many s."""
+    return f'{name}, {1e3 * seconds:g} ms'
+
+
+def contested(task: Task) -> Verdict:
+    """Solve one window in every way, and judge."""
+    case = CASES[task.case]
+    warm_up(task.case)
+    window = draw(case, task.seed)
+    found = {name: timed(case, window, way, task.seed) for name, way in all_ways().items()}
+    found[CHI_SQUARE] = by_chi_square(case, window, task.seed)
+    judge = WeighingJudge(case, window)
+    squares = {name: judged_squares(judge, estimate) for name, (estimate, _) in found.items()}
+    judged = judge.best(window.truth, task.near, task.far, task.seed)
+    optimum = min(judged, *squares.values())
+    unit = SAME_OPTIMUM * len(case.model.variables)
+    scores = {
+        name: Score(
+            excess=(squares[name] - optimum) / unit,
+            seconds=seconds,
+            accepted=estimate.outcome not in (Outcome.DEADLINE, Outcome.DIVERGED),
+            converged=estimate.outcome in (Outcome.CONVERGED, Outcome.AT_BOUND),
+        )
+        for name, (estimate, seconds) in found.items()
+    }
+    return Verdict(scores, (judged - optimum) / unit)
+
+
+@functools.cache
+def warm_up(name: str) -> None:
+    """Touch, once in every process, all that a first solve of a case touches."""
+    window = draw(CASES[name], 0)
+    for way in all_ways().values():
+        timed(CASES[name], window, way._replace(seconds=0.02), 0)
+
+
+def timed(case: Case, window: Drawn, way: Way, seed: int) -> tuple[Estimate, float]:
+    """Solve; return the estimate and the process time in s of all but the drawing."""
+    found: list[Estimate] = []
+
+    def call() -> None:
+        settings = EstimationSettings(
+            search=CONTESTANTS.get(way.search, way.search),
+            search_options=way.options,
+            noise=window.noise if way.noise_known else None,
+        )
+        solver = Solver.of(case.model, settings)
+        limit = Deadline() if way.seconds is None else ProcessDeadline(way.seconds)
+        rng = np.random.default_rng([seed, SEARCH_STREAM])
+        found.append(solver.solve(window.record, rng, limit))
+
+    seconds = cpu_seconds(call)
+    return found[0], seconds
+
+
+def by_chi_square(case: Case, window: Drawn, seed: int) -> tuple[Estimate, float]:
+    """Believe the first round that fits as well as the noise allows, converged or not.
+
+    The product has no such rule: its search with known noise is given one round more at a time.
+    """
+    freedom = np.count_nonzero(np.isfinite(window.record.y)) - len(case.model.variables)
+    limit = float(chdtri(freedom, TAIL))
+    for rounds in range(1, MemeticSettings().max_rounds + 1):
+        way = Way('memetic', {'max_rounds': rounds}, noise_known=True)
+        estimate, seconds = timed(case, window, way, seed)
+        if 2.0 * estimate.cost <= limit:
+            return estimate, seconds
+    return estimate, seconds
+
+
+def judged_squares(judge: Judge, estimate: Estimate) -> float:
+    """Return the squares of an estimate in the judge's eyes."""
+    values = {**estimate.initial_state, **estimate.parameters}
+    return judge.squares(values) if estimate.usable else np.inf
