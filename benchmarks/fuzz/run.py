@@ -1,8 +1,4 @@
-"""Random malformed messages, thousands of them: the estimator counts them all and lives on.
-
-Names, sizes, values and stamps are drawn at random, mostly absurd; in the end a sound run follows,
-and its estimate must be right.
-"""
+"""Malformed messages to an estimator, and a sound run after them."""
 
 import math
 import random
@@ -10,9 +6,9 @@ import time
 from collections.abc import Mapping
 from typing import Any, NamedTuple
 
-from benchmarks.common import Progress, machine, mark, options, publish, table
-from benchmarks.live import Live
-from benchmarks.soak.run import INPUT, OUTPUT, samples
+from benchmarks.live import INPUT, OUTPUT, PERIOD, Live, received
+from benchmarks.play import played
+from benchmarks.runner import progress
 
 NAMES = (*OUTPUT, *INPUT, 'h3', 'p1', '', 'h1 ', 'ĥ1', 'h' * 1000, '\n', '{}', '%s')
 VALUES = (math.nan, math.inf, -math.inf, 1e308, -1e308, 5e-324, 0.0, -0.0, 1e20, 1.0, -7.5)
@@ -24,11 +20,10 @@ EPOCH = 2**31 * 10**9 - 10**15  # ns; later than the others, and still a stamp
 
 
 class Fuzzed(NamedTuple):
-    """What came of it; `published` are the estimates while it went on, `last` the one after."""
+    """Messages sent, the node's figures, the numbers it published that are none, how it ended."""
 
     sent: int
     figures: Mapping[str, str]
-    published: int
     non_finite: int
     last: Mapping[str, float]
     code: int
@@ -37,52 +32,30 @@ class Fuzzed(NamedTuple):
     @property
     def uncounted(self) -> int:
         """Messages that the node has not counted as received."""
-        return self.sent - sum(int(self.figures[f'{s}.received']) for s in ('output', 'input'))
-
-
-def main(arguments: list[str] | None = None) -> Fuzzed:
-    """Measure, print, and write the report."""
-    parser = options(__doc__)
-    parser.add_argument('--messages', type=int, default=20_000)
-    parser.add_argument('--seed', type=int, default=0)
-    parser.add_argument('--domain', type=int, default=90, help='ROS domain id')
-    chosen = parser.parse_args(arguments)
-    live = Live(chosen.domain, 'window.duration:=20.0')
-    found = fuzzed(live, chosen.messages, random.Random(chosen.seed))
-    publish(chosen.results, 'fuzz', f'{found.sent} malformed messages', report(found), machine())
-    return found
+        return self.sent - received(self.figures)
 
 
 def fuzzed(live: Live, count: int, rng: random.Random) -> Fuzzed:
     """Send malformed messages, then a sound run, and end the node."""
     estimates: list[Any] = []
     live.listen('/estimator/parameters', estimates.append)
-    progress, sent = Progress('fuzz', count), 0
-
-    def received() -> bool:
-        return sent == sum(int(live.figures[f'{s}.received']) for s in ('output', 'input'))
-
-    for k in range(count):
+    sent = count + 2 * DURATION
+    for k in progress(range(count), 'fuzz', count):
         live.publishers[rng.choice(('output', 'input'))].publish(malformed(rng))
-        sent += 1
-        progress.step()
         if k % BATCH == BATCH - 1:
             live.spin()
             time.sleep(PAUSE)
-    live.spin_until(received, 60.0)
-    during = len(estimates)
-    for stamp, u, y in samples(DURATION):
-        live.send('input', EPOCH + stamp, INPUT, u)
-        live.send('output', EPOCH + stamp, OUTPUT, y)
-        sent += 2
+    live.spin_until(lambda: received(live.figures) == count, 60.0)
+    for instant in played('three_tank', DURATION, period=PERIOD):
+        live.feed(instant, EPOCH)
         time.sleep(0.005)  # in a burst, one stream would be read long before the other
-    live.spin_until(received, 60.0)
+    live.spin_until(lambda: received(live.figures) == sent, 60.0)
     live.spin_until(lambda: estimates and estimates[-1].header.stamp.sec >= EPOCH // 10**9, 30.0)
     figures = dict(live.figures)
     code, written, _ = live.close()
     last = dict(zip(estimates[-1].name, estimates[-1].position, strict=True)) if estimates else {}
     odd = sum(not math.isfinite(v) for estimate in estimates for v in estimate.position)
-    return Fuzzed(sent, figures, during, odd, last, code, 'Traceback' in written)
+    return Fuzzed(sent, figures, odd, last, code, 'Traceback' in written)
 
 
 def malformed(rng: random.Random) -> Any:
@@ -105,28 +78,3 @@ def malformed(rng: random.Random) -> Any:
         message.velocity = [rng.choice(VALUES) for _ in range(rng.randrange(4))]
         message.effort = [rng.choice(VALUES) for _ in range(rng.randrange(4))]
     return message
-
-
-def report(found: Fuzzed) -> list[str]:
-    """Return the parts of the report."""
-    failed = found.figures['failed']
-    alive = found.code == 0 and not found.traceback
-    rows = [
-        ('messages, malformed and sound', found.sent, '>= 10000', mark(found.sent >= 10_000)),
-        ('not counted', found.uncounted, '0', mark(found.uncounted == 0)),
-        ('errors of the observer', failed, '0', mark(failed == '0')),
-        ('published numbers not finite', found.non_finite, '0', mark(found.non_finite == 0)),
-        ('estimate afterwards', bool(found.last), 'True', mark(bool(found.last))),
-        ('exit code', found.code, '0', mark(alive)),
-    ]
-    prefixes = ('samples.', 'output.', 'input.')
-    counts = {
-        k: v for k, v in found.figures.items()
-        if k.startswith(prefixes) and v.isdecimal() and v != '0'
-    }  # fmt: skip
-    return [
-        table(('figure', 'measured', 'wanted', 'holds'), rows),
-        table(('counted by the node', 'value'), sorted(counts.items())),
-        'Estimate after the sound run: '
-        + ', '.join(f'{name} {value:.3f}' for name, value in found.last.items()),
-    ]

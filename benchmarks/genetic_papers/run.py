@@ -1,26 +1,25 @@
 """Observers on the plants of Porter & Passino 1995 and Gremling & Passino 2000, run by run."""
 
 import functools
-import time
-from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, field
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
 from typing import Any, NamedTuple
 
 import numpy as np
 
-from obs_ros import Estimate, Record, Sample, load_observer
+from benchmarks.play import Contestant, columns, followed, played
+from benchmarks.report import rms
+from obs_ros import Model, Record, Sample, load_model, load_observer
 from obs_ros.core.deadline import Deadline
-from obs_ros.core.model import Model, names
+from obs_ros.core.model import names
 from obs_ros.core.typing import Array
 from obs_ros.inference.objective import Objective
 from obs_ros.inference.parameterisation import Unknowns
 from obs_ros.integration.backends import kernels_for
 from obs_ros.integration.grid import Grid
-from obs_ros.models import load_model
 from obs_ros.observers.papers.euler import euler_step
 from obs_ros.optimization.levenberg_marquardt import levenberg_marquardt
 from plant_sim.scenarios import load_scenario
-from plant_sim.simulation import Simulation
 from plant_sim.sources import WhiteGaussian
 
 PERIOD = 0.01  # s
@@ -39,21 +38,11 @@ class Truth(NamedTuple):
 
 
 @dataclass(frozen=True)
-class Way:
-    """An observer of the registry or of SPECIAL, and how it is set."""
-
-    label: str
-    observer: str
-    settings: Mapping[str, Any] = field(default_factory=dict)
-    seeded: bool = False
-
-
-@dataclass(frozen=True)
 class Run:
     """One observer to be run on one scenario."""
 
     scenario: str
-    way: Way
+    way: Contestant
     seed: int
     keep: bool = False  # the whole run, for the pictures
 
@@ -81,11 +70,9 @@ def truth_of(name: str, seed: int) -> Truth:
     scenario = load_scenario(name)
     if seed and not isinstance(scenario.inputs, WhiteGaussian):
         return truth_of(name, 0)
-    simulation = Simulation(scenario, seed=seed)
     count = round(scenario.duration / PERIOD) + 1
-    instants = [simulation.sample() for _ in range(count)]
-    columns = ([getattr(i, part) for i in instants] for part in 'xuy')
-    return Truth(PERIOD * np.arange(count), *(np.array(column) for column in columns))
+    x, u, y = columns(played(scenario, count, seed=seed), 'xuy')
+    return Truth(PERIOD * np.arange(count), x, u, y)
 
 
 def run(task: Run) -> Outcome:
@@ -112,26 +99,8 @@ def run(task: Run) -> Outcome:
     return judged(task, truth, x, resets, seconds, figures)
 
 
-def followed(observer: Any, samples: Sequence[Sample]) -> tuple[list[Estimate], Array]:
-    """Return the estimates, and process times (K, 2) in s: to absorb a sample, to fetch too."""
-    observer.prepare()
-    estimates, times = [], np.empty((len(samples), 2))
-    for k, sample in enumerate(samples):
-        begin = time.process_time()
-        observer.absorb(sample)
-        absorbed = time.process_time()
-        estimates.append(observer.estimate())
-        times[k] = absorbed - begin, time.process_time() - begin
-    return estimates, times
-
-
 def judged(
-    task: Run,
-    truth: Truth,
-    x: Array,
-    resets: int,
-    seconds: float,
-    figures: list[dict[str, float]],
+    task: Run, truth: Truth, x: Array, resets: int, seconds: float, figures: list[dict[str, float]]
 ) -> Outcome:
     """Compare estimated with true states."""
     error = x - truth.x
@@ -147,10 +116,10 @@ def judged(
             'figure_names': names,
         }  # fmt: skip
     with np.errstate(over='ignore'):  # of one that diverged
-        squares = error**2
+        squares, late_rms = (error**2).sum(axis=0), rms(error[half:], 0)
     return Outcome(
-        rms=np.sqrt(squares[half:].mean(axis=0)),
-        squares=squares.sum(axis=0),
+        rms=late_rms,
+        squares=squares,
         settled=settled if settled <= truth.t[-1] else np.inf,
         resets=resets,
         largest=float(np.abs(error[:, 1]).max()),

@@ -2,34 +2,27 @@
 
 import functools
 import math
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from typing import Any, NamedTuple
 
 import numpy as np
 
+from benchmarks.intervals import confidently_wrong
+from benchmarks.play import Contestant, columns, played
+from benchmarks.report import rms
+from benchmarks.runner import monte_carlo
 from obs_ros import Outcome, Sample, load_observer
 from obs_ros.core.typing import Array
 from obs_ros.models.suspension import KT, SUSPENSION
 from obs_ros.observers.sliding_window import SlidingWindowObserver
 from plant_sim.scenarios import load_scenario
 from plant_sim.scenarios.suspension import BUMPS
-from plant_sim.simulation import Simulation
 
 FIRST = 24.0  # s, when both bumps are passed: what counts
 NEAR = 0.1  # of kt
 BEGIN, END = 7.0, 28.0  # s; before and after that the road is straight: nothing is learnt there
 LONG = 65.0  # s, end of the specification's runs
-CONFIDENT = 3.0  # standard deviations, and
-SMALL = 0.02  # box: an error above both is confidently wrong
 BOX = SUSPENSION.parameters[0].upper - SUSPENSION.parameters[0].lower  # N/m
-
-
-class Contestant(NamedTuple):
-    """An observer by name, with its settings."""
-
-    label: str
-    observer: str
-    settings: dict[str, Any]
 
 
 # Whoever estimates kt of this plant can be added here.
@@ -54,8 +47,6 @@ CONTESTANTS = (
         'windows of 3 s on (x, kt, eta)', 'sliding_window', {'duration': 3.0, 'period': 0.5}
     ),
 )  # fmt: skip
-
-
 BLIND = CONTESTANTS[5].label
 
 
@@ -83,15 +74,13 @@ CASES = (
 )
 
 
-def tasks(cases: Sequence[Case], seeds: Sequence[int], end: float = END) -> list['Task']:
-    """Return all runs of these, but for windows blind to eta on roads that add nothing to that."""
-    return [
-        Task(one, case, seed, end)
-        for case in cases
-        for seed in seeds
-        for one in CONTESTANTS
-        if one.label != BLIND or (case in CASES[:4] and end == END)
-    ]
+AT_LENGTH = (CASES[1], CASES[3])  # these also to LONG
+
+
+def contestants(case: Case, end: float = END) -> list[Contestant]:
+    """Return all, but for windows blind to eta on roads that add nothing to that."""
+    blind = case in CASES[:4] and end == END
+    return [one for one in CONTESTANTS if blind or one.label != BLIND]
 
 
 class Task(NamedTuple):
@@ -114,7 +103,7 @@ class Window(NamedTuple):
     @property
     def confidently_wrong(self) -> bool:
         """Whether it says too much."""
-        return abs(self.error) * KT > max(CONFIDENT * self.sd, SMALL * BOX)
+        return bool(confidently_wrong(self.error * KT / BOX, self.sd / BOX))
 
 
 class Observed(NamedTuple):
@@ -135,20 +124,39 @@ class Measured(NamedTuple):
     windows: tuple[Window, ...] = ()
 
 
+Runs = Mapping[tuple[str, str], list[Measured]]  # by contestant and case, over the seeds
+
+
+def runs_of(seeds: Sequence[int], long_seeds: Sequence[int]) -> tuple[Runs, Runs]:
+    """Return all runs: those to END, and those to LONG."""
+    plans = ((CASES, seeds, END), (AT_LENGTH, long_seeds, LONG))
+    cells = {
+        (end, one.label, case.label): [Task(one, case, seed, end) for seed in own]
+        for cases, own, end in plans
+        for case in cases
+        for one in contestants(case, end)
+    }
+    found = monte_carlo(measured, cells, 'runs')
+    short, long = (
+        {(label, case): own for (end, label, case), own in found.items() if end == wanted}
+        for wanted in (END, LONG)
+    )
+    return short, long
+
+
 @functools.cache
-def played(scenario: str, disturbed: bool) -> tuple[Array, Array, Array, Array]:
+def truth_of(scenario: str, disturbed: bool) -> tuple[Array, Array, Array, Array]:
     """Times (K,), inputs (K, 2), positions without noise (K, 3) and true kt (K,)."""
-    simulation = Simulation(load_scenario(scenario), snr_db=math.inf)
-    simulation.faults = {} if disturbed else {'eta': 0.0}
-    rows = [simulation.sample() for _ in range(round(LONG / simulation.period) + 1)]
-    rows = rows[round(BEGIN / simulation.period) :]
-    t, u, y, p = (np.array([getattr(i, name) for i in rows]) for name in ('t', 'u', 'y', 'p'))
+    period = load_scenario(scenario).sample_period
+    faults = {} if disturbed else {'eta': 0.0}
+    rows = played(scenario, round(LONG / period) + 1, faults=faults, snr_db=math.inf)
+    t, u, y, p = columns(rows[round(BEGIN / period) :], 'tuyp')
     return t, u, y, p[:, 0]
 
 
 def observed(task: Task) -> Observed:
     """Let an observer drive over the road; its estimate starts from half of kt."""
-    t, u, y, kt = played(task.case.scenario, task.case.force > 0.0)
+    t, u, y, kt = truth_of(task.case.scenario, task.case.force > 0.0)
     until = int(np.searchsorted(t, task.end + 0.5e-3))
     t, u, y, kt = t[:until], u[:until], y[:until], kt[:until]
     y = y + task.case.noise * np.random.default_rng(task.seed).standard_normal(y.shape)
@@ -190,7 +198,7 @@ def measured(task: Task) -> Measured:
     error = found / kt - 1.0
     near = (t >= BUMPS[0]) & (np.abs(error) <= NEAR)
     return Measured(
-        float(100.0 * np.sqrt(np.mean(error[t > FIRST] ** 2))),
+        float(100.0 * rms(error[t > FIRST])),
         float(t[near.argmax()] - BUMPS[0]) if near.any() else math.inf,
         bool(np.isfinite(found).all()),
         windows,

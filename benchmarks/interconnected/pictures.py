@@ -1,26 +1,18 @@
-"""Pictures of interconnected.py; needs matplotlib."""
+"""Picture of the flows; needs Matplotlib."""
 
-from pathlib import Path
-
-import matplotlib
-from matplotlib.figure import Figure
+from typing import Any
 
 from benchmarks.interconnected.run import CONTESTANTS, Task, observed
+from benchmarks.report import panels
 
-matplotlib.use('Agg')
 SPANS = {1: (0.0, 8.0), 2: (76.0, 160.0), 3: (10.0, 30.0)}
-TITLES = {
-    1: 'case 1, no noise',
-    2: 'case 2, noise of 0.05 K',
-    3: 'case 3, noise of 0.05 K',
-}
+TITLES = {1: 'case 1, no noise', 2: 'case 2, noise of 0.05 K', 3: 'case 3, noise of 0.05 K'}
 EVERY = 10  # samples
 
 
-def draw_flows(path: Path, seed: int) -> None:
+def draw_flows(seed: int) -> Any:
     """Draw estimated and true flows: a column per case, a row per flow."""
-    figure = Figure(figsize=(15, 7), layout='constrained')
-    grid = figure.subplots(2, len(SPANS), squeeze=False)
+    figure, grid = panels(2, len(SPANS), (15.0, 7.0))
     for column, (case, span) in enumerate(SPANS.items()):
         runs = {
             one.label: observed(Task(one, case, None if case == 1 else seed)) for one in CONTESTANTS
@@ -42,4 +34,4 @@ def draw_flows(path: Path, seed: int) -> None:
         axes.set_xlabel('s')
     handles, labels = grid[0, 0].get_legend_handles_labels()
     figure.legend(handles, labels, loc='outside lower center', ncols=6, fontsize=9)
-    figure.savefig(path, dpi=100)
+    return figure

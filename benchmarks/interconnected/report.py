@@ -1,22 +1,11 @@
-"""Observers of the heat exchanger's flows: Zhang et al. 2020, beside what the paper claims.
-
-Settling without noise, errors with noise over many seeds, and which valve the residuals name.
-"""
-
-from collections.abc import Mapping, Sequence
-from pathlib import Path
+"""Tables of the observers of the flows, the paper's claims, and the acceptance."""
 
 import numpy as np
 
-from benchmarks.common import holds, machine, mark, on_all_cores, options, publish
-from benchmarks.common import table as markdown
-from benchmarks.interconnected.run import CONTESTANTS, Measured, Task, measured, played
-from benchmarks.interconnected.window_report import (
-    Windows,
-    run_windows,
-    window_acceptance,
-    window_tables,
-)
+from benchmarks.interconnected.run import CONTESTANTS, Runs, truth_of
+from benchmarks.interconnected.window_report import window_acceptance, window_tables
+from benchmarks.interconnected.windows import Windows
+from benchmarks.report import Requirement, requirements, slashed, table
 from obs_ros.core.typing import Array
 
 # Settling of Fp and Fu in case 1, and RMS in %: the specification's figures for the same plant.
@@ -32,44 +21,20 @@ REFERENCE_3 = {
     'unknown input': '7.2 / 6.2',
 }
 
-Runs = Mapping[tuple[str, int], list[Measured]]  # by contestant and case, over the seeds
 
-
-def main(arguments: list[str] | None = None) -> str:
-    """Run, print, and write the report with its picture; return the text."""
-    parser = options(__doc__)
-    parser.add_argument('--seeds', type=int, default=10, help='noises per contestant and case')
-    parser.add_argument('--first-seed', type=int, default=100, help='of the noises')
-    given = parser.parse_args(arguments)
-    seeds = range(given.first_seed, given.first_seed + given.seeds)
-    windows = run_windows(seeds)
-    quiet, noisy = run_all(seeds)
-    parts = [
-        introduction(given.seeds),
+def report(quiet: Runs, noisy: Runs, windows: Windows, seeds: int) -> list[str]:
+    """Return the parts of the report."""
+    accepted = [*acceptance(quiet, noisy), *window_acceptance(windows)]
+    return [
+        introduction(seeds),
         settling_table(quiet),
         noise_table(noisy),
         motion_table(noisy),
         naming_table(noisy),
-        claims(quiet, noisy),
+        '## What the paper claims\n\n' + requirements(claims(quiet, noisy)),
         *window_tables(windows),
-        acceptance(quiet, noisy, windows),
-        *pictures(given.results / 'interconnected', given.first_seed),
+        '## Acceptance\n\n' + requirements(accepted),
     ]
-    title = 'Observers of unmeasured flows: heat exchanger with two valves'
-    return publish(given.results, 'interconnected', title, parts, machine())
-
-
-def run_all(seeds: Sequence[int]) -> tuple[Runs, Runs]:
-    """Return the runs without noise (cases 1, 2) and those with (cases 2, 3)."""
-    wanted = [(case, None) for case in (1, 2)] + [(case, seed) for case in (2, 3) for seed in seeds]
-    tasks = [Task(one, case, seed) for case, seed in wanted for one in CONTESTANTS]
-    done = on_all_cores(measured, tasks, 'runs')
-    quiet: dict[tuple[str, int], list[Measured]] = {}
-    noisy: dict[tuple[str, int], list[Measured]] = {}
-    for task, found in zip(tasks, done, strict=True):
-        runs = quiet if task.seed is None else noisy
-        runs.setdefault((task.contestant.label, task.case), []).append(found)
-    return quiet, noisy
 
 
 def introduction(seeds: int) -> str:
@@ -93,39 +58,37 @@ def settling_table(quiet: Runs) -> str:
     for one in CONTESTANTS:
         first, second = quiet[one.label, 1][0], quiet[one.label, 2][0]
         reference = REFERENCE.get(one.label, ('', '', ''))
-        rows.append(
-            (
-                one.label,
-                beside(pair(first.settled), reference[0]),
-                f'{first.most:.2f}',
-                beside(pair(second.settled), reference[1]),
-            )
-        )
-    head = (
-        'observer', 'case 1: settled (s)', 'largest flow (of nominal)',
-        'case 2: settled after Fp@150 / Fu@80 (s)',
-    )  # fmt: skip
-    return '## Settling, without noise\n\n' + markdown(head, rows)
+        rows.append({
+            'observer': one.label,
+            'case 1: settled (s)': beside(slashed(first.settled), reference[0]),
+            'largest flow (of nominal)': f'{first.most:.2f}',
+            'case 2: settled after Fp@150 / Fu@80 (s)':
+                beside(slashed(second.settled), reference[1]),
+        })  # fmt: skip
+    return '## Settling, without noise\n\n' + table(rows)
 
 
 def noise_table(noisy: Runs) -> str:
     """RMS in case 2."""
-    rows = [
-        (one.label, beside(medians(noisy, one.label, 2), REFERENCE.get(one.label, ('',) * 3)[2]),
-         pair(np.max([run.rms for run in noisy[one.label, 2]], axis=0)))
-        for one in CONTESTANTS
-    ]  # fmt: skip
-    head = ('observer', 'RMS (%), median of seeds', 'largest')
-    return '## Case 2, with noise, on the plateaus\n\n' + markdown(head, rows)
+    rows = []
+    for one in CONTESTANTS:
+        reference = REFERENCE.get(one.label, ('', '', ''))[2]
+        rows.append({
+            'observer': one.label,
+            'RMS (%), median of seeds': beside(slashed(middle(noisy, one.label, 2)), reference),
+            'largest': slashed(np.max([run.rms for run in noisy[one.label, 2]], axis=0)),
+        })  # fmt: skip
+    return '## Case 2, with noise, on the plateaus\n\n' + table(rows)
 
 
 def motion_table(noisy: Runs) -> str:
     """RMS in case 3."""
-    rows = [
-        (one.label, beside(medians(noisy, one.label, 3), REFERENCE_3.get(one.label, '')))
-        for one in CONTESTANTS
-    ]
-    return '## Case 3, valves in motion\n\n' + markdown(('observer', 'RMS (%), median'), rows)
+    rows = []
+    for one in CONTESTANTS:
+        found = slashed(middle(noisy, one.label, 3))
+        told = beside(found, REFERENCE_3.get(one.label, ''))
+        rows.append({'observer': one.label, 'RMS (%), median': told})
+    return '## Case 3, valves in motion\n\n' + table(rows)
 
 
 def naming_table(noisy: Runs) -> str:
@@ -133,99 +96,75 @@ def naming_table(noisy: Runs) -> str:
     rows = []
     for one in CONTESTANTS:
         named = np.array([run.named for run in noisy[one.label, 2]])
-        rows.append((one.label, *(f'{sum(column)} of {len(column)}' for column in named.T)))
-    head = ('observer', 'utility valve, 80 s', 'process valve, 150 s')
+        valves = ('utility valve, 80 s', 'process valve, 150 s')
+        shares = (f'{sum(column)} of {len(column)}' for column in named.T)
+        rows.append({'observer': one.label, **dict(zip(valves, shares, strict=True))})
     return (
         '## Which valve is faulty?\n\nResidual: c X / F - 1, the flow that the model of the valve '
         'tells beside the estimated one. Named is the valve whose residual has changed most, as '
-        'a mean over the 2nd second after the fault.\n\n' + markdown(head, rows)
+        'a mean over the 2nd second after the fault.\n\n' + table(rows)
     )
 
 
-def claims(quiet: Runs, noisy: Runs) -> str:
-    """The paper's claims, and whether they hold here."""
+def claims(quiet: Runs, noisy: Runs) -> list[Requirement]:
+    """Hold the paper's claims against what is found here."""
     paper = 'interconnected, theta 80'
     fast, slow = quiet[paper, 1][0].settled, quiet['unknown input', 1][0].settled
-    ours, rival = (rms(noisy, label, 2) for label in (paper, 'unknown input'))
+    ours, rival = (middle(noisy, label, 2) for label in (paper, 'unknown input'))
+    late = quiet['unknown input', 2][0].settled[0]
     tp, tu = temperatures()
-    rows = [
-        ('case 1: Fp within 1 s, Fu within 0.5 s', f'{pair(fast)} s',
-         holds(fast[0] < 1.0 and fast[1] < 0.5)),
-        ('case 1: faster than the unknown-input observer', f'{pair(fast)} s beside {pair(slow)} s',
-         holds(bool((fast < slow).all()))),
-        ('more robust to noise than the unknown-input observer',
-         f'{pair(ours)} % beside {pair(rival)} %', holds(bool((ours < rival).all()))),
-        ('case 2: the unknown-input observer finds Fp 1.5 s after 150 s',
-         f'{quiet["unknown input", 2][0].settled[0]:.2f} s',
-         holds(quiet['unknown input', 2][0].settled[0] <= 1.5)),
-        ('case 2: Tp and Tu drop by 0.2 K at 80 s',
-         f'they change by {tp[0]:+.2f} and {tu[0]:+.2f} K', holds(tp[0] < 0.0 and tu[0] < 0.0)),
-        ('case 2: Tp drops by 0.9 K and Tu by 0.5 K at 150 s',
-         f'they change by {tp[1]:+.2f} and {tu[1]:+.2f} K', holds(tp[1] < 0.0 and tu[1] < 0.0)),
+    return [
+        Requirement('case 1: Fp within 1 s, Fu within 0.5 s', f'{slashed(fast)} s',
+                    fast[0] < 1.0 and fast[1] < 0.5),
+        Requirement('case 1: faster than the unknown-input observer',
+                    f'{slashed(fast)} s beside {slashed(slow)} s', bool((fast < slow).all())),
+        Requirement('more robust to noise than the unknown-input observer',
+                    f'{slashed(ours)} % beside {slashed(rival)} %', bool((ours < rival).all())),
+        Requirement('case 2: the unknown-input observer finds Fp 1.5 s after 150 s',
+                    f'{late:.2f} s', late <= 1.5),
+        Requirement('case 2: Tp and Tu drop by 0.2 K at 80 s',
+                    f'they change by {tp[0]:+.2f} and {tu[0]:+.2f} K', tp[0] < 0.0 and tu[0] < 0.0),
+        Requirement('case 2: Tp drops by 0.9 K and Tu by 0.5 K at 150 s',
+                    f'they change by {tp[1]:+.2f} and {tu[1]:+.2f} K', tp[1] < 0.0 and tu[1] < 0.0),
     ]  # fmt: skip
-    return '## What the paper claims\n\n' + markdown(('claim', 'here', 'holds'), rows)
 
 
 def temperatures() -> tuple[Array, Array]:
     """Return how much Tp and Tu change in the end after each fault of case 2 (K)."""
-    t, _, y, _ = played(2)
+    t, _, y, _ = truth_of(2)
     before, between, last = (y[np.searchsorted(t, at)] for at in (79.9, 149.9, t[-1]))
     change = np.array([between - before, last - between])
     return change[:, 0], change[:, 1]
 
 
-def acceptance(quiet: Runs, noisy: Runs, windows: Windows | None = None) -> str:
-    """The specification's acceptance; without `windows`, as far as the recursive ones go."""
-    first = quiet['interconnected, theta 80', 1][0]
+def acceptance(quiet: Runs, noisy: Runs) -> list[Requirement]:
+    """Judge the observers by the specification's acceptance."""
+    settled = quiet['interconnected, theta 80', 1][0].settled
     calm = np.max([run.rms for run in noisy['interconnected, theta 2', 2]], axis=0)
-    told, plain = (rms(noisy, f'{kind}, theta 2', 3) for kind in ('interconnected', 'high gain'))
+    fed, plain = (middle(noisy, f'{kind}, theta 2', 3) for kind in ('interconnected', 'high gain'))
     everything = [run for runs in (*quiet.values(), *noisy.values()) for run in runs]
+    most = max(run.most for run in everything)
     named = [n for run in noisy['interconnected, theta 2', 2] for n in run.named]
     share = 100.0 * np.mean(named)
-    rows = [
-        ('case 1, theta 80: Fp <= 0.7 s, Fu <= 0.55 s', f'{pair(first.settled)} s',
-         mark(first.settled[0] <= 0.7 and first.settled[1] <= 0.55)),
-        ('never NaN, flows <= 5 times nominal', f'{max(run.most for run in everything):.2f}',
-         mark(all(run.finite and run.most <= 5.0 + 1e-9 for run in everything))),
-        ('theta 2: RMS <= 0.8 / 2.0 %, every seed', f'{pair(calm)} %',
-         mark(calm[0] <= 0.8 and calm[1] <= 2.0)),
-        ('case 3, theta 2: interconnected <= 1/3 of plain', f'{pair(told / plain)} of it',
-         mark(bool((told <= plain / 3.0).all()))),
-        ('faulty valve named 2 s after the fault in >= 95 %', f'{share:.0f} % of {len(named)}',
-         mark(share >= 95.0)),
-        *([] if windows is None else window_acceptance(windows)),
+    return [
+        Requirement('case 1, theta 80: Fp <= 0.7 s, Fu <= 0.55 s', f'{slashed(settled)} s',
+                    settled[0] <= 0.7 and settled[1] <= 0.55),
+        Requirement('never NaN, flows <= 5 times nominal', f'{most:.2f}',
+                    all(run.finite and run.most <= 5.0 + 1e-9 for run in everything)),
+        Requirement('theta 2: RMS <= 0.8 / 2.0 %, every seed', f'{slashed(calm)} %',
+                    calm[0] <= 0.8 and calm[1] <= 2.0),
+        Requirement('case 3, theta 2: interconnected <= 1/3 of plain',
+                    f'{slashed(fed / plain)} of it', bool((fed <= plain / 3.0).all())),
+        Requirement('faulty valve named 2 s after the fault in >= 95 %',
+                    f'{share:.0f} % of {len(named)}', share >= 95.0),
     ]  # fmt: skip
-    return '## Acceptance\n\n' + markdown(('wanted', 'found', 'met'), rows)
 
 
-def rms(runs: Runs, label: str, case: int) -> Array:
-    """Return the median RMS over the seeds (%)."""
+def middle(runs: Runs, label: str, case: int) -> Array:
+    """Return the median RMS of Fp and Fu over the seeds (%)."""
     return np.asarray(np.median([run.rms for run in runs[label, case]], axis=0))
-
-
-def medians(runs: Runs, label: str, case: int) -> str:
-    """Return the same as text."""
-    return pair(rms(runs, label, case))
-
-
-def pair(values: Array) -> str:
-    """Return the figures of Fp and Fu."""
-    return ' / '.join(f'{value:.2f}' for value in values)
 
 
 def beside(ours: str, reference: str) -> str:
     """Return our figures and the specification's in brackets, where it has any."""
     return f'{ours} ({reference})' if reference else ours
-
-
-def pictures(stem: Path, seed: int) -> list[str]:
-    """Draw the flows of cases 1 to 3; nothing, with a message, without matplotlib."""
-    try:
-        from benchmarks.interconnected.pictures import draw_flows
-    except ImportError:
-        print('no matplotlib: no pictures')
-        return []
-    stem.parent.mkdir(parents=True, exist_ok=True)
-    name = f'{stem.name}_flows.png'
-    draw_flows(stem.with_name(name), seed)
-    return [f'![flows in the three cases]({name})']

@@ -2,30 +2,25 @@
 
 import functools
 import math
+from collections.abc import Mapping, Sequence
 from typing import Any, NamedTuple
 
 import numpy as np
 
+from benchmarks.play import Contestant, columns, played
+from benchmarks.report import rms
+from benchmarks.runner import monte_carlo
 from obs_ros import Sample, load_observer
 from obs_ros.core.typing import Array
 from obs_ros.models import heat_exchanger as plant
 from plant_sim.scenarios import load_scenario
 from plant_sim.scenarios.heat_exchanger import NOISE
 from plant_sim.signals import Noise
-from plant_sim.simulation import Simulation
 
 BAND = 0.02  # of a flow: settled within
 FAULTS = (80.0, 150.0)  # s, of case 2: first Fu's valve, then Fp's
 SETTLING = 4.0  # s after a fault that do not count as plateau
 NAMING = 2.0  # s after a fault by which its valve must be known
-
-
-class Contestant(NamedTuple):
-    """An observer by name, with its settings."""
-
-    label: str
-    observer: str
-    settings: dict[str, Any]
 
 
 # Whoever estimates the flows of this plant can be added here.
@@ -72,7 +67,7 @@ class Found(NamedTuple):
 
 
 class Measured(NamedTuple):
-    """What a run comes to, for Fp and Fu: s, %, and whether the faulty valve was named."""
+    """Figures of a run, for Fp and Fu: s, %, and whether the faulty valve was named."""
 
     settled: Array
     rms: Array
@@ -81,21 +76,39 @@ class Measured(NamedTuple):
     finite: bool
 
 
+Runs = Mapping[tuple[str, int], list[Measured]]  # by contestant and case, over the seeds
+
+
+def runs_of(seeds: Sequence[int]) -> tuple[Runs, Runs]:
+    """Return the runs without noise (cases 1, 2) and those with (cases 2, 3)."""
+    cells = {
+        (noisy, one.label, case): [Task(one, case, seed) for seed in (seeds if noisy else (None,))]
+        for noisy, cases in ((False, (1, 2)), (True, (2, 3)))
+        for case in cases
+        for one in CONTESTANTS
+    }
+    found = monte_carlo(measured, cells, 'runs')
+    quiet, noisy = (
+        {(label, case): own for (kind, label, case), own in found.items() if kind is wanted}
+        for wanted in (False, True)
+    )
+    return quiet, noisy
+
+
 @functools.cache
-def played(case: int) -> tuple[Array, Array, Array, Array]:
+def truth_of(case: int) -> tuple[Array, Array, Array, Array]:
     """Times (K,), inputs, temperatures without noise and true flows (K, 2) of a case."""
-    scenario, begin, end = CASES[case]
-    simulation = Simulation(load_scenario(scenario), snr_db=math.inf)
-    rows = [simulation.sample() for _ in range(round(end / simulation.period) + 1)]
-    rows = rows[round(begin / simulation.period) :]
+    name, begin, end = CASES[case]
+    period = load_scenario(name).sample_period
+    rows = played(name, round(end / period) + 1, snr_db=math.inf)[round(begin / period) :]
     flows = [[plant.flow2(i.p[1], i.x[4]), plant.flow1(i.p[0], i.x[2])] for i in rows]
-    t, u, y = (np.array([getattr(i, name) for i in rows]) for name in ('t', 'u', 'y'))
+    t, u, y = columns(rows, 'tuy')
     return t, u, y, np.array(flows)
 
 
 def observed(task: Task) -> Found:
     """Let an observer watch a case."""
-    t, u, y, truth = played(task.case)
+    t, u, y, truth = truth_of(task.case)
     if task.seed is not None:
         noise = Noise(task.seed, 2, math.exp(-(t[1] - t[0]) / 0.1))
         y = y + np.array([noise.draw(NOISE) for _ in t])
@@ -121,21 +134,17 @@ def measured(task: Task) -> Measured:
         plateau = ~np.any(after, axis=0)
     else:
         since, plateau = (0.0, 0.0), t > 10.0
-    settled = [settling(t, error[:, i], begin, _until(task.case, i)) for i, begin in
-               enumerate(since)]  # fmt: skip
+    # Fu has settled, or not, when Fp's valve fails.
+    until = (CASES[task.case].end, FAULTS[1] if task.case == 2 else CASES[task.case].end)
+    settled = [settling(t, error[:, i], since[i], until[i]) for i in range(2)]
     nominal = np.array([flow.nominal for flow in plant.HEAT_EXCHANGER.flows])
     return Measured(
         np.array(settled),
-        100.0 * np.sqrt(np.mean(error[plateau] ** 2, axis=0)),
+        100.0 * rms(error[plateau], 0),
         named_valves(run) if task.case == 2 else (),
         float((run.flows / nominal).max()),
         bool(np.isfinite(run.flows).all() and np.isfinite(run.residuals).all()),
     )
-
-
-def _until(case: int, flow: int) -> float:
-    """The end of the time in which flow i settles after its change."""
-    return FAULTS[1] if case == 2 and flow == 1 else CASES[case].end
 
 
 def settling(t: Array, error: Array, begin: float, end: float) -> float:

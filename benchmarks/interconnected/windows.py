@@ -5,14 +5,17 @@ Samples at 20 Hz of the plant with the stems' inertia, windows of 4 s on the mod
 
 import functools
 import math
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from typing import Any, NamedTuple
 
 import numpy as np
 
 from benchmarks.interconnected.run import FAULTS, SETTLING
-from obs_ros import Estimate, Outcome, Sample
+from benchmarks.play import played, samples_of
+from benchmarks.report import rms
+from benchmarks.runner import monte_carlo
+from obs_ros import Estimate, Outcome
 from obs_ros.core.typing import Array, BoolArray
 from obs_ros.models import heat_exchanger as plant
 from obs_ros.observers.sliding_window import SlidingWindowObserver
@@ -20,7 +23,7 @@ from plant_sim.scenario import Scenario
 from plant_sim.scenarios import load_scenario
 from plant_sim.scenarios.heat_exchanger import AT_REST, NOMINAL, PRESSURES
 from plant_sim.signals import Schedule, Signal, constant
-from plant_sim.simulation import Instant, Simulation
+from plant_sim.simulation import Instant
 
 PERIOD = 0.05  # s, of samples
 DURATION = 4.0  # s, of windows
@@ -30,6 +33,15 @@ DEADLINE = 2.0  # s after a fault by which its valve must be known
 VALVES = ({'dP1', 'k1'}, {'dP2', 'k2'})  # utility, process
 SIZES = {'dP1': -2.0e5, 'k1': 1000.0, 'dP2': -2.0e4, 'k2': 1000.0}  # Pa, N/m
 STEADY = (24.303, 20.108, *AT_REST)
+NOISES = {'0.1 K, correlated over 0.1 s': (0.1, 0.1), '0.1 K, white': (0.1, 0.0)}
+ALL = ('dP1', 'dP2', 'k1', 'k2')
+WATCHES = {
+    'pressures move, all four unknown': (True, ALL),
+    'constant pressures, dP1 and k1 unknown': (False, ('dP1', 'k1')),
+    'constant pressures, all four unknown': (False, ALL),
+}
+FEW = 10  # runs of each kind of watch, of 57 windows
+FAULTY = 10  # noises of each fault: 40 runs
 PLACES = {v.name: i for i, v in enumerate(plant.HEAT_EXCHANGER.parameters)}
 BOXES = {
     v.name: v.upper - v.lower
@@ -52,10 +64,8 @@ def sampled(
     """
     noisy = replace(scenario, noise_correlation=correlation)
     snr = -20.0 * math.log10(sigma) if sigma else math.inf
-    simulation = Simulation(noisy, period=play, seed=seed, snr_db=snr)
-    every = round(PERIOD / simulation.period)
-    instants = [simulation.sample() for _ in range(round(end / simulation.period) + 1)]
-    return instants[::every]
+    instants = played(noisy, round(end / play) + 1, period=play, seed=seed, snr_db=snr)
+    return instants[:: round(PERIOD / play)]
 
 
 def estimates(instants: Sequence[Instant], sigma: float, **settings: Any) -> list[Estimate]:
@@ -68,8 +78,7 @@ def estimates(instants: Sequence[Instant], sigma: float, **settings: Any) -> lis
         **settings,
     )
     found = []
-    for instant in instants:
-        sample = Sample(round(instant.t * 1e9), y=np.array(instant.y), u=np.array(instant.u))
+    for sample in samples_of(instants):
         if observer.absorb(sample) and (one := observer.estimate()):
             found.append(one)
     return found
@@ -91,7 +100,7 @@ class Followed(NamedTuple):
     @property
     def rms(self) -> Array:
         """RMS (%) of Fp and Fu on the plateaus."""
-        return np.asarray(100.0 * np.sqrt(np.mean(self.error[self.plateau] ** 2, axis=0)))
+        return 100.0 * np.asarray(rms(self.error[self.plateau], 0))
 
 
 def followed(seed: int | None) -> Followed:
@@ -126,12 +135,12 @@ class Fault(NamedTuple):
 
 
 class Isolated(NamedTuple):
-    """What the newest window DEADLINE after a fault says, and when the valve was first named.
+    """The newest window DEADLINE after a fault, and when the valve was first named.
 
-    `named` tells whether the set that wins the race has parameters of the right valve only,
+    `named` tells whether the set that wins the jump search has parameters of the right valve only,
     `partner` whether the equivalent parameter of that valve is named as well, as the one or among
     the alternatives; `clear` whether all alternatives are of that valve. `error` is that of the
-    moment found (s), `size` the relative change of the flow found, of the true one.
+    moment found (s).
     `first` (s) is after how long a window first named the valve, `false` the alarms before.
     """
 
@@ -244,3 +253,30 @@ def ramps(rng: np.random.Generator) -> Signal:
         return tuple(float(v) for v in old + share * (new - old))
 
     return pressures
+
+
+class Windows(NamedTuple):
+    """All runs of windows: case 2 without noise and with, by noise and fault, by kind of watch."""
+
+    quiet: Followed
+    noisy: Sequence[Followed]
+    faults: Mapping[str, Mapping[str, Sequence[Isolated]]]
+    watches: Mapping[str, Sequence[Watched]]
+
+
+def windows_of(seeds: Sequence[int]) -> Windows:
+    """Return all runs."""
+    cases = monte_carlo(followed, {'quiet': [None], 'noisy': [*seeds]}, 'case 2 in windows')
+    kinds = {
+        (label, name): [Fault(name, *noise, seed) for seed in seeds[:FAULTY]]
+        for label, noise in NOISES.items()
+        for name in SIZES
+    }
+    found = monte_carlo(isolated, kinds, 'faults')
+    faults = {label: {name: found[label, name] for name in SIZES} for label in NOISES}
+    watches = {
+        label: [Watch(moving, seed, parameters) for seed in seeds[:FEW]]
+        for label, (moving, parameters) in WATCHES.items()
+    }
+    seen = monte_carlo(watched, watches, 'clean windows')
+    return Windows(cases['quiet'][0], cases['noisy'], faults, seen)

@@ -1,11 +1,7 @@
-"""Time of the compiled three-tank rollout beside hand-written C and NumPy, in one run.
-
-Work of a candidate-step: one RK4 step and the squared residuals of two outputs. All three are
-called from Python, their arguments laid out anew (ours) or ready (C): with windows of 1000 samples
-a call takes 0.1 ms or more, so that what the call itself costs does not show.
-"""
+"""The compiled three-tank rollout, hand-written C and NumPy, timed in turn."""
 
 import ctypes
+import shutil
 import subprocess
 import tempfile
 from collections.abc import Callable
@@ -14,8 +10,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from benchmarks.common import cpu_seconds, gcc_version, machine, mark, options, publish, repeats_for
-from benchmarks.common import table as markdown
+from benchmarks.runner import cpu_seconds, repeats_for
 from benchmarks.tanks import random_window
 from obs_ros.core.typing import Array
 from obs_ros.integration.backends import kernels_for
@@ -27,8 +22,6 @@ CHUNK = 16
 C_OPTIONS = ('-O3', '-march=native', '-ffast-math')
 MEASUREMENT = 0.005  # s of process time
 NUMPY_ROUNDS = 3
-RATIO_LIMITS = {1: 1.3, 16: 1.2, 32: 1.2, 64: 1.3}
-ONE_LANE_LIMIT = 1.05  # noise of the measurement; one lane is padded to 16
 
 Rollout = Callable[[Array, Array], Array]  # x0 (3, B), p (3, B) -> squares (2, B)
 
@@ -44,32 +37,29 @@ class Row(NamedTuple):
     call: float
 
 
-def main(arguments: list[str] | None = None) -> list[Row]:
-    """Measure, print, and write the report."""
-    parser = options(__doc__)
-    parser.add_argument('--samples', type=int, default=1000, help='of the window')
-    parser.add_argument('--rounds', type=int, default=41, help='interleaved measurements')
-    chosen = parser.parse_args(arguments)
-    grid = Grid.of(THREE_TANK, random_window(1, chosen.samples, 20.0).record, np.ones(2))
-    prefixes = np.array([chosen.samples])
+def rows_of(samples: int, rounds: int) -> list[Row]:
+    """Measure every number of lanes on a random window of so many samples."""
+    grid = Grid.of(THREE_TANK, random_window(1, samples, 20.0).record, np.ones(2))
+    prefixes = np.array([samples])
     compiled, vectorised = kernels_for(THREE_TANK), kernels_for(THREE_TANK, 'numpy')
+
+    def ours(x0: Array, p: Array) -> Array:
+        return compiled.squares(grid, prefixes, x0, p)[0]
+
+    def numpy(x0: Array, p: Array) -> Array:
+        return vectorised.squares(grid, prefixes, x0, p)[0]
+
     with tempfile.TemporaryDirectory() as folder:
         c = c_rollout(grid, Path(folder))
-        rows = [
-            measured(
-                lanes,
-                chosen.samples,
-                chosen.rounds,
-                lambda x0, p: compiled.squares(grid, prefixes, x0, p)[0],
-                c,
-                lambda x0, p: vectorised.squares(grid, prefixes, x0, p)[0],
-            )
-            for lanes in LANES
-        ]
-    version = gcc_version()
-    line = machine(f'gcc {version} {" ".join(C_OPTIONS)}' if version else 'no gcc')
-    publish(chosen.results, 'kernel', 'Rollout kernel', report(rows, chosen.rounds), line)
-    return rows
+        return [measured(lanes, samples, rounds, ours, c, numpy) for lanes in LANES]
+
+
+def gcc_version() -> str | None:
+    """Return gcc's version, or None where there is no gcc."""
+    if shutil.which('gcc') is None:
+        return None
+    command = ['gcc', '-dumpfullversion']
+    return subprocess.run(command, capture_output=True, text=True, check=True).stdout.strip()
 
 
 def c_rollout(grid: Grid, folder: Path) -> Rollout | None:
@@ -119,36 +109,6 @@ def measured(
         if number < NUMPY_ROUNDS:
             times['numpy'].append(cpu_seconds(lambda: numpy(x0, p)))
     unit = 1e9 / (lanes * (samples - 1))
-    ratio = float('nan')
-    if c is not None:
-        ratio = float(np.median(np.divide(times['ours'], times['c'])))
-    medians = (float(np.median(t)) if t else float('nan') for t in times.values())
-    ours_s, c_s, numpy_s = medians
+    ours_s, c_s, numpy_s = (float(np.median(t)) if t else np.nan for t in times.values())
+    ratio = float(np.median(np.divide(times['ours'], times['c']))) if c else np.nan
     return Row(lanes, ours_s * unit, c_s * unit, numpy_s * unit, ratio, ours_s)
-
-
-def report(rows: list[Row], rounds: int) -> list[str]:
-    """Return the parts of the report."""
-    lines = [
-        (
-            row.lanes,
-            f'{row.ours:.1f}',
-            f'{row.c:.1f}',
-            f'{row.numpy:.0f}',
-            f'{row.ratio:.2f}',
-            f'{RATIO_LIMITS[row.lanes]}',
-            'skipped' if np.isnan(row.ratio) else mark(row.ratio <= RATIO_LIMITS[row.lanes]),
-        )
-        for row in rows
-    ]
-    head = ('lanes', 'ours (ns)', 'C (ns)', 'NumPy (ns)', 'ours / C', 'limit', 'within')
-    one, sixteen = rows[0].call, rows[1].call
-    return [
-        'Process time per candidate and RK4 step with the squared residuals of two outputs; '
-        f'medians of {rounds} interleaved measurements, the ratio being the median of their '
-        'ratios. Ours and C compute chunks of 16 lanes, so one lane costs as much as 16. '
-        'What the calls from Python cost is included; windows of this length make it small.',
-        markdown(head, lines),
-        f'One lane (padded) takes {one / sixteen:.2f} times as long as 16 lanes: not slower: '
-        f'{mark(one <= ONE_LANE_LIMIT * sixteen)}.',
-    ]

@@ -1,22 +1,14 @@
-"""What each registered observer costs for a sample, and which of them find three free valves.
-
-Costs: the median process time to absorb a sample and fetch the estimate, if one is due, on the
-scenario that the observer is for. Three tanks, every parameter free: share of the valve openings
-that are right 1000 s after valves have closed in part.
-"""
+"""Every observer on the scenario that it is for, and some on three tanks with free valves."""
 
 from collections.abc import Mapping
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 
-from benchmarks.common import machine, options, publish, table
-from benchmarks.genetic_papers.run import followed
-from obs_ros import Sample, load_observer
+from benchmarks.play import columns, followed, played, samples_of
+from obs_ros import load_observer
 from obs_ros.core.typing import Array
-from obs_ros.observers.base import OBSERVERS
 from plant_sim.scenarios import load_scenario
-from plant_sim.simulation import Simulation
 
 TANKS = 'three_tank'
 SCENARIOS = {
@@ -38,70 +30,53 @@ FILTERS: Mapping[str, dict[str, Any]] = {
     'gase': {'mode': 'window_end'},
 }
 NOISE = 0.01  # cm, sd of the tanks' levels at 40 dB
-RIGHT = 0.02  # of an opening
 ENDS = (1999, 2999)  # s
 
 
-def main(arguments: list[str] | None = None) -> None:
-    """Measure, print, and write the report."""
-    parser = options(__doc__)
-    parser.add_argument('--samples', type=int, default=2000, help='samples of each observer')
-    parser.add_argument('--seeds', type=int, default=10, help='noises of the three tanks')
-    chosen = parser.parse_args(arguments)
-    parts = [costs_table(chosen.samples), valves_table(chosen.seeds)]
-    publish(chosen.results, 'observer_costs', 'Observers: cost, and free valves', parts, machine())
+class Cost(NamedTuple):
+    """Median process times in us: to absorb a sample, and so with the estimate where one is due.
+
+    `due` is the share of samples at which one is.
+    """
+
+    observer: str
+    scenario: str
+    absorb: float
+    estimate: float
+    due: float
 
 
-def costs_table(count: int) -> str:
-    """Tell process times; the sliding window's is that of one solve, and absorbing beside it."""
-    rows = []
-    for name in OBSERVERS:
-        scenario = SCENARIOS.get(name, FORM)
-        settings = WINDOW if name == 'sliding_window' else {}
-        observer = load_observer(name)(load_scenario(scenario).model, **settings)
-        estimates, times = followed(observer, played(scenario, count, seed=0)[0])
-        times *= 1e6
-        due = np.array([estimate is not None for estimate in estimates])
-        # Steps that take all, or only what a window's end costs.
-        rows.append((name, scenario, f'{np.median(times[:, 0]):.1f}',
-                     f'{np.median(times[due, 1]):.0f}', f'{due.mean():.2f}'))  # fmt: skip
-    head = ('observer', 'scenario', 'absorb (us)', 'with an estimate (us)', 'estimates per sample')
-    return '## Cost of a sample: median process time\n\n' + table(head, rows)
+class Valves(NamedTuple):
+    """Absolute errors of the openings (N, 3) at ENDS of all seeds, and their deviations."""
+
+    observer: str
+    errors: Array
+    sd: Array
 
 
-def valves_table(seeds: int) -> str:
-    """Tell how far the valves are off when they have stood for 1000 s, and what observers say."""
-    rows = []
-    for name, settings in FILTERS.items():
-        off, told = [], []
-        for seed in range(seeds):
-            samples, truth = played(TANKS, ENDS[-1] + 1, seed)
-            known = {} if name == 'sliding_window' else {'noise': {'h1': NOISE, 'h2': NOISE}}
-            observer = load_observer(name)(TANKS, **known, **settings)
-            found = [e for e in followed(observer, samples)[0] if e is not None and e.usable]
-            for end in ENDS:
-                last = [e for e in found if e.t1 <= end][-1]
-                off.append(np.abs(np.array(list(last.parameters.values())) - truth[end]))
-                told.append([last.stddev[valve] for valve in last.parameters])
-        sd, errors = np.array(told), np.array(off)
-        known_sd = np.isfinite(sd)
-        within = (errors <= 2.0 * sd)[known_sd]
-        covered = f'{within.mean():.2f}' if within.size else '-'
-        rows.append((name, seeds, f'{np.mean(errors <= RIGHT):.2f}', f'{np.median(errors):.3f}',
-                     f'{errors.max():.3f}', covered))  # fmt: skip
-    head = ('observer', 'seeds', f'right within {RIGHT}', 'median error', 'largest', 'within 2 sd')
-    return (
-        '## Three tanks, three free valves, 40 dB\n\nThe scenario of Yang et al. 2020: all open, '
-        'at 1000 s two valves close in part, at 2000 s two. Judged before the second change and at '
-        'the end, 1000 s after the last one. The others are told the noise; the sliding window, '
-        '300 s every 50 s, is told nothing. `within 2 sd`: of what has a standard deviation.\n\n'
-        + table(head, rows)
-    )
+def cost(name: str, count: int) -> Cost:
+    """Time an observer; the sliding window's estimate is one solve."""
+    scenario = SCENARIOS.get(name, FORM)
+    settings = WINDOW if name == 'sliding_window' else {}
+    observer = load_observer(name)(load_scenario(scenario).model, **settings)
+    estimates, times = followed(observer, samples_of(played(scenario, count, seed=0)))
+    due = np.array([estimate is not None for estimate in estimates])
+    absorb, fetch = 1e6 * np.median(times[:, 0]), 1e6 * np.median(times[due, 1])
+    return Cost(name, scenario, float(absorb), float(fetch), float(due.mean()))
 
 
-def played(scenario: str, count: int, seed: int) -> tuple[list[Sample], Array]:
-    """Return samples of a scenario, and its true parameters (K, q)."""
-    simulation = Simulation(load_scenario(scenario), seed=seed)
-    instants = [simulation.sample() for _ in range(count)]
-    samples = [Sample(round(i.t * 1e9), y=np.array(i.y), u=np.array(i.u)) for i in instants]
-    return samples, np.array([i.p for i in instants])
+def valves(name: str, seeds: int) -> Valves:
+    """Let an observer find the valves; all but the sliding window are told the noise."""
+    off, sd = [], []
+    for seed in range(seeds):
+        instants = played(TANKS, ENDS[-1] + 1, seed=seed)
+        (truth,) = columns(instants, 'p')
+        known = {} if name == 'sliding_window' else {'noise': {'h1': NOISE, 'h2': NOISE}}
+        observer = load_observer(name)(TANKS, **known, **FILTERS[name])
+        estimates, _ = followed(observer, samples_of(instants))
+        usable = [one for one in estimates if one is not None and one.usable]
+        for end in ENDS:
+            last = [one for one in usable if one.t1 <= end][-1]
+            off.append(np.abs(np.array(list(last.parameters.values())) - truth[end]))
+            sd.append([last.stddev[valve] for valve in last.parameters])
+    return Valves(name, np.array(off), np.array(sd))

@@ -5,7 +5,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from benchmarks.judge import Judge
+from benchmarks.judge import SAME_OPTIMUM, Judge
 from benchmarks.zoo import CASES, Case, draw
 from benchmarks.zoo.windows import FINER
 from obs_ros import Model, Record
@@ -14,7 +14,6 @@ from obs_ros.inference.objective import Objective
 from obs_ros.inference.parameterisation import Unknowns
 from obs_ros.integration.backends import kernels_for
 from obs_ros.integration.grid import Grid
-from obs_ros.optimization.levenberg_marquardt import LMSettings
 
 
 class Stopped(Exception):

@@ -47,12 +47,8 @@ PEERS = {
     for peer in (
         Peer(OURS, 'obs_ros', 'ours:noise_unknown'),
         Peer('obs_ros, noise given', 'obs_ros', 'ours:noise_given'),
-        Peer('scipy least_squares, 1 start', 'scipy', 'scipy_least_squares:one_start'),
-        Peer(
-            'scipy least_squares, 1 start, batched',
-            'scipy',
-            'scipy_least_squares:one_start_batched',
-        ),
+        Peer('scipy least_squares, 1 start', 'scipy', 'scipy_least_squares:once'),
+        Peer('scipy least_squares, 1 start, batched', 'scipy', 'scipy_least_squares:once_batched'),
         Peer('scipy least_squares, restarts', 'scipy', 'scipy_least_squares:restarts'),
         Peer('scipy DE, solve_ivp', 'scipy', 'scipy_de:with_solve_ivp', slow=True),
         Peer('scipy DE, vectorised NumPy', 'scipy', 'scipy_de:vectorised', slow=True),

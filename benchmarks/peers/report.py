@@ -1,41 +1,25 @@
-"""Tables, text and picture of peers.py."""
+"""Tables and verdicts of the peers."""
 
 from collections.abc import Sequence
-from pathlib import Path
-from typing import TYPE_CHECKING
 
 import numpy as np
 
-from benchmarks.common import table as markdown
 from benchmarks.peers.registry import OURS, PEERS
+from benchmarks.peers.run import Measured
+from benchmarks.report import table
 
-if TYPE_CHECKING:
-    from benchmarks.peers.run import Measured
-
-HEAD = (
-    'peer', 'solved', 'median (ms)', 'time / ours', 'time / ours where solved', 'build (s)',
-    'excess (sigma^2)', 'parameter error / ours', 'end state error / ours',
-)  # fmt: skip
 MISSED_EXCESS = 0.615  # sigma^2; the judge's optimum lost by this is a better optimum found
 
 
 def report(
-    results: Sequence['Measured'],
-    missing: Sequence[str],
-    folder: Path,
-    cap: float,
-    seeds: Sequence[int],
+    results: Sequence[Measured], missing: Sequence[str], cap: float, seeds: Sequence[int]
 ) -> list[str]:
-    """Return the parts of the report, and draw its picture."""
-    cases = list(dict.fromkeys(one.case for one in results))
+    """Return the parts of the report."""
     parts = [introduction(cap, seeds)]
-    for case in cases:
-        own = [one for one in results if one.case == case]
+    for case, own in by_case(results).items():
         parts += [f'## {case}', case_table(own), verdict(own)]
     if missing:
         parts.append('Not installed, so skipped: ' + ', '.join(missing) + '.')
-    if draw(folder, results, cases):
-        parts.append('![median process time by peer](peers.png)')
     return parts
 
 
@@ -63,45 +47,62 @@ def introduction(cap: float, seeds: Sequence[int]) -> str:
     )
 
 
-def case_table(results: Sequence['Measured']) -> str:
-    """Return the table of one case."""
-    ours = [one for one in results if one.peer == OURS]
-    return markdown(HEAD, [row(chosen, ours) for chosen in by_peer(results).values()])
+def by_case(results: Sequence[Measured]) -> dict[str, list[Measured]]:
+    """Return the results of every case."""
+    cases = dict.fromkeys(one.case for one in results)
+    return {case: [one for one in results if one.case == case] for case in cases}
 
 
-def by_peer(results: Sequence['Measured']) -> dict[str, list['Measured']]:
+def by_peer(results: Sequence[Measured]) -> dict[str, list[Measured]]:
     """Return the results of every peer, in the order of the registry."""
     return {name: own for name in PEERS if (own := [one for one in results if one.peer == name])}
 
 
-def row(results: Sequence['Measured'], ours: Sequence['Measured']) -> tuple[str, ...]:
+def case_table(results: Sequence[Measured]) -> str:
+    """Return the table of one case: every peer's medians, against ours on the same windows."""
+    peers = by_peer(results)
+    return table(row(own, peers[OURS]) for own in peers.values())
+
+
+def row(results: Sequence[Measured], ours: Sequence[Measured]) -> dict[str, object]:
     """Return one line: a peer's medians over its windows, against ours on the same ones."""
     peer = PEERS[results[0].peer]
     same = [one for one in ours if one.seed in {other.seed for other in results}]
     solved = [one for one in results if one.reached]
     bound = '> ' if 2 * len(solved) < len(results) and not peer.filters else ''
-    return (
-        peer.name,
-        '-' if peer.filters else f'{len(solved)}/{len(results)}',
-        bound + f'{1e3 * np.median([one.seconds for one in results]):.3g}',
-        '1' if peer.name == OURS else bound + f'{time_ratio(results):.3g}',
-        '1' if peer.name == OURS else f'{time_ratio(solved):.3g}' if solved else '-',
-        f'{np.median([one.build for one in results]):.2g}',
-        '-' if peer.filters else f'{np.median([one.excess for one in results]):.2g}',
-        *(
-            f'{np.median([getattr(one, name) for one in results]) / scale:.2g}'
-            for name in ('parameter_error', 'state_error')
-            for scale in (np.median([getattr(one, name) for one in same]),)
-        ),
+    error, own = (
+        [median(one, name) for name in ('parameter_error', 'state_error')]
+        for one in (results, same)
     )
+    time, where_solved = bound + f'{time_ratio(results):.3g}', '-'
+    if peer.name == OURS:
+        time = where_solved = '1'
+    elif solved:
+        where_solved = f'{time_ratio(solved):.3g}'
+    return {
+        'peer': peer.name,
+        'solved': '-' if peer.filters else f'{len(solved)}/{len(results)}',
+        'median (ms)': bound + f'{1e3 * median(results, "seconds"):.3g}',
+        'time / ours': time,
+        'time / ours where solved': where_solved,
+        'build (s)': f'{median(results, "build"):.2g}',
+        'excess (sigma^2)': '-' if peer.filters else f'{median(results, "excess"):.2g}',
+        'parameter error / ours': f'{error[0] / own[0]:.2g}',
+        'end state error / ours': f'{error[1] / own[1]:.2g}',
+    }
 
 
-def time_ratio(results: Sequence['Measured']) -> float:
+def median(results: Sequence[Measured], name: str) -> float:
+    """Return the median of one figure."""
+    return float(np.median([getattr(one, name) for one in results]))
+
+
+def time_ratio(results: Sequence[Measured]) -> float:
     """Return the median ratio of a peer's time to ours on the same window."""
     return float(np.median([one.seconds / one.ours for one in results]))
 
 
-def verdict(results: Sequence['Measured']) -> str:
+def verdict(results: Sequence[Measured]) -> str:
     """Say whether ours is the fastest to the target, and who wins if not."""
     peers = by_peer(results)
     ours = peers.pop(OURS)
@@ -134,39 +135,6 @@ def verdict(results: Sequence['Measured']) -> str:
     return ' '.join(lines)
 
 
-def solved_share(results: Sequence['Measured']) -> float:
+def solved_share(results: Sequence[Measured]) -> float:
     """Return the share of windows solved."""
     return float(np.mean([one.reached for one in results]))
-
-
-def draw(folder: Path, results: Sequence['Measured'], cases: Sequence[str]) -> bool:
-    """Draw process times as bars; pale where not all is solved. False without matplotlib."""
-    try:
-        from matplotlib.figure import Figure
-    except ImportError:
-        print('no matplotlib: no picture')
-        return False
-    figure = Figure(figsize=(6.0 * len(cases), 5.0), layout='constrained')
-    panels = figure.subplots(1, len(cases), squeeze=False, sharey=True)[0]
-    for case, axes in zip(cases, panels, strict=True):
-        peers = by_peer([one for one in results if one.case == case])
-        for place, (name, own) in enumerate(peers.items()):
-            milliseconds = 1e3 * float(np.median([one.seconds for one in own]))
-            colour = 'tab:green' if name.startswith(OURS) else 'tab:blue'
-            if PEERS[name].filters:
-                colour, told = 'tab:gray', 'end only'
-            else:
-                told = f'{sum(one.reached for one in own)}/{len(own)}'
-            pale = 1.0 if solved_share(own) == 1.0 or PEERS[name].filters else 0.35
-            axes.barh(place, milliseconds, color=colour, alpha=pale)
-            label = f'{milliseconds:.3g}  ({told})'
-            axes.text(1.1 * milliseconds, place, label, va='center', fontsize=8)
-        axes.set_yticks(range(len(peers)), list(peers))
-        axes.set(xscale='log', xlabel='median process time (ms)', title=case)
-        axes.set_xlim(1.0, 12.0 * axes.get_xlim()[1])
-        axes.grid(axis='x', alpha=0.3)
-    panels[0].invert_yaxis()
-    figure.suptitle('In brackets: windows solved; pale: not all of them')
-    folder.mkdir(parents=True, exist_ok=True)
-    figure.savefig(folder / 'peers.png', dpi=110)
-    return True

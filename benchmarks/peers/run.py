@@ -1,34 +1,26 @@
-"""Our default search beside other ways to estimate the same windows to the same target.
-
-Three tanks (1000 samples, 20 dB) and Lorenz (5 time units, 500 samples, 40 dB), six unknowns each.
-A window is solved when the squares are within 0.1025 d sigma^2 of the best known optimum. Peers are
-an optional extra (`make peers`); one that is missing is skipped by name.
-"""
+"""Peers on windows, each beside ours on the same window moments before, in the same process."""
 
 import contextlib
 import functools
 import os
-import time
 import warnings
-from importlib import metadata
+from collections.abc import Sequence
 from typing import NamedTuple
 
 import numpy as np
 
-from benchmarks.common import machine, on_all_cores, options, publish
 from benchmarks.peers.problem import Filtered, Oracle, Problem, Stopped
 from benchmarks.peers.registry import OURS, PEERS, Solve
-from benchmarks.peers.report import report
-from obs_ros.core.typing import Array
+from benchmarks.report import rms
+from benchmarks.runner import monte_carlo, timed
 
 CASES = ('three tanks 1000, 20 dB', 'Lorenz 5')
 WARM_SEED = 1
 REPEATS, QUICK = 3, 0.2  # what takes less seconds is measured so often
-PACKAGES = ('pygmo', 'pymoo', 'cma', 'casadi', 'do-mpc', 'filterpy')
 
 
 class Window(NamedTuple):
-    """Which window, how many starts its judge takes, and then the optimum it found."""
+    """A window, how many starts its judge takes, and then the optimum it found."""
 
     case: str
     seed: int
@@ -45,7 +37,7 @@ class Task(NamedTuple):
 
 
 class Measured(NamedTuple):
-    """What came of a task: process times in s, ours on the same window just before beside it.
+    """Process times of a task in s, ours on the same window just before beside it, and errors.
 
     `excess` over the judge's optimum in sigma^2 (NaN: it does not minimise squares); errors are
     root mean squares over the parameters, and over the states at the window's end, in their boxes.
@@ -63,54 +55,34 @@ class Measured(NamedTuple):
     state_error: float
 
 
-def main(arguments: list[str] | None = None) -> list[Measured]:
-    """Judge, measure, print, and write the report."""
-    parser = options(__doc__)
-    parser.add_argument('--windows', type=int, default=10, help='per case')
-    parser.add_argument('--slow-windows', type=int, default=3, help='per case, for slow peers')
-    parser.add_argument('--seed', type=int, default=8000, help='of the first window')
-    parser.add_argument('--starts', type=int, default=6, help='of the judge, beside the truth')
-    parser.add_argument('--cap', type=float, default=60.0, help='process time per solve, in s')
-    parser.add_argument('--peers', nargs='+', choices=[*PEERS], default=[*PEERS], metavar='NAME')
-    parser.add_argument('--cases', nargs='+', choices=CASES, default=[*CASES], metavar='CASE')
-    chosen = parser.parse_args(arguments)
-    missing = [name for name in chosen.peers if not PEERS[name].present]
-    for name in missing:
-        print(f'{name}: skipped, {PEERS[name].package} is not installed (make peers)')
+def solved(
+    cases: Sequence[str],
+    peers: Sequence[str],
+    seeds: Sequence[int],
+    slow: Sequence[int],
+    starts: int,
+    cap: float,
+) -> list[Measured]:
+    """Judge the windows of every case, then solve them by every peer; slow ones solve fewer."""
     # All threads count; on matrices this small, more than one of them only costs.
     os.environ['OPENBLAS_NUM_THREADS'] = os.environ['OMP_NUM_THREADS'] = '1'
-    seeds = range(chosen.seed, chosen.seed + chosen.windows)
-    windows = [Window(case, seed, chosen.starts) for case in chosen.cases for seed in seeds]
-    best = on_all_cores(judged, windows, 'judge')
-    tasks = [
-        Task(window._replace(best=least), name, chosen.cap)
-        for name in dict.fromkeys([OURS, *chosen.peers])
-        if name not in missing
-        for window, least in zip(windows, best, strict=True)
-        if not PEERS[name].slow or window.seed < chosen.seed + chosen.slow_windows
-    ]
-    results = on_all_cores(measured, tasks, 'solve')
-    parts = report(results, missing, chosen.results, chosen.cap, seeds)
-    title = 'Peers: the same windows to the same target'
-    publish(chosen.results, 'peers', title, parts, machine(*versions()))
-    return results
-
-
-def versions() -> list[str]:
-    """Return the versions of the peers that are there."""
-    found = []
-    for name in PACKAGES:
-        try:
-            found.append(f'{name} {metadata.version(name)}')
-        except metadata.PackageNotFoundError:
-            continue
-    return found
+    windows = {case: [Window(case, seed, starts) for seed in seeds] for case in cases}
+    best = monte_carlo(judged, windows, 'judge')
+    tasks = {
+        peer: [
+            Task(window._replace(best=least), peer, cap)
+            for case in cases
+            for window, least in zip(windows[case], best[case], strict=True)
+            if not PEERS[peer].slow or window.seed in slow
+        ]
+        for peer in peers
+    }
+    return [one for own in monte_carlo(measured, tasks, 'solve').values() for one in own]
 
 
 def judged(window: Window) -> float:
     """Return the best known optimum of a window, in sigma^2."""
-    problem = Problem.of(window.case, window.seed)
-    return problem.judged(window.starts, window.seed)
+    return Problem.of(window.case, window.seed).judged(window.starts, window.seed)
 
 
 def measured(task: Task) -> Measured:
@@ -131,8 +103,8 @@ def measured(task: Task) -> Measured:
         build=build,
         excess=np.nan if filtered else oracle.least - task.window.best,
         reached=oracle.reached,
-        parameter_error=error(found.parameters, problem.truth[n:], problem.width[n:]),
-        state_error=error(found.state, problem.end, problem.width[:n]),
+        parameter_error=float(rms((found.parameters - problem.truth[n:]) / problem.width[n:])),
+        state_error=float(rms((found.state - problem.end) / problem.width[:n])),
     )
 
 
@@ -140,13 +112,11 @@ def measured(task: Task) -> Measured:
 def prepared(peer: str, case: str) -> tuple[Solve, float]:
     """Return a peer ready for a case, warm, and the process time in s that this took."""
     problem = Problem.of(case, WARM_SEED)
-    begin = time.process_time()
     with warnings.catch_warnings():
         warnings.simplefilter('ignore')
-        solve = PEERS[peer].prepare(problem)
-    build = time.process_time() - begin
+        solve, build = timed(lambda: PEERS[peer].prepare(problem))
     # Reached at once, or after the first of its points: compiles and loads all that a solve needs.
-    timed(solve, Oracle(problem, np.inf if peer != OURS else 0.0, 1.0), WARM_SEED)
+    run(solve, Oracle(problem, np.inf if peer != OURS else 0.0, 1.0), WARM_SEED)
     return solve, build
 
 
@@ -155,23 +125,20 @@ def repeated(solve: Solve, problem: Problem, task: Task) -> tuple[float, Oracle,
     times: list[float] = []
     while not times or (times[0] < QUICK and len(times) < REPEATS):
         oracle = Oracle(problem, task.window.best + problem.room, task.cap)
-        seconds, filtered = timed(solve, oracle, task.window.seed)
+        filtered, seconds = run(solve, oracle, task.window.seed)
         times.append(seconds)
     return float(np.median(times)), oracle, filtered
 
 
-def timed(solve: Solve, oracle: Oracle, seed: int) -> tuple[float, Filtered | None]:
-    """Return the process time of one solve, all threads together, and what it returned."""
-    filtered = None
-    with warnings.catch_warnings(), np.errstate(all='ignore'):
-        warnings.simplefilter('ignore')
-        begin = time.process_time()
+def run(solve: Solve, oracle: Oracle, seed: int) -> tuple[Filtered | None, float]:
+    """Return the result of one solve, and its process time in s, all threads together."""
+
+    def until_stopped() -> Filtered | None:
         oracle.start()
         with contextlib.suppress(Stopped):
-            filtered = solve(oracle, seed)
-        return time.process_time() - begin, filtered
+            return solve(oracle, seed)
+        return None
 
-
-def error(found: Array, truth: Array, width: Array) -> float:
-    """Return the root mean square error in units of the box."""
-    return float(np.sqrt(np.mean(((found - truth) / width) ** 2)))
+    with warnings.catch_warnings(), np.errstate(all='ignore'):
+        warnings.simplefilter('ignore')
+        return timed(until_stopped)

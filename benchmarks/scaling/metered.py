@@ -5,13 +5,11 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Any, TypeVar
 
-import numpy as np
-
-from benchmarks.common import cpu_seconds
-from obs_ros import Estimate, Record
+from benchmarks.runner import timed
+from obs_ros import Estimate, Model, Record
 from obs_ros.core.deadline import Deadline
-from obs_ros.core.model import Model
 from obs_ros.core.typing import Array, IntArray
+from obs_ros.core.rng import random_generator
 from obs_ros.horizon.settings import EstimationSettings
 from obs_ros.horizon.solver import Solver
 from obs_ros.integration.backends import Kernels
@@ -81,8 +79,6 @@ class Spent:
 def spent(model: Model, record: Record, seed: int, **settings: Any) -> Spent:
     """Solve a window cold, to the end; the solver's settings as of `solve_window`."""
     solver = MeteredSolver.of(model, EstimationSettings(**settings))
-    found: list[Estimate] = []
-    rng = np.random.default_rng([seed, 0])
-    seconds = cpu_seconds(lambda: found.append(solver.solve(record, rng, Deadline())))
+    estimate, seconds = timed(lambda: solver.solve(record, random_generator(seed, 0), Deadline()))
     meter: Meter = object.__getattribute__(solver, 'meter')
-    return Spent(seconds, meter.seconds, meter.calls, meter.steps, found[0])
+    return Spent(seconds, meter.seconds, meter.calls, meter.steps, estimate)

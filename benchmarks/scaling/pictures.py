@@ -1,23 +1,18 @@
-"""Picture of scaling.py; needs matplotlib."""
+"""Picture of the growth; needs Matplotlib."""
 
 from collections.abc import Sequence
-from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import Any
 
-import matplotlib
 import numpy as np
-from matplotlib.figure import Figure
 
-if TYPE_CHECKING:
-    from benchmarks.scaling.run import Curve
-
-matplotlib.use('Agg')
+from benchmarks.report import panels
+from benchmarks.scaling.curve import Curve
 
 
-def draw_scaling(path: Path, curves: Sequence['Curve']) -> None:
+def draw_scaling(curves: Sequence[Curve]) -> Any:
     """Draw every growth on its own panel, beside linear growth from the last point."""
-    figure = Figure(figsize=(12.0, 7.0), layout='constrained')
-    for axes, curve in zip(figure.subplots(2, 3).flat, curves, strict=False):
+    figure, grid = panels(2, 3, (12.0, 7.0))
+    for axes, curve in zip(grid.flat, curves, strict=False):
         x, ms = np.array(curve.x), 1e3 * np.array(curve.seconds)
         axes.loglog(x, ms, 'o-', label=f'exponent {curve.exponents[0]:.2f}')
         axes.loglog(x, ms[-1] * x / x[-1], 'k--', lw=1, label='linear')
@@ -26,4 +21,4 @@ def draw_scaling(path: Path, curves: Sequence['Curve']) -> None:
         axes.set_xticks([], minor=True)
         axes.grid(alpha=0.3)
         axes.legend(fontsize=9)
-    figure.savefig(path, dpi=110)
+    return figure

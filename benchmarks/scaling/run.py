@@ -1,33 +1,18 @@
-"""How the cost of a solve grows: samples, unknowns, lanes, output rate, plants in one process.
-
-Cold starts with the defaults; process time in one process. Where a growth is worse than linear the
-columns tell why: candidate-steps (the work), calls of the kernels, ns per candidate-step, and the
-share outside the kernels: Python, and the small linear algebra.
-"""
+"""Solves of ever more samples, unknowns, lanes, output rate, and plants in one process."""
 
 import time
-from collections.abc import Callable, Mapping, Sequence
-from typing import NamedTuple
+from collections.abc import Callable, Sequence
 
 import numpy as np
 
-from benchmarks.common import (
-    Progress,
-    cpu_seconds,
-    machine,
-    options,
-    publish,
-    quantiles,
-    repeats_for,
-)
-from benchmarks.common import table as markdown
+from benchmarks.report import quantiles
+from benchmarks.runner import cpu_seconds, progress, repeats_for
+from benchmarks.scaling.curve import CAUSES, Curve
 from benchmarks.scaling.metered import Spent, spent
-from benchmarks.scaling.pictures import draw_scaling
 from benchmarks.scaling.tank_row import tank_row
 from benchmarks.tanks import blank_record, noisy, random_window, simulated
 from benchmarks.zoo import CASES, draw
-from obs_ros import Record
-from obs_ros.core.record import Sample
+from obs_ros import Record, Sample
 from obs_ros.core.rng import random_generator
 from obs_ros.integration.backends import kernels_for
 from obs_ros.integration.grid import Grid
@@ -45,96 +30,8 @@ PLANTS = (1, 2, 4, 8, 16)
 PLANT_SAMPLES, PLANT_WINDOWS = 200, 4
 MEASUREMENT = 0.05  # s of process time
 LANE_SAMPLES = 1000
+KERNELS = ('squares', 'grams', 'trajectories')
 PLANT_ROUNDS = 5
-CAUSES: Mapping[str, Callable[[Spent], float]] = {
-    'candidate-steps': lambda run: run.steps,
-    'kernel calls': lambda run: run.calls,
-    's / candidate-step': lambda run: run.kernel_seconds / run.steps,
-    's outside kernels': lambda run: run.seconds - run.kernel_seconds,
-}
-
-
-class Curve(NamedTuple):
-    """One way to grow: title, x and its name, rows of the table, s per solve, a remark.
-
-    `causes` are what the cost is made of, by name, at every x.
-    """
-
-    title: str
-    x_name: str
-    x: Sequence[float]
-    seconds: Sequence[float]
-    head: Sequence[str]
-    rows: Sequence[Sequence[object]]
-    remark: str
-    causes: Mapping[str, Sequence[float]] = {}
-
-    @property
-    def exponents(self) -> tuple[float, float]:
-        """Growth of the cost: exponent over all, and over the upper half."""
-        half = len(self.x) // 2
-        return exponent(self.x, self.seconds), exponent(self.x[half:], self.seconds[half:])
-
-
-def exponent(x: Sequence[float], y: Sequence[float]) -> float:
-    """Fit y = a x^e; return e."""
-    return float(np.polyfit(np.log(x), np.log(y), 1)[0])
-
-
-def main(arguments: list[str] | None = None) -> str:
-    """Measure, print, and write the report."""
-    parser = options(__doc__)
-    parser.add_argument('--windows', type=int, default=15, help='random windows at every size')
-    parser.add_argument('--seed', type=int, default=80_000, help='of the first window')
-    parser.add_argument('--quick', action='store_true', help='3 windows, and less of everything')
-    chosen = parser.parse_args(arguments)
-    keep = 3 if chosen.quick else None  # of every list of sizes
-    seeds = range(chosen.seed, chosen.seed + (3 if chosen.quick else chosen.windows))
-    curves = [
-        by_samples(SAMPLES[:keep], seeds),
-        by_rate(PERIODS[:keep], seeds),
-        by_tanks(TANKS[:keep], seeds),
-        by_free(FREE[:keep], seeds),
-        by_lanes(LANES[:keep]),
-        by_plants(PLANTS[:keep], chosen.seed),
-    ]
-    chosen.results.mkdir(parents=True, exist_ok=True)
-    draw_scaling(chosen.results / 'scaling.png', curves)
-    parts = [introduction(seeds), summary(curves), '![growth](scaling.png)']
-    parts += [
-        f'## {curve.title}\n\n{curve.remark}\n\n' + markdown(curve.head, curve.rows)
-        for curve in curves
-    ]
-    return publish(chosen.results, 'scaling', 'How the cost grows', parts, machine())
-
-
-def introduction(seeds: Sequence[int]) -> str:
-    """Say what was done."""
-    return (
-        f'Medians over {len(seeds)} random windows (seeds {seeds[0]} to {seeds[-1]}), cold start, '
-        f'defaults, noise unknown, {SNR:g} dB; process time in one process, compiled before. '
-        'A candidate-step is one candidate over one integration step.'
-    )
-
-
-def summary(curves: Sequence[Curve]) -> str:
-    """Tell the fitted exponents."""
-    rows = []
-    for curve in curves:
-        whole, upper = curve.exponents
-        span = f'{curve.x[0]:g} to {curve.x[-1]:g}'
-        growth = f'{curve.seconds[-1] / curve.seconds[0]:.1f}'
-        half = len(curve.x) // 2
-        causes = (
-            f'{exponent(curve.x[half:], curve.causes[name][half:]):.2f}' if curve.causes else ''
-            for name in CAUSES
-        )
-        rows.append((curve.title, span, growth, f'{whole:.2f}', f'**{upper:.2f}**', *causes))
-    head = ('cost against', 'range', 'cost, last / first', 'exponent', 'upper half', *CAUSES)
-    return (
-        'Exponents of growth: of the process time over all sizes and over the upper half of them; '
-        'there also of what it is made of. Linear is 1.\n\n' + markdown(head, rows)
-    )
 
 
 def solved_curve(
@@ -146,42 +43,29 @@ def solved_curve(
     remark: str,
 ) -> Curve:
     """Solve windows at every size: `solves(i, seed)` does one of size x[i]."""
-    progress, rows, seconds = Progress(title, len(x)), [], []
+    rows, seconds = [], []
     causes: dict[str, list[float]] = {name: [] for name in CAUSES}
-    for i, size in enumerate(x):
+    for i, size in progress(enumerate(x), title, len(x)):
         solves(i, seeds[0])  # compiles, warms
         runs = [solves(i, seed) for seed in seeds]
         median, high = quantiles(run.seconds for run in runs)
         for name, cause in CAUSES.items():
             causes[name].append(float(np.median([cause(run) for run in runs])))
         steps, calls, per_step, _ = (values[-1] for values in causes.values())
-        rows.append(
-            (
-                f'{size:g}',
-                f'{1e3 * median:.2f}',
-                f'{1e3 * high:.1f}',
-                f'{1e-6 * steps:.2f}',
-                f'{calls:.0f}',
-                f'{np.median([run.estimate.evaluations for run in runs]):.0f}',
-                f'{1e9 * per_step:.1f}',
-                f'{100.0 * np.median([run.rest for run in runs]):.0f}',
-                sum(run.estimate.outcome == 'converged' for run in runs),
-            )
-        )
+        candidates = np.median([run.estimate.evaluations for run in runs])
+        rows.append({
+            x_name: f'{size:g}',
+            'median (ms)': f'{1e3 * median:.2f}',
+            'p95 (ms)': f'{1e3 * high:.1f}',
+            'candidate-steps (10^6)': f'{1e-6 * steps:.2f}',
+            'kernel calls': f'{calls:.0f}',
+            'candidates': f'{candidates:.0f}',
+            'ns / candidate-step': f'{1e9 * per_step:.1f}',
+            'outside kernels (%)': f'{100.0 * np.median([run.rest for run in runs]):.0f}',
+            f'converged of {len(seeds)}': sum(r.estimate.outcome == 'converged' for r in runs),
+        })  # fmt: skip
         seconds.append(median)
-        progress.step()
-    head = (
-        x_name,
-        'median (ms)',
-        'p95 (ms)',
-        'candidate-steps (10^6)',
-        'kernel calls',
-        'candidates',
-        'ns / candidate-step',
-        'outside kernels (%)',
-        f'converged of {len(seeds)}',
-    )
-    return Curve(title, x_name, x, seconds, head, rows, remark, causes)
+    return Curve(title, x_name, x, seconds, rows, remark, causes)
 
 
 def by_samples(samples: Sequence[int], seeds: Sequence[int]) -> Curve:
@@ -270,20 +154,17 @@ def by_lanes(lanes: Sequence[int]) -> Curve:
             lambda x0=x0, p=p: kernels.grams(grid, LANE_SAMPLES, x0, p, width),
             lambda x0=x0, p=p: kernels.trajectories(grid, x0, p),
         )
-        repeats = [repeats_for(call, MEASUREMENT) for call in calls]
-        times = [
-            float(np.median([cpu_seconds(call, repeat) for _ in range(7)]))
-            for call, repeat in zip(calls, repeats, strict=True)
-        ]
+        pairs = [(call, repeats_for(call, MEASUREMENT)) for call in calls]
+        times = [float(np.median([cpu_seconds(*pair) for _ in range(7)])) for pair in pairs]
         unit = 1e9 / (count * (LANE_SAMPLES - 1))
-        rows.append((count, *(f'{unit * one:.1f}' for one in times), f'{1e3 * times[0]:.2f}'))
+        row = {f'{name} (ns)': f'{unit * s:.1f}' for name, s in zip(KERNELS, times, strict=True)}
+        rows.append({'lanes': count, **row, 'squares, a call (ms)': f'{1e3 * times[0]:.2f}'})
         seconds.append(times[0])
     return Curve(
         'lanes of the kernel',
         'lanes',
         lanes,
         seconds,
-        ('lanes', 'squares (ns)', 'grams (ns)', 'trajectories (ns)', 'squares, a call (ms)'),
         rows,
         f'Three tanks, {LANE_SAMPLES} samples: ns per candidate-step of the three kernels; `grams` '
         'with 6 unknowns, its products included. The exponent is that of `squares`.',
@@ -298,22 +179,19 @@ def by_plants(plants: Sequence[int], seed: int) -> Curve:
     # Interleaved: what else the machine does must not look like growth.
     runs = [[fed(record, count) for count in plants] for _ in range(PLANT_ROUNDS)]
     for count, (storing, solving, estimates) in zip(plants, np.median(runs, axis=0), strict=True):
-        rows.append(
-            (
-                count,
-                f'{estimates:.0f}',
-                f'{1e3 * (storing + solving):.1f}',
-                f'{1e3 * solving / estimates:.2f}',
-                f'{1e6 * storing / (count * record.t.size):.1f}',
-            )
-        )
+        rows.append({
+            'plants': count,
+            'estimates': f'{estimates:.0f}',
+            'process time (ms)': f'{1e3 * (storing + solving):.1f}',
+            'an estimate (ms)': f'{1e3 * solving / estimates:.2f}',
+            'storing a sample (us)': f'{1e6 * storing / (count * record.t.size):.1f}',
+        })  # fmt: skip
         seconds.append(storing + solving)
     return Curve(
         'plants in one process',
         'plants',
         plants,
         seconds,
-        ('plants', 'estimates', 'process time (ms)', 'an estimate (ms)', 'storing a sample (us)'),
         rows,
         f'Observers of three tanks with windows of {PLANT_SAMPLES} samples, {PLANT_WINDOWS} one '
         'after the other, fed in turn; all get the same samples, so that each has the same work.',

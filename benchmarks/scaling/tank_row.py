@@ -13,13 +13,7 @@ SAMPLES = 1000
 def tank_row(tanks: int) -> Case:
     """Return windows of a row of `tanks` tanks: twice as many unknowns."""
     return Case(
-        f'{tanks} tanks',
-        _model(tanks),
-        SAMPLES,
-        1.0,
-        20.0,
-        inputs=steady(30.0),
-        unit_power=True,
+        f'{tanks} tanks', _model(tanks), SAMPLES, 1.0, 20.0, inputs=steady(30.0), unit_power=True
     )
 
 

@@ -2,31 +2,27 @@
 
 import functools
 import time
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from typing import Any, NamedTuple
 
 import numpy as np
 from scipy.special import chdtri
-from scipy.stats import qmc
 
-from benchmarks.common import cpu_seconds
-from benchmarks.judge import Judge
-from benchmarks.search.contestants import CONTESTANTS, finite
+from benchmarks.judge import SAME_OPTIMUM, Judge
+from benchmarks.runner import timed
+from benchmarks.search.contestants import CONTESTANTS
 from benchmarks.zoo import CASES, Case, Drawn, draw
 from obs_ros import Estimate, Outcome
 from obs_ros.core.deadline import Deadline
 from obs_ros.core.model import names
 from obs_ros.core.residual_tests import TAIL
-from obs_ros.core.typing import Array
 from obs_ros.horizon.settings import EstimationSettings
 from obs_ros.horizon.solver import Solver
 from obs_ros.optimization.memetic import MemeticSettings
 
-SAME_OPTIMUM = 0.1025  # times unknowns, of the noise's variance
 DEADLINES = (0.005, 0.02, 0.1)  # s
 # A search must not draw the numbers that made its window (a plain seed draws those).
 SEARCH_STREAM, JUDGE_STREAM = 2, 3
-NEAR = 0.02  # of the box: the judge's starts about the truth
 
 
 class Way(NamedTuple):
@@ -59,7 +55,7 @@ RULES = {
 
 
 class Score(NamedTuple):
-    """What one way made of a window.
+    """The result of one way on a window.
 
     `excess` of the squares over the optimum, in shares of what still counts as the optimum; process
     time in s; whether the search believed its result, and whether it said so without a caveat.
@@ -83,28 +79,7 @@ class Verdict(NamedTuple):
     judge_excess: float
 
 
-class WeighingJudge(Judge):
-    """A judge of outputs in units of their true noise, with steps small enough for chaos."""
-
-    half_step = 1e-8
-
-    def __init__(self, case: Case, window: Drawn) -> None:
-        super().__init__(case.model, window.record, names(case.model.variables), {})
-        noise = np.array([window.noise[name] for name in names(case.model.outputs)])
-        self._noise = np.broadcast_to(noise, window.record.y.shape)[self._grid.weight > 0.0]
-
-    def best(self, truth: Mapping[str, float], near: int, far: int, seed: int) -> float:
-        """Return the least squares from the truth, `near` points about it and `far` anywhere."""
-        rng = np.random.default_rng([seed, JUDGE_STREAM])
-        z = np.clip(self.point(truth), 0.0, 1.0)
-        about = np.clip(z + NEAR * rng.standard_normal((near, z.size)), 0.0, 1.0)
-        spread = qmc.LatinHypercube(z.size, rng=rng).random(far)
-        return min(self._polished(start) for start in [z, *about, *spread])
-
-    def _residuals(self, z: Array) -> Array:
-        with np.errstate(all='ignore'):
-            r = super()._residuals(z) / self._noise[:, None]
-        return finite(r)
+Verdicts = Mapping[str, Sequence[Verdict]]  # by case, over the seeds
 
 
 class ProcessDeadline(Deadline):
@@ -147,11 +122,12 @@ def contested(task: Task) -> Verdict:
     case = CASES[task.case]
     warm_up(task.case)
     window = draw(case, task.seed)
-    found = {name: timed(case, window, way, task.seed) for name, way in all_ways().items()}
+    found = {name: solved(case, window, way, task.seed) for name, way in all_ways().items()}
     found[CHI_SQUARE] = by_chi_square(case, window, task.seed)
-    judge = WeighingJudge(case, window)
+    noise = np.array(list(window.noise.values()))
+    judge = Judge(case.model, window.record, names(case.model.variables), {}, noise)
     squares = {name: judged_squares(judge, estimate) for name, (estimate, _) in found.items()}
-    judged = judge.best(window.truth, task.near, task.far, task.seed)
+    judged = judge.optimum(window.truth, task.far, [task.seed, JUDGE_STREAM], task.near)
     optimum = min(judged, *squares.values())
     unit = SAME_OPTIMUM * len(case.model.variables)
     scores = {
@@ -171,14 +147,13 @@ def warm_up(name: str) -> None:
     """Touch, once in every process, all that a first solve of a case touches."""
     window = draw(CASES[name], 0)
     for way in all_ways().values():
-        timed(CASES[name], window, way._replace(seconds=0.02), 0)
+        solved(CASES[name], window, way._replace(seconds=0.02), 0)
 
 
-def timed(case: Case, window: Drawn, way: Way, seed: int) -> tuple[Estimate, float]:
+def solved(case: Case, window: Drawn, way: Way, seed: int) -> tuple[Estimate, float]:
     """Solve; return the estimate and the process time in s of all but the drawing."""
-    found: list[Estimate] = []
 
-    def call() -> None:
+    def call() -> Estimate:
         settings = EstimationSettings(
             search=CONTESTANTS.get(way.search, way.search),
             search_options=way.options,
@@ -186,11 +161,9 @@ def timed(case: Case, window: Drawn, way: Way, seed: int) -> tuple[Estimate, flo
         )
         solver = Solver.of(case.model, settings)
         limit = Deadline() if way.seconds is None else ProcessDeadline(way.seconds)
-        rng = np.random.default_rng([seed, SEARCH_STREAM])
-        found.append(solver.solve(window.record, rng, limit))
+        return solver.solve(window.record, np.random.default_rng([seed, SEARCH_STREAM]), limit)
 
-    seconds = cpu_seconds(call)
-    return found[0], seconds
+    return timed(call)
 
 
 def by_chi_square(case: Case, window: Drawn, seed: int) -> tuple[Estimate, float]:
@@ -202,7 +175,7 @@ def by_chi_square(case: Case, window: Drawn, seed: int) -> tuple[Estimate, float
     limit = float(chdtri(freedom, TAIL))
     for rounds in range(1, MemeticSettings().max_rounds + 1):
         way = Way('memetic', {'max_rounds': rounds}, noise_known=True)
-        estimate, seconds = timed(case, window, way, seed)
+        estimate, seconds = solved(case, window, way, seed)
         if 2.0 * estimate.cost <= limit:
             return estimate, seconds
     return estimate, seconds

@@ -11,14 +11,13 @@ from typing import Any
 import numpy as np
 from scipy.optimize import least_squares
 
+from benchmarks.judge import finite
 from obs_ros.core.typing import Array
 from obs_ros.inference.objective import Objective
 from obs_ros.optimization.initial_population import first_population
 from obs_ros.optimization.memetic import MemeticSettings, Rounds
 from obs_ros.optimization.methods import Method
 from obs_ros.optimization.result import Acceptance, Effort, Found
-
-FAR = 1e9  # stands for the residual of a candidate that diverged; scipy refuses infinities
 
 
 class DirectRounds(Rounds):
@@ -66,11 +65,6 @@ def scipy_search(objective: Objective, rng: np.random.Generator, *_: Any) -> Fou
         accepted=Acceptance.METHOD if found.success else None,
         effort=Effort(1, 'start'),
     )
-
-
-def finite(residuals: Array) -> Array:
-    """Return residuals that are large where they were infinite or nothing."""
-    return np.asarray(np.clip(np.where(np.isnan(residuals), FAR, residuals), -FAR, FAR))
 
 
 CONTESTANTS = {

@@ -1,25 +1,17 @@
-"""Pictures of search.py; needs matplotlib."""
+"""Pictures of the contest; needs Matplotlib."""
 
-from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import Any
 
-import matplotlib
 import numpy as np
-from matplotlib.figure import Figure
 
-from benchmarks.search.contest import DEADLINES, RIVALS, WAYS, limited_name
+from benchmarks.report import panels
+from benchmarks.search.contest import DEADLINES, RIVALS, WAYS, Verdicts, limited_name
 from benchmarks.search.report import HARD, plain, pooled, success
 
-if TYPE_CHECKING:
-    from benchmarks.search.run import Verdicts
 
-matplotlib.use('Agg')
-
-
-def draw_success(path: Path, verdicts: 'Verdicts') -> None:
+def draw_success(verdicts: Verdicts) -> Any:
     """Draw the share of windows at the optimum: a group of bars per case, a bar per method."""
-    figure = Figure(figsize=(1.1 * len(verdicts) + 3.0, 5.0), layout='constrained')
-    axes = figure.subplots()
+    figure, ((axes,),) = panels(1, 1, (1.1 * len(verdicts) + 3.0, 5.0))
     middle, width = np.arange(len(verdicts)), 0.8 / len(WAYS)
     for i, way in enumerate(WAYS):
         height = [success(own, way) for own in verdicts.values()]
@@ -28,16 +20,15 @@ def draw_success(path: Path, verdicts: 'Verdicts') -> None:
     axes.set_ylabel('windows at the optimum (%)')
     axes.grid(axis='y', alpha=0.3)
     figure.legend(loc='outside upper center', ncols=len(WAYS), fontsize=9)
-    figure.savefig(path, dpi=110)
+    return figure
 
 
-def draw_deadlines(path: Path, verdicts: 'Verdicts') -> None:
+def draw_deadlines(verdicts: Verdicts) -> Any:
     """Draw the share of windows at the optimum against the process time allowed."""
-    panels = {'the plain cases': plain(verdicts), **{c: [c] for c in HARD if c in verdicts}}
-    panels = {title: cases for title, cases in panels.items() if cases}
-    figure = Figure(figsize=(3.4 * max(2, len(panels)), 3.8), layout='constrained')
-    grid = figure.subplots(1, max(1, len(panels)), squeeze=False, sharey=True)[0]
-    for axes, (title, cases) in zip(grid, panels.items(), strict=False):
+    groups = {'the plain cases': plain(verdicts), **{c: [c] for c in HARD if c in verdicts}}
+    groups = {title: cases for title, cases in groups.items() if cases}
+    figure, (row,) = panels(1, len(groups), (3.4 * max(2, len(groups)), 3.8), sharey=True)
+    for axes, (title, cases) in zip(row, groups.items(), strict=True):
         own = pooled(verdicts, cases)
         for way in RIVALS:
             height = [success(own, limited_name(way, s)) for s in DEADLINES]
@@ -47,4 +38,4 @@ def draw_deadlines(path: Path, verdicts: 'Verdicts') -> None:
         axes.grid(alpha=0.3)
     figure.axes[0].set_ylabel('windows at the optimum (%)')
     figure.axes[0].legend(fontsize=9)
-    figure.savefig(path, dpi=110)
+    return figure

@@ -1,13 +1,11 @@
-"""What search.py says of its verdicts: tables, and whether the search is accepted."""
+"""Tables of the verdicts, and whether the search is accepted."""
 
 from collections import Counter
 from collections.abc import Callable, Iterable, Mapping, Sequence
-from typing import TYPE_CHECKING
 
 import numpy as np
 
-from benchmarks.common import mark, quantiles
-from benchmarks.common import table as markdown
+from benchmarks.report import Requirement, quantiles, requirements, slashed, table
 from benchmarks.search.contest import (
     CHI_SQUARE,
     DEADLINES,
@@ -18,11 +16,10 @@ from benchmarks.search.contest import (
     WAYS,
     Score,
     Verdict,
+    Verdicts,
     limited_name,
 )
-
-if TYPE_CHECKING:
-    from benchmarks.search.run import Answer, Verdicts
+from benchmarks.search.deadline import Answer
 
 # Acceptance of issue 3: % of windows at the optimum.
 HARD: Mapping[str, float] = {'chain of 8': 84.0, 'Lorenz 10': 88.0, 'Duffing 200': 92.0}
@@ -30,25 +27,23 @@ EVERY_CELL, TOGETHER, SOON = 98.0, 99.5, 95.0
 SOON_SECONDS = 0.02
 FALSE_LIMIT = 1.0  # %
 ANSWER_LIMIT = 0.01  # s, of a deadline of half of that
-# Chaos beyond the horizon of doubles, and a pendulum that a hair sends to either side: told, but
-# no cells of the specification.
+# Chaos beyond the horizon of doubles, and a pendulum that a hair sends to either side: in all
+# tables, but no cells of the specification.
 BEYOND = ('double well 30', 'tumbling pendulum')
 MEMETIC = 'memetic'
 RULE_WAYS = dict(zip(RULES, (CHI_SQUARE, KNOWN, MEMETIC, SAFE), strict=True))
 
 
-def parts(verdicts: 'Verdicts', answers: Sequence['Answer'], seeds: Sequence[int]) -> list[str]:
+def parts(verdicts: Verdicts, answers: Sequence[Answer], seeds: Sequence[int]) -> list[str]:
     """Return the report's parts."""
     return [
         introduction(seeds),
-        '## Acceptance\n\n' + acceptance(verdicts, answers),
+        '## Acceptance\n\n' + requirements(acceptance(verdicts, answers)),
         '## To the end\n\n'
         '% at the optimum / median ms / 95th percentile ms / % at the optimum within 20 ms.\n\n'
         + main_table(verdicts),
-        '![success](search_success.png)',
         '## Under a deadline\n\n% at the optimum, 5 / 20 / 100 ms of process time.\n\n'
         + deadline_table(verdicts),
-        '![deadlines](search_deadlines.png)',
         '## When to believe it\n\n' + rule_table(verdicts),
         '## Missed by the default search\n\n' + missed(verdicts, seeds),
         '## The judge\n\n' + judge_lines(verdicts),
@@ -74,38 +69,40 @@ def introduction(seeds: Sequence[int]) -> str:
     )
 
 
-def acceptance(verdicts: 'Verdicts', answers: Sequence['Answer']) -> str:
-    """Tell for every line of the acceptance whether it holds."""
+def acceptance(verdicts: Verdicts, answers: Sequence[Answer]) -> list[Requirement]:
+    """Judge every line of the acceptance that the cases allow."""
     lines = []
     cells = {case: success(verdicts[case], MEMETIC) for case in plain(verdicts)}
     if cells:
         short = [f'{case} {value:.0f} %' for case, value in cells.items() if value < EVERY_CELL]
         claim = f'every cell but the hard ones >= {EVERY_CELL:g} % at the optimum'
-        lines.append((claim, ', '.join(short) or 'all', not short))
+        lines.append(Requirement(claim, ', '.join(short) or 'all', not short))
     for case, limit in HARD.items():
         if case in verdicts:
             value = success(verdicts[case], MEMETIC)
-            lines.append((f'{case} >= {limit:g} %', f'{value:.0f} %', value >= limit))
+            claim = f'{case} >= {limit:g} %'
+            lines.append(Requirement(claim, f'{value:.0f} %', value >= limit))
     if cells:
         pool = pooled(verdicts, plain(verdicts))
         value = success(pool, MEMETIC)
         claim = f'those cells together >= {TOGETHER} %'
-        lines.append((claim, f'{value:.1f} %', value >= TOGETHER))
+        lines.append(Requirement(claim, f'{value:.1f} %', value >= TOGETHER))
         value = success(pool, limited_name(MEMETIC, SOON_SECONDS))
         claim = f'20 ms of process time enough for >= {SOON:g} % of them'
-        lines.append((claim, f'{value:.1f} %', value >= SOON))
+        lines.append(Requirement(claim, f'{value:.1f} %', value >= SOON))
     cells_of_all = [case for case in verdicts if case not in BEYOND]
     for label, way in (('known noise', KNOWN), ('the safe rule', SAFE)):
         accepted, wrong = believed(pooled(verdicts, cells_of_all), way)
         share = 100.0 * wrong / max(1, accepted)
         claim = f'false accepts with {label} <= {FALSE_LIMIT:g} %'
-        lines.append((claim, f'{wrong} of {accepted}: {share:.2f} %', share <= FALSE_LIMIT))
+        told = f'{wrong} of {accepted}: {share:.2f} %'
+        lines.append(Requirement(claim, told, share <= FALSE_LIMIT))
     if answers:
         lines.append(answer_line(answers))
-    return markdown(('asked', 'found', 'holds'), [(*line[:2], mark(line[2])) for line in lines])
+    return lines
 
 
-def answer_line(answers: Sequence['Answer']) -> tuple[str, str, bool]:
+def answer_line(answers: Sequence[Answer]) -> Requirement:
     """Judge the answers to a deadline of 5 ms on hard windows."""
     wall, process = (max(getattr(a, what) for a in answers) for what in ('wall', 'process'))
     outcomes = Counter(str(answer.outcome) for answer in answers)
@@ -122,15 +119,15 @@ def answer_line(answers: Sequence['Answer']) -> tuple[str, str, bool]:
         + f'; {unsound} not finite or outside'
     )
     expected = set(outcomes) <= {'deadline', 'converged'} and 'deadline' in outcomes
-    return claim, told, expected and not (unsound or late)
+    return Requirement(claim, told, expected and not (unsound or late))
 
 
-def plain(verdicts: 'Verdicts') -> list[str]:
+def plain(verdicts: Verdicts) -> list[str]:
     """Return the cases of which (nearly) every window is to be solved."""
     return [case for case in verdicts if case not in HARD and case not in BEYOND]
 
 
-def pooled(verdicts: 'Verdicts', cases: Iterable[str]) -> list[Verdict]:
+def pooled(verdicts: Verdicts, cases: Iterable[str]) -> list[Verdict]:
     """Return the verdicts of several cases as one list."""
     return [verdict for case in cases for verdict in verdicts[case]]
 
@@ -151,43 +148,40 @@ def believed(verdicts: Sequence[Verdict], way: str) -> tuple[int, int]:
     return len(accepted), sum(not score.solved for score in accepted)
 
 
-def groups(verdicts: 'Verdicts') -> Mapping[str, Sequence[Verdict]]:
+def groups(verdicts: Verdicts) -> Mapping[str, Sequence[Verdict]]:
     """Return every case, then the sums that the acceptance asks for."""
     sums = {'**all but the hard and those beyond**': plain(verdicts)}
     sums['**all but those beyond**'] = [case for case in verdicts if case not in BEYOND]
     return {**verdicts, **{name: pooled(verdicts, cases) for name, cases in sums.items() if cases}}
 
 
-def main_table(verdicts: 'Verdicts') -> str:
+def main_table(verdicts: Verdicts) -> str:
     """Compare all ways that search to their end."""
-    rows = []
-    for name, own in groups(verdicts).items():
-        cells = []
-        for way in WAYS:
-            median, high = quantiles(1e3 * verdict.scores[way].seconds for verdict in own)
-            soon = percent(own, way, lambda score: score.solved and score.seconds <= SOON_SECONDS)
-            cells.append(f'{success(own, way):.1f} / {median:.1f} / {high:.0f} / {soon:.0f}')
-        rows.append((name, *cells))
-    return markdown(('case', *WAYS), rows)
+
+    def cell(own: Sequence[Verdict], way: str) -> str:
+        median, high = quantiles(1e3 * verdict.scores[way].seconds for verdict in own)
+        soon = percent(own, way, lambda score: score.solved and score.seconds <= SOON_SECONDS)
+        return f'{success(own, way):.1f} / {median:.1f} / {high:.0f} / {soon:.0f}'
+
+    return table(
+        {'case': name} | {way: cell(own, way) for way in WAYS}
+        for name, own in groups(verdicts).items()
+    )
 
 
-def deadline_table(verdicts: 'Verdicts') -> str:
+def deadline_table(verdicts: Verdicts) -> str:
     """Compare the rivals under deadlines."""
+    limited = {way: [limited_name(way, s) for s in DEADLINES] for way in RIVALS}
     rows = []
     for name, own in groups(verdicts).items():
-        shares = (
-            ' / '.join(f'{success(own, limited_name(way, s)):.0f}' for s in DEADLINES)
-            for way in RIVALS
-        )
-        late = ' / '.join(
-            f'{1e3 * max(v.scores[limited_name(MEMETIC, s)].seconds for v in own):.1f}'
-            for s in DEADLINES
-        )
-        rows.append((name, *shares, late))
-    return markdown(('case', *RIVALS, 'memetic: longest, ms'), rows)
+        shares = {way: slashed((success(own, n) for n in names), '.0f')
+                  for way, names in limited.items()}  # fmt: skip
+        longest = (1e3 * max(v.scores[n].seconds for v in own) for n in limited[MEMETIC])
+        rows.append({'case': name, **shares, 'memetic: longest, ms': slashed(longest, '.1f')})
+    return table(rows)
 
 
-def rule_table(verdicts: 'Verdicts') -> str:
+def rule_table(verdicts: Verdicts) -> str:
     """Tell of every rule of acceptance how often it was wrong."""
     chosen = {
         'all but those beyond': [case for case in verdicts if case not in BEYOND],
@@ -199,29 +193,26 @@ def rule_table(verdicts: 'Verdicts') -> str:
         own = pooled(verdicts, cases)
         for rule, way in RULE_WAYS.items() if own else ():
             accepted, wrong = believed(own, way)
-            told = [v.scores[way] for v in own if v.scores[way].converged]
+            sure = [v.scores[way] for v in own if v.scores[way].converged]
             median, _ = quantiles(1e3 * verdict.scores[way].seconds for verdict in own)
-            rows.append(
-                (
-                    label,
-                    rule,
-                    f'{accepted} of {len(own)}',
-                    wrong,
-                    f'{100.0 * wrong / max(1, accepted):.2f}',
-                    sum(not score.solved for score in told),
-                    f'{median:.1f}',
-                )
-            )
-    head = ('windows', 'rule', 'accepted', 'false', 'false, %', 'false and no caveat', 'median ms')
+            rows.append({
+                'windows': label,
+                'rule': rule,
+                'accepted': f'{accepted} of {len(own)}',
+                'false': wrong,
+                'false, %': f'{100.0 * wrong / max(1, accepted):.2f}',
+                'false and no caveat': sum(not score.solved for score in sure),
+                'median ms': f'{median:.1f}',
+            })  # fmt: skip
     return (
         'Accepted: the search stopped because a rule held. Without a caveat: its outcome is '
         '`converged` or `at_bound`, not `model_mismatch`. `chi-square alone` is no rule of the '
         'product; the first round that fits as well as the known noise allows is believed.\n\n'
-        + markdown(head, rows)
+        + table(rows)
     )
 
 
-def missed(verdicts: 'Verdicts', seeds: Sequence[int]) -> str:
+def missed(verdicts: Verdicts, seeds: Sequence[int]) -> str:
     """List the windows of the specification's cells that the default search missed."""
     lines = [
         f'- {case}, seed {seed}: {score.excess:.3g} times the limit, '
@@ -234,7 +225,7 @@ def missed(verdicts: 'Verdicts', seeds: Sequence[int]) -> str:
     return '\n'.join(lines) or 'None.'
 
 
-def judge_lines(verdicts: 'Verdicts') -> str:
+def judge_lines(verdicts: Verdicts) -> str:
     """Tell where a search of this run was better than the judge."""
     beaten = {
         case: sum(verdict.judge_excess > 1.0 for verdict in own) for case, own in verdicts.items()

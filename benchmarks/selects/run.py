@@ -1,17 +1,11 @@
-"""Time of rollouts of plants whose functions choose, beside like ones that do not, in one run.
-
-Work of a candidate-step: one RK4 step and the squared residuals of the outputs, of 64 candidates
-over 1000 samples.
-"""
+"""Rollouts of a plant that chooses and of a like one that does not, timed in turn."""
 
 from collections.abc import Callable
 from typing import NamedTuple
 
 import numpy as np
 
-from benchmarks.common import cpu_seconds, machine, mark, options, publish, repeats_for
-from benchmarks.common import table as markdown
-from benchmarks.selects.models import PLANTS
+from benchmarks.runner import cpu_seconds, repeats_for
 from obs_ros import Model, Record
 from obs_ros.core.typing import Array
 from obs_ros.integration.backends import kernels_for
@@ -20,7 +14,6 @@ from obs_ros.integration.grid import Grid
 CANDIDATES = 64
 SAMPLES = 1000
 MEASUREMENT = 0.005  # s of process time
-LIMIT = 1.3  # times the plain step
 
 
 class Row(NamedTuple):
@@ -33,30 +26,11 @@ class Row(NamedTuple):
     ratio: float
 
 
-def main(arguments: list[str] | None = None) -> list[Row]:
-    """Measure, print, and write the report."""
-    parser = options(__doc__)
-    parser.add_argument('--rounds', type=int, default=41, help='interleaved measurements')
-    chosen = parser.parse_args(arguments)
-    rows = [
-        measured(plant, choice, plain, model, chosen.rounds)
-        for plant, (plain, models) in PLANTS.items()
-        for choice, model in models.items()
-    ]
-    publish(chosen.results, 'selects', 'Plants that choose', report(rows, chosen.rounds), machine())
-    return rows
-
-
 def measured(plant: str, choice: str, plain: Model, model: Model, rounds: int) -> Row:
     """Interleave the measurements of a plant that chooses and the one that does not."""
     calls = [rollout(each) for each in (plain, model)]
-    counts = [repeats_for(call, MEASUREMENT) for call in calls]
-    times = np.array(
-        [
-            [cpu_seconds(call, count) for call, count in zip(calls, counts, strict=True)]
-            for _ in range(rounds)
-        ]
-    )
+    pairs = [(call, repeats_for(call, MEASUREMENT)) for call in calls]
+    times = np.array([[cpu_seconds(*pair) for pair in pairs] for _ in range(rounds)])
     unit = 1e9 / (CANDIDATES * (SAMPLES - 1))
     fastest = times.min(axis=0) * unit
     return Row(plant, choice, *map(float, fastest), float(np.median(times[:, 1] / times[:, 0])))
@@ -88,22 +62,3 @@ def window(model: Model, samples: int, candidates: int) -> tuple[Grid, Array, Ar
         for group in (model.states, model.parameters)
     )
     return grid, x0, p
-
-
-def report(rows: list[Row], rounds: int) -> list[str]:
-    """Return the parts of the report."""
-    head = ('plant', 'chooses by', 'plain (ns)', 'choosing (ns)', 'ratio', 'limit', 'within')
-    lines = [
-        (
-            row.plant, row.choice, f'{row.plain:.1f}', f'{row.ours:.1f}', f'{row.ratio:.2f}',
-            f'{LIMIT}', mark(row.ratio <= LIMIT),
-        )
-        for row in rows
-    ]  # fmt: skip
-    return [
-        'Process time per candidate and RK4 step with the squared residuals of the outputs, of '
-        f'{CANDIDATES} candidates; the fastest of {rounds} interleaved measurements, the ratio '
-        'being the median of their ratios. The plain plant has the same terms, linear instead of '
-        'chosen. Each was checked against NumPy (rtol 1e-9).',
-        markdown(head, lines),
-    ]

@@ -1,13 +1,11 @@
-"""What the report says of everything measured."""
+"""The report on everything measured."""
 
-from benchmarks.common import table as markdown
+from benchmarks.report import requirements, table
 from benchmarks.sequence import acceptance, cost, information, jumps, rest, tables
-from benchmarks.sequence.acceptance import Measured
 from benchmarks.sequence.contestants import CONTESTANTS, EKF, TIKHONOV
 from benchmarks.sequence.plants import PLANTS
+from benchmarks.sequence.run import Measured
 from benchmarks.sequence.scenes import LAG_NOISE
-
-PLANT_HEAD = ('plant', 'sample', 'window', 'every', 'inputs', 'noise')
 
 
 def parts(measured: Measured, seed: int) -> list[str]:
@@ -18,15 +16,12 @@ def parts(measured: Measured, seed: int) -> list[str]:
     )
     return [
         introduction(seed),
-        '## Acceptance\n\n' + acceptance.table(measured),
+        '## Acceptance\n\n' + requirements(acceptance.asked(measured)),
         '## 1. Clean sequences\n\n' + CLEAN + '\n\n' + tables.clean_table(measured.clean),
         '### Ours confidently wrong, or alarmed though nothing jumped\n\n'
         + tables.suspects(measured.clean),
-        '![calibration](sequence_calibration.png)',
         '## 2. Rest\n\n' + REST + '\n\n' + rest.table(measured.rest),
-        '![a run with a jump and a rest](sequence_story.png)',
         '## 3. Jumps\n\n' + JUMPS + '\n\n' + jumps.table(measured.jumps),
-        '![jumps](sequence_jumps.png)',
         '### Not found in time, or not rightly: seeds (and sizes)\n\n'
         + jumps.missed(measured.jumps),
         '## 4. What the windows do not expect\n\n' + HARD + '\n\n'
@@ -44,21 +39,21 @@ def parts(measured: Measured, seed: int) -> list[str]:
 def introduction(seed: int) -> str:
     """Say what was done."""
     rows = [
-        (
-            name,
-            f'{plant.step:g} s',
-            f'{plant.duration:g} s',
-            f'{plant.period:g} s, or abutting',
-            f'stepped at random every {plant.hold:g} s',
-            f'{LAG_NOISE:g}' if name == 'lag' else '1 cm at 0 dB, a tenth every 20 dB',
-        )
+        {
+            'plant': name,
+            'sample': f'{plant.step:g} s',
+            'window': f'{plant.duration:g} s',
+            'every': f'{plant.period:g} s, or abutting',
+            'inputs': f'stepped at random every {plant.hold:g} s',
+            'noise': f'{LAG_NOISE:g}' if name == 'lag' else '1 cm at 0 dB, a tenth every 20 dB',
+        }
         for name, plant in PLANTS.items()
     ]
     return (
         f'Runs have the seeds {seed}, {seed + 1} and so on in every cell; a seed draws other runs '
         'for other scenes, and the same run for all contestants and SNRs. Parameters and initial '
         'states are drawn anew for every run. Ours is not told the noise, unless a table says so; '
-        'all other contestants know it.\n\n' + markdown(PLANT_HEAD, rows) + '\n\n'
+        'all other contestants know it.\n\n' + table(rows) + '\n\n'
         'Coverage: share of the 95 % intervals (1.96 sd) that hold the truth, among those given. '
         '± is the half-width of the 95 % interval of a share, by the number of windows or by the '
         'spread between runs, whichever is larger. cw, confidently wrong: share of windows in '
@@ -119,6 +114,6 @@ ALONE = (
 )
 COST = (
     'Medians of process times in ms of the same warm windows, solved in all ways in turn, in one '
-    'process. Ratios are medians of the ratio of each window. Race and gate are put out of action '
-    'for `without`; prior, noise, tests and standard deviations stay.'
+    'process. Ratios are medians of the ratio of each window. `without`: jump search or informed '
+    'subspace is put out of action; prior, noise, tests and standard deviations stay.'
 )

@@ -1,10 +1,11 @@
-"""One run solved: what every window said, beside the truth."""
+"""One run solved: every window's estimate beside the truth."""
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from typing import Any, NamedTuple
 
 import numpy as np
 
+from benchmarks.intervals import confidently_wrong
 from benchmarks.sequence.contestants import CONTESTANTS, OURS, ours
 from benchmarks.sequence.plants import Change, Run
 from benchmarks.sequence.scenes import Scene, run_of
@@ -58,8 +59,7 @@ class Track(NamedTuple):
     @property
     def confidently_wrong(self) -> BoolArray:
         """Whether (W, q + n) an error is above 3 sd and 2 % of the box, and the sd was given."""
-        error, sd = np.abs(self.errors), self.deviations
-        return np.asarray((error > np.maximum(3.0 * sd, 0.02)) & np.isfinite(sd))
+        return confidently_wrong(self.errors, self.deviations)
 
     @property
     def errors(self) -> Array:
@@ -84,6 +84,9 @@ class Track(NamedTuple):
             outcomes=tuple(self.outcomes[i] for i in places),
             jumps=tuple(self.jumps[i] for i in places),
         )
+
+
+Cells = Mapping[tuple[str, str], Sequence[Track]]  # by cell and contestant
 
 
 def tracked(task: Task) -> Track:

@@ -1,29 +1,28 @@
-"""Pictures of three_tank_tables.py; needs matplotlib."""
+"""Pictures of the tables: errors against noise, and convergence; needs Matplotlib."""
 
 from collections.abc import Mapping, Sequence
-from pathlib import Path
+from typing import Any
 
-import matplotlib
 import numpy as np
-from matplotlib.figure import Figure
 
-from benchmarks.three_tank_tables.convergence import Followed
+from benchmarks.judge import SAME_OPTIMUM
+from benchmarks.report import panels
+from benchmarks.tanks import noise_of
+from benchmarks.three_tank_tables.convergence import FIRST_EVALUATIONS, Followed
 from benchmarks.three_tank_tables.reference import SYMBOLS, Cell, references
 from benchmarks.three_tank_tables.run import MEMETIC, PAPER, Errors, bounds
 
-matplotlib.use('Agg')
 UNITS = {'p1': '', 'p2': '', 'p3': '', 'h3': ' (cm)'}
 LABELS = {'ft1': 'paper mode, f_t1 (euclidean)', 'ft2': 'paper mode, f_t2 (correlation)'}
 COLOURS = {'ft1': 'tab:blue', 'ft2': 'tab:orange', MEMETIC: 'tab:green'}
-SAME_OPTIMUM = 0.41  # of sigma^2
 LEAST = 1e-4  # sigma^2; below, the searches are at the same point
 
 
-def draw_errors(path: Path, errors: Errors, cells: Sequence[Cell]) -> None:
+def draw_errors(errors: Errors, cells: Sequence[Cell]) -> Any:
     """Draw median errors against SNR: a row per window, a column per unknown."""
     windows = sorted({cell.window for cell in cells})
-    figure = Figure(figsize=(13, 3.2 * len(windows) + 0.8), layout='constrained')
-    grid = figure.subplots(len(windows), len(SYMBOLS), squeeze=False, sharex=True)
+    size = (13.0, 3.2 * len(windows) + 0.8)
+    figure, grid = panels(len(windows), len(SYMBOLS), size, sharex=True)
     for window, row in zip(windows, grid, strict=True):
         for i, axes in enumerate(row):
             _error_lines(axes, errors, [c for c in cells if c.window == window], i)
@@ -37,10 +36,10 @@ def draw_errors(path: Path, errors: Errors, cells: Sequence[Cell]) -> None:
     figure.suptitle(
         'Median absolute error, 4 unknowns (errors of 0, with the truth on a bound: not drawn)'
     )
-    figure.savefig(path, dpi=110)
+    return figure
 
 
-def _error_lines(axes: matplotlib.axes.Axes, errors: Errors, cells: Sequence[Cell], i: int) -> None:
+def _error_lines(axes: Any, errors: Errors, cells: Sequence[Cell], i: int) -> None:
     """Draw the errors of unknown i in one window."""
     noisy = [cell for cell in cells if np.isfinite(cell.snr_db)]
     for fitness in sorted({cell.fitness for cell in noisy}):
@@ -55,23 +54,27 @@ def _error_lines(axes: matplotlib.axes.Axes, errors: Errors, cells: Sequence[Cel
     median = [np.median(errors[cell, MEMETIC][:, i]) for cell in own]
     axes.plot(snr, median, 's-', color=COLOURS[MEMETIC], label='default search')
     # The median of |error| of an efficient estimate is 0.6745 standard deviations.
-    bound = [0.6745 * bounds(cell.window, 4)[i] * 10.0 ** (-cell.snr_db / 20.0) for cell in own]
+    bound = [0.6745 * bounds(cell.window, 4)[i] * noise_of(cell.snr_db) for cell in own]
     axes.plot(snr, bound, 'k--', label='Cramér-Rao bound (as a median)')
 
 
-def draw_convergence(path: Path, followed: Mapping[tuple[str, str], Followed], first: int) -> None:
+def draw_convergence(followed: Mapping[tuple[str, str], Followed]) -> Any:
     """Draw the excess over the optimum against candidates, a panel per window."""
     windows = sorted({window for window, _ in followed})
-    figure = Figure(figsize=(4.3 * len(windows), 4.0), layout='constrained')
-    for axes, window in zip(
-        figure.subplots(1, len(windows), squeeze=False, sharey=True)[0], windows, strict=True
-    ):
+    figure, (row,) = panels(1, len(windows), (4.3 * len(windows), 4.0), sharey=True)
+    for axes, window in zip(row, windows, strict=True):
         for (name, method), run in followed.items():
             if name == window:
                 axes.plot(run.evaluations, np.maximum(run.excess, LEAST), label=method)
-        axes.axhline(SAME_OPTIMUM, color='k', ls='--', lw=1, label='solved')
-        axes.set(xscale='log', yscale='log', title=window, xlabel='candidates', xlim=(first, None))
+        axes.axhline(SAME_OPTIMUM * len(SYMBOLS), color='k', ls='--', lw=1, label='solved')
+        axes.set(
+            xscale='log',
+            yscale='log',
+            title=window,
+            xlabel='candidates',
+            xlim=(FIRST_EVALUATIONS, None),
+        )
         axes.grid(alpha=0.3)
     figure.axes[0].set_ylabel(r'excess of the squares ($\sigma^2$), median')
     figure.axes[0].legend(fontsize=9)
-    figure.savefig(path, dpi=110)
+    return figure

@@ -25,10 +25,7 @@ def output(t: Any, x: Any, u: Any, p: Any) -> tuple[Any]:
 
 DUFFING = Model(
     name='duffing',
-    states=(
-        Variable('position', lower=-2.0, upper=2.0),
-        Variable('speed', lower=-2.0, upper=2.0),
-    ),
+    states=(Variable('position', lower=-2.0, upper=2.0), Variable('speed', lower=-2.0, upper=2.0)),
     outputs=(Variable('position'),),
     parameters=(
         Variable('damping', lower=0.01, upper=0.3, nominal=0.1),

@@ -20,10 +20,7 @@ def output(t: Any, x: Any, u: Any, p: Any) -> tuple[Any]:
 
 GLYCOLYSIS = Model(
     name='glycolysis',
-    states=(
-        Variable('substrate', lower=0.1, upper=3.0),
-        Variable('product', lower=0.1, upper=3.0),
-    ),
+    states=(Variable('substrate', lower=0.1, upper=3.0), Variable('product', lower=0.1, upper=3.0)),
     inputs=(Variable('feed', unit='1/s', interpolation='linear'),),
     outputs=(Variable('substrate'),),
     parameters=(

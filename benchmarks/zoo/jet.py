@@ -10,11 +10,7 @@ def dynamics(t: Any, x: Any, u: Any, p: Any) -> tuple[Any, Any, Any]:
     pressure, stall, flow = x
     offset, linear, cubic, loss, plenum, growth = p
     rise = offset + linear * flow - cubic * flow * flow * flow - loss * flow * stall
-    return (
-        plenum * (flow - u[0]),
-        growth * stall * (1.0 - flow * flow - stall),
-        rise - pressure,
-    )
+    return (plenum * (flow - u[0]), growth * stall * (1.0 - flow * flow - stall), rise - pressure)
 
 
 def output(t: Any, x: Any, u: Any, p: Any) -> tuple[Any]:

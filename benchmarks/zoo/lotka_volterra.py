@@ -22,10 +22,7 @@ def output(t: Any, x: Any, u: Any, p: Any) -> tuple[Any]:
 
 LOTKA_VOLTERRA = Model(
     name='lotka_volterra',
-    states=(
-        Variable('prey', lower=0.1, upper=5.0),
-        Variable('predators', lower=0.1, upper=5.0),
-    ),
+    states=(Variable('prey', lower=0.1, upper=5.0), Variable('predators', lower=0.1, upper=5.0)),
     outputs=(Variable('prey'),),
     parameters=(
         Variable('birth', unit='1/s', lower=0.3, upper=2.0, nominal=1.0),

@@ -4,12 +4,14 @@ import numpy as np
 import pytest
 
 from benchmarks.judge import Judge
-from benchmarks.sequence import jumps, plan, rest
+from benchmarks.report import requirements
+from benchmarks.sequence import jumps, rest, run
 from benchmarks.sequence.__main__ import main
-from benchmarks.sequence.acceptance import Measured, table
+from benchmarks.sequence.acceptance import asked
 from benchmarks.sequence.contestants import CONTESTANTS, OURS
 from benchmarks.sequence.information import bounds
 from benchmarks.sequence.plants import PLANTS, Change, Parameters, simulated
+from benchmarks.sequence.run import Measured
 from benchmarks.sequence.scenes import KINDS, Scene, run_of
 from benchmarks.sequence.scores import confidently_wrong, coverage, share
 from benchmarks.sequence.track import Task, tracked
@@ -113,12 +115,12 @@ def test_the_bound_of_a_window_alone_grows_with_the_noise():
 
 @pytest.mark.slow
 def test_the_sequence_benchmark_reports_what_was_asked(tmp_path, monkeypatch):
-    monkeypatch.setattr(plan, 'CONTESTANTS', {OURS: CONTESTANTS[OURS]})
-    monkeypatch.setattr(plan, 'SNRS', (20.0,))
-    monkeypatch.setattr(plan, 'RESTS', (('tanks', 20.0, 'rest'),))
-    monkeypatch.setattr(plan, 'SURPRISES', {'two jumps, two parameters': 6})
-    monkeypatch.setattr(plan, 'FACTORS', (1.0, 2.0))
-    monkeypatch.setattr(plan, 'PER_CHUNK', 5)
+    monkeypatch.setattr(run, 'CONTESTANTS', {OURS: CONTESTANTS[OURS]})
+    monkeypatch.setattr(run, 'SNRS', (20.0,))
+    monkeypatch.setattr(run, 'RESTS', (('tanks', 20.0, 'rest'),))
+    monkeypatch.setattr(run, 'SURPRISES', {'two jumps, two parameters': 6})
+    monkeypatch.setattr(run, 'FACTORS', (1.0, 2.0))
+    monkeypatch.setattr(run, 'PER_CHUNK', 5)
     text = main(['--windows', '4', '--results', str(tmp_path)])
     assert text == (tmp_path / 'sequence.md').read_text()
     assert '| asked | measured | met |' in text
@@ -133,6 +135,6 @@ def test_the_acceptance_fails_where_intervals_are_too_short():
     short = [track._replace(p_sd=track.p_sd / 1e3) for track in tracks]
     for own, mark in ((tracks, 'yes'), (short, '**no**')):
         measured = Measured({('lag, abutting', OURS): own}, {}, {}, {}, {}, {}, {})
-        told = table(measured)
+        told = requirements(asked(measured))
         line = next(x for x in told.splitlines() if 'lag, abutting: coverage of param' in x)
         assert line.endswith(f'| {mark} |')

@@ -4,19 +4,21 @@ import numpy as np
 import pytest
 from extras import needs
 
-from benchmarks.common import gcc_version
 from benchmarks.judge import Judge
-from benchmarks.kernel import run as kernel
+from benchmarks.kernel.__main__ import main as measure_kernel
+from benchmarks.kernel.run import gcc_version
 from benchmarks.peers import run as peers
+from benchmarks.peers.__main__ import main as measure_peers
 from benchmarks.peers.problem import Oracle, Problem, Stopped
 from benchmarks.peers.registry import OURS, PEERS, Peer
+from benchmarks.report import requirements
+from benchmarks.scaling.curve import Curve
 from benchmarks.scaling.metered import spent
-from benchmarks.scaling.run import Curve
 from benchmarks.scaling.tank_row import tank_row
-from benchmarks.search import run as search
+from benchmarks.search.__main__ import main as measure_search
 from benchmarks.search.contest import KNOWN, Score, Task, Verdict, contested, limited_name
 from benchmarks.search.report import acceptance, believed
-from benchmarks.tanks import PAPER_WINDOWS, paper_end, paper_levels, paper_window
+from benchmarks.tanks import PAPER_WINDOWS, paper_end, paper_levels, paper_window, random_window
 from benchmarks.three_tank_tables.convergence import follow
 from benchmarks.three_tank_tables.reference import FITNESSES, SNRS, SYMBOLS, Cell, references
 from benchmarks.three_tank_tables.run import FIRST_SAMPLE, MEMETIC, PAPER, Run, bounds, errors_of
@@ -101,13 +103,13 @@ def test_the_judges_derivatives_are_those_of_its_residuals():
 
 
 def test_the_judge_sees_a_search_that_stopped_short():
-    window = windows.random_window(7, 200, 20.0)
+    window = random_window(7, 200, 20.0)
     estimate = solve_window('three_tank', window.record, seed=7)
     found = {**estimate.initial_state, **estimate.parameters}
     short = {**found, 'p2': found['p2'] - 0.01}
     task = windows.Task(7, 200, 20.0, 2, {'unknown': found, 'known': short})
     verdict = windows.judged(task)
-    assert abs(verdict.excess['unknown']) <= windows.SAME_OPTIMUM
+    assert abs(verdict.excess['unknown']) <= windows.SOLVED
     assert verdict.excess['known'] > 10.0
 
 
@@ -130,7 +132,7 @@ def test_the_default_search_beats_paper_mode_where_noise_is_small():
 
 
 def test_the_kernel_benchmark_compares_equal_work(tmp_path):
-    rows = kernel.main(['--samples', '100', '--rounds', '2', '--results', str(tmp_path)])
+    rows = measure_kernel(['--samples', '100', '--rounds', '2', '--results', str(tmp_path)])
     assert [row.lanes for row in rows] == [1, 16, 32, 64]
     assert all(row.ours < row.numpy for row in rows)
     assert all(np.isfinite(row.ratio) == (gcc_version() is not None) for row in rows)
@@ -157,7 +159,7 @@ def test_a_window_off_the_optimum_that_was_believed_is_a_false_accept():
 @pytest.mark.slow
 def test_the_search_benchmark_reports_what_it_accepts(tmp_path):
     arguments = ['--windows', '1', '--cases', 'three tanks 50, 20 dB', '--results', str(tmp_path)]
-    text = search.main(arguments)
+    text = measure_search(arguments)
     assert text == (tmp_path / 'search.md').read_text()
     assert '| those cells together >= 99.5 % | 100.0 % | yes |' in text
     assert (tmp_path / 'search_success.png').stat().st_size > 10_000
@@ -168,7 +170,7 @@ def test_acceptance_fails_where_windows_are_missed():
     missed = score._replace(excess=3.0)
     ways = ('memetic', KNOWN, 'memetic, safe', limited_name('memetic', 0.02))
     own = [Verdict(dict.fromkeys(ways, one), 0.0) for one in (score, score, missed)]
-    told = acceptance({'Lorenz 5': own, 'Lorenz 10': own}, [])
+    told = requirements(acceptance({'Lorenz 5': own, 'Lorenz 10': own}, []))
     assert 'Lorenz 5 67 % | **no** |' in told
     assert '| Lorenz 10 >= 88 % | 67 % | **no** |' in told
     assert '2 of 6: 33.33 % | **no** |' in told
@@ -185,7 +187,7 @@ def test_a_generated_row_of_tanks_is_the_zoos(tanks, model):
 
 
 def test_a_metered_solve_counts_the_candidates_that_the_estimate_reports():
-    run = spent(THREE_TANK, windows.random_window(3, 60, 20.0).record, 3)
+    run = spent(THREE_TANK, random_window(3, 60, 20.0).record, 3)
     assert run.estimate.outcome == 'converged'
     # A short window is rolled out as a whole, by every candidate: 59 steps each.
     assert run.steps == 59 * run.estimate.evaluations
@@ -256,7 +258,7 @@ def test_the_peers_report_names_who_is_missing(tmp_path, monkeypatch, capsys):
     monkeypatch.setitem(PEERS, 'absent', Peer('absent', 'no_such_package', 'absent:prepare'))
     quick = ['absent', 'scipy least_squares, 1 start, batched']
     where = ['--results', str(tmp_path), '--windows', '1', '--cases', peers.CASES[0]]
-    found = peers.main([*where, '--peers', *quick])
+    found = measure_peers([*where, '--peers', *quick])
     assert {one.peer for one in found} == {OURS, quick[1]}
     assert all(one.reached for one in found)
     assert 'absent: skipped, no_such_package is not installed' in capsys.readouterr().out

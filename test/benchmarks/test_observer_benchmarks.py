@@ -1,4 +1,4 @@
-"""What the benchmarks of the observers measure, on made-up runs, and that they fail what fails."""
+"""The benchmarks of the observers: what they measure on made-up runs; they fail what fails."""
 
 import numpy as np
 import pytest
@@ -9,8 +9,9 @@ from benchmarks.interconnected import report as interconnected
 from benchmarks.interconnected import run as flow_runs
 from benchmarks.interconnected import window_report as valve_tables
 from benchmarks.interconnected.run import CONTESTANTS, Found, Measured, named_valves, settling
-from benchmarks.interconnected.windows import Followed, Isolated, Watched
-from benchmarks.observer_costs.run import FORM, SCENARIOS, WINDOW, played
+from benchmarks.interconnected.windows import NOISES, WATCHES, Followed, Isolated, Watched, Windows
+from benchmarks.observer_costs.run import FORM, SCENARIOS, WINDOW
+from benchmarks.play import played, samples_of
 from obs_ros import Outcome, load_model, load_observer
 from obs_ros.models.suspension import KT
 from obs_ros.observers.base import OBSERVERS
@@ -36,7 +37,7 @@ def test_the_valve_is_named_whose_residual_changed_most() -> None:
     assert named_valves(run._replace(residuals=residuals[:, ::-1])) == (False, False)
 
 
-def runs_of(rms: float, settled: float) -> tuple[interconnected.Runs, interconnected.Runs]:
+def runs_of(rms: float, settled: float) -> tuple[flow_runs.Runs, flow_runs.Runs]:
     """Runs that are all alike, but for case 3, where feeding the model divides the error by 10."""
     good = Measured(np.full(2, settled), np.full(2, rms), (True, True), 5.0, True)
     quiet = {(one.label, case): [good] for one in CONTESTANTS for case in (1, 2)}
@@ -53,16 +54,16 @@ def runs_of(rms: float, settled: float) -> tuple[interconnected.Runs, interconne
 def test_acceptance_of_the_flows_fails_what_is_missed(
     rms: float, settled: float, missed: int
 ) -> None:
-    text = interconnected.acceptance(*runs_of(rms, settled))
-    assert text.count('**no**') == missed
-    assert text.count('| yes |') == 5 - missed
+    met = [one.met for one in interconnected.acceptance(*runs_of(rms, settled))]
+    assert met.count(False) == missed
+    assert met.count(True) == 5 - missed
 
 
 def test_a_wrong_name_or_a_nan_fails_its_acceptance() -> None:
     quiet, noisy = runs_of(0.7, 0.5)
     bad = noisy['interconnected, theta 2', 2][0]._replace(named=(False, True), finite=False)
     noisy['interconnected, theta 2', 2][0] = bad
-    assert interconnected.acceptance(quiet, noisy).count('**no**') == 2
+    assert [one.met for one in interconnected.acceptance(quiet, noisy)].count(False) == 2
 
 
 SURE = tyre_runs.Window(30.0, 0.01, 0.01 * KT, Outcome.CONVERGED)
@@ -70,7 +71,7 @@ SILENT = tyre_runs.Window(30.0, 0.5, np.nan, Outcome.NOT_IDENTIFIABLE)
 WRONG = tyre_runs.Window(30.0, 0.5, 0.01 * KT, Outcome.CONVERGED)
 
 
-def tyre_acceptance(rms: float, near: float, *windows: tyre_runs.Window) -> str:
+def tyre_acceptance(rms: float, near: float, *windows: tyre_runs.Window) -> list[bool]:
     """Of runs that are all alike, but for one that is better."""
     found = tyre_runs.Measured(rms, near, True, windows)
     runs = {
@@ -78,30 +79,32 @@ def tyre_acceptance(rms: float, near: float, *windows: tyre_runs.Window) -> str:
         for one in tyre_runs.CONTESTANTS
         for case in tyre_runs.CASES
     }
-    return h_infinity.acceptance(runs, runs)
+    return [one.met for one in h_infinity.acceptance(runs, runs)]
 
 
 @pytest.mark.parametrize(('rms', 'near', 'missed'), [(2.0, 0.3, 0), (3.0, 0.3, 2), (5.0, 1.2, 6)])
 def test_acceptance_of_the_tyre_fails_what_is_missed(rms: float, near: float, missed: int) -> None:
-    text = tyre_acceptance(rms, near, SURE)
-    assert text.count('**no**') == missed
-    assert text.count('| yes |') == 19 - missed
+    met = tyre_acceptance(rms, near, SURE)
+    assert met.count(False) == missed
+    assert met.count(True) == 19 - missed
 
 
 def test_windows_on_the_cosine_may_be_off_if_they_withhold() -> None:
     """The others, and both kinds of windows on the trapezoid, may not: 3 and 4 of 19."""
-    assert tyre_acceptance(9.0, 0.3, SILENT).count('**no**') == 7
+    assert tyre_acceptance(9.0, 0.3, SILENT).count(False) == 7
     # Off and confident: all four rows of the cosine, and all four about that.
-    assert tyre_acceptance(9.0, 0.3, WRONG).count('**no**') == 15
+    assert tyre_acceptance(9.0, 0.3, WRONG).count(False) == 15
     assert WRONG.confidently_wrong
     assert not SURE.confidently_wrong and not SILENT.confidently_wrong
 
 
 def test_windows_blind_to_eta_run_where_the_specification_has_them() -> None:
-    found = tyre_runs.tasks(tyre_runs.CASES, [1, 2])
-    blind = [task for task in found if task.contestant.label == tyre_runs.BLIND]
-    assert len(blind) == 2 * 4
-    assert len(found) == 2 * (6 * 7 + 4)
+    found = [one.label for case in tyre_runs.CASES for one in tyre_runs.contestants(case)]
+    assert found.count(tyre_runs.BLIND) == 4
+    assert len(found) == 6 * 7 + 4
+    assert tyre_runs.BLIND not in [
+        one.label for one in tyre_runs.contestants(tyre_runs.CASES[1], tyre_runs.LONG)
+    ]
 
 
 GOOD = Isolated(True, True, True, 0.1, 0.5, 0)
@@ -116,18 +119,16 @@ CLEAN = Watched(
 )
 
 
-def windows_of(
-    error: float = 0.004, fault: Isolated = GOOD, clean: Watched = CLEAN
-) -> valve_tables.Windows:
+def windows_of(error: float = 0.004, fault: Isolated = GOOD, clean: Watched = CLEAN) -> Windows:
     """Windows that are all alike, but for the one fault and clean run given."""
     t = np.arange(74.0, 180.0, 0.5)
     run = Followed(t, np.full((t.size, 2), error), np.tile([5e3, 25.0], (t.size, 1)))
     quiet = run._replace(error=0.0 * run.error)
-    faults = {noise: {name: [GOOD] * 5 for name in ('dP1', 'k1')} for noise in valve_tables.NOISES}
+    faults = {noise: {name: [GOOD] * 5 for name in ('dP1', 'k1')} for noise in NOISES}
     faults['0.1 K, white']['k1'] = [fault] + [GOOD] * 4
-    watches = {label: [CLEAN] for label in valve_tables.WATCHES}
+    watches = {label: [CLEAN] for label in WATCHES}
     watches['pressures move, all four unknown'] = [clean]
-    return valve_tables.Windows(quiet, [run], faults, watches)
+    return Windows(quiet, [run], faults, watches)
 
 
 @pytest.mark.parametrize(
@@ -141,11 +142,9 @@ def windows_of(
         (windows_of(clean=CLEAN._replace(x_error=np.full((100, 4), 0.04))), 1),
     ],
 )
-def test_acceptance_of_windows_fails_what_is_missed(
-    windows: valve_tables.Windows, missed: int
-) -> None:
-    marks = [row[2] for row in valve_tables.window_acceptance(windows)]
-    assert marks.count('**no**') == missed
+def test_acceptance_of_windows_fails_what_is_missed(windows: Windows, missed: int) -> None:
+    met = [one.met for one in valve_tables.window_acceptance(windows)]
+    assert met.count(False) == missed
     assert len(valve_tables.window_tables(windows)) == 3
 
 
@@ -178,6 +177,6 @@ def test_every_observer_is_measured_on_a_scenario_that_suits_it(name: str) -> No
     model = load_model(load_scenario(scenario).model)
     settings = WINDOW if name == 'sliding_window' else {}
     observer = load_observer(name)(model, **settings)
-    samples, parameters = played(scenario, 3, seed=0)
-    assert parameters.shape == (3, len(model.parameters))
-    assert observer.absorb(samples[0]) == observer.immediate
+    instants = played(scenario, 3, seed=0)
+    assert len(instants[0].p) == len(model.parameters)
+    assert observer.absorb(samples_of(instants)[0]) == observer.immediate

@@ -9,7 +9,8 @@ pytest.importorskip('rclpy')
 
 from benchmarks.fuzz.run import fuzzed
 from benchmarks.live import Live
-from benchmarks.soak.run import GROWTH, soaked
+from benchmarks.soak.report import GROWTH
+from benchmarks.soak.run import soaked
 from demo.domain import Domain
 
 pytestmark = pytest.mark.slow

@@ -12,7 +12,7 @@ import pytest
 from numpy import maximum, where
 from plants import BLOW_UP
 
-from benchmarks.common import cpu_seconds
+from benchmarks.runner import cpu_seconds
 from benchmarks.selects.models import BRIM, spring, tanks
 from benchmarks.selects.run import window
 from obs_ros import Model, Record, Variable

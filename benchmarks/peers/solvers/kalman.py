@@ -5,11 +5,10 @@ in one call. They start at the first measurement, elsewhere in the middle of the
 uncertain as the box; what leaves the box is put back to its edge.
 """
 
-from collections.abc import Callable
-
 import numpy as np
 from filterpy.kalman import ExtendedKalmanFilter, MerweScaledSigmaPoints, UnscentedKalmanFilter
 
+from benchmarks.judge import differences
 from benchmarks.peers.problem import Filtered, Oracle, Problem
 from benchmarks.peers.registry import Solve
 from obs_ros import Record
@@ -20,8 +19,6 @@ HALF_STEP = 1e-5  # of central differences, in the unit box
 # Standard deviations of the process noise per sample, in the box: one choice for both
 # cases, from a grid on other windows.
 STATE_DRIFT, PARAMETER_DRIFT = 1e-5, 1e-4
-
-Map = Callable[[Array], Array]
 
 
 def extended(problem: Problem) -> Solve:
@@ -34,7 +31,7 @@ def extended(problem: Problem) -> Solve:
         plant.start(ekf)
         for k, y in enumerate(plant.y):
             if k > 0:
-                ekf.F = differences(plant.advanced, ekf.x)
+                ekf.F = differences(lambda z: plant.advanced(z).T, ekf.x, HALF_STEP)
                 ekf.predict()
             ekf.update(y, plant.output_jacobian, plant.output)
             ekf.x = np.clip(ekf.x, 0.0, 1.0)
@@ -119,7 +116,7 @@ class Plant:
 
     def output_jacobian(self, z: Array) -> Array:
         """Return the derivatives (r, d) of the outputs."""
-        return differences(self.outputs, z)
+        return differences(lambda points: self.outputs(points).T, z, HALF_STEP)
 
     def start(self, kalman: ExtendedKalmanFilter | UnscentedKalmanFilter) -> None:
         """Set what the filter knows before the first sample: a box's mean and variance."""
@@ -133,10 +130,3 @@ class Plant:
         """Return a point's states and parameters in their units."""
         state, parameters = np.split(self.problem.values(z), [self.n])
         return Filtered(state, parameters)
-
-
-def differences(function: Map, z: Array) -> Array:
-    """Return the Jacobian at a point (d,) by central differences."""
-    h = HALF_STEP * np.eye(z.size)
-    ends = function(np.vstack([z + h, z - h]))
-    return (ends[: z.size] - ends[z.size :]).T / (2.0 * HALF_STEP)

@@ -38,10 +38,6 @@ def solve(oracle: Oracle, seed: int) -> None:
     while True:
         algorithm = DE(pop_size=POPULATION)
         minimize(
-            Window(oracle),
-            algorithm,
-            ('n_gen', GENERATIONS),
-            seed=attempt,
-            copy_algorithm=False,
+            Window(oracle), algorithm, ('n_gen', GENERATIONS), seed=attempt, copy_algorithm=False
         )
         attempt += 1000000

@@ -4,35 +4,38 @@ As it is, with its own differences and its own end; with its Jacobian in one of 
 again and again from other points, until the oracle stops it.
 """
 
-from typing import Any
+from collections.abc import Callable
 
 import numpy as np
 from scipy.optimize import least_squares
 
+from benchmarks.judge import HALF_STEP, differences
 from benchmarks.peers.problem import Oracle, Problem
 from benchmarks.peers.registry import Solve
 from obs_ros.core.typing import Array
 
-HALF_STEP = 1e-6  # of central differences, in the unit box
 MAX_EVALUATIONS = 300
 FAILED = 1e6
 
 
-def one_start(problem: Problem) -> Solve:
+def once(problem: Problem) -> Solve:
     """Start at one random point, with scipy's forward differences."""
-    return lambda oracle, seed: once(oracle, seed, batched=False)
+    return one_start(lambda window: '2-point')
 
 
-def one_start_batched(problem: Problem) -> Solve:
+def once_batched(problem: Problem) -> Solve:
     """Start at one random point, with central differences in one rollout."""
-    return lambda oracle, seed: once(oracle, seed, batched=True)
+    return one_start(lambda window: window.jacobian)
 
 
-def once(oracle: Oracle, seed: int, batched: bool) -> None:
+def one_start(jacobian: Callable[['Window'], object]) -> Solve:
     """Search from one random point to scipy's own end."""
-    window = Window(oracle)
-    z = np.random.default_rng(seed).random(oracle.problem.d)
-    oracle.note(descend(window, window.residuals, z, batched)[None])
+
+    def solve(oracle: Oracle, seed: int) -> None:
+        window, z = Window(oracle), np.random.default_rng(seed).random(oracle.problem.d)
+        oracle.note(descend(window.residuals, z, jacobian(window))[None])
+
+    return solve
 
 
 def restarts(problem: Problem) -> Solve:
@@ -50,20 +53,15 @@ def restarts(problem: Problem) -> Solve:
             return r
 
         while True:
-            descend(window, asking, rng.random(oracle.problem.d), batched=True)
+            descend(asking, rng.random(oracle.problem.d), window.jacobian)
 
     return solve
 
 
-def descend(window: 'Window', residuals: Any, z: Array, batched: bool) -> Array:
+def descend(residuals: Callable[[Array], Array], z: Array, jacobian: object) -> Array:
     """Return where scipy ends from z (d,), with the default tolerances."""
     return least_squares(
-        residuals,
-        z,
-        window.jacobian if batched else '2-point',
-        bounds=(0.0, 1.0),
-        x_scale='jac',
-        max_nfev=MAX_EVALUATIONS,
+        residuals, z, jacobian, bounds=(0.0, 1.0), x_scale='jac', max_nfev=MAX_EVALUATIONS
     ).x
 
 
@@ -84,9 +82,7 @@ class Window:
 
     def jacobian(self, z: Array) -> Array:
         """Return their derivatives (N, d) by central differences, in one rollout."""
-        h = HALF_STEP * np.eye(z.size)
-        ends = self._outputs(np.vstack([z + h, z - h]))
-        return np.nan_to_num((ends[:, : z.size] - ends[:, z.size :]) / (2.0 * HALF_STEP))
+        return np.nan_to_num(differences(self._outputs, z, HALF_STEP))
 
     def _outputs(self, z: Array) -> Array:
         objective = self.objective

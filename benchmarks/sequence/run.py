@@ -1,17 +1,17 @@
-"""Which runs are solved, and by whom."""
+"""The runs that are solved, and by whom."""
 
 import math
 from collections.abc import Mapping, Sequence
 from typing import Any, NamedTuple
 
-from benchmarks.common import on_all_cores
-from benchmarks.sequence.acceptance import Measured
+from benchmarks.runner import monte_carlo
 from benchmarks.sequence.contestants import CONTESTANTS, OURS
 from benchmarks.sequence.cost import costs
 from benchmarks.sequence.information import Chunk, Informed, informed, pooled
 from benchmarks.sequence.plants import PLANTS
 from benchmarks.sequence.scenes import Scene, run_of
-from benchmarks.sequence.track import Task, Track, tracked
+from benchmarks.sequence.track import Cells, Task, Track, tracked
+from obs_ros.core.typing import Array
 from obs_ros.integration.backends import kernels_for
 
 SNRS = (40.0, 20.0, 0.0)
@@ -34,6 +34,18 @@ INFORMATION_SNRS = (40.0, 20.0)
 PER_CELL = 400  # windows: what the numbers of runs below are for
 REST_RUNS, JUMP_RUNS, HARD_RUNS, NOISE_RUNS, COST_RUNS = 15, 96, 10, 24, 8
 ALONE = 2000
+
+
+class Measured(NamedTuple):
+    """Everything measured; see the tables. `cost` are process times (W,) in s by cell and way."""
+
+    clean: Cells
+    rest: Cells
+    jumps: Mapping[str, Sequence[Track]]
+    hard: Cells
+    noise: Mapping[tuple[float, bool], Sequence[Track]]
+    information: Mapping[float, Informed]
+    cost: Mapping[str, Mapping[str, Array]]
 
 
 class Plan(NamedTuple):
@@ -132,15 +144,17 @@ def work(item: Task | Chunk) -> Track | Informed:
 
 def carried_out(chosen: Plan, timed: Mapping[str, Sequence[Scene]]) -> Measured:
     """Do it all, on all cores; then what is timed, alone."""
-    pieces = [item for cells in chosen for items in cells.values() for item in items]
+    pieces = {
+        (table, key): items
+        for table, cells in chosen._asdict().items()
+        for key, items in cells.items()
+    }
     # The same run at all noises and for all contestants is simulated anew: that is quick.
-    results = iter(on_all_cores(work, pieces, 'sequences'))
-    found: list[Any] = [
-        {key: [next(results) for _ in items] for key, items in cells.items()} for cells in chosen
-    ]
-    clean, rest, jumps, hard, noise, information = found
-    alone = {snr: pooled(parts) for snr, parts in information.items()}
-    return Measured(clean, rest, jumps, hard, noise, alone, costs(timed))
+    done = monte_carlo(work, pieces, 'sequences')
+    found: dict[str, Any] = {table: {} for table in Plan._fields}
+    for (table, key), results in done.items():
+        found[table][key] = results if table != 'information' else pooled(results)
+    return Measured(**found, cost=costs(timed))
 
 
 def timed_scenes(windows: int, seed: int) -> Mapping[str, Sequence[Scene]]:
