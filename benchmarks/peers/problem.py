@@ -71,7 +71,7 @@ class Problem:
     @property
     def room(self) -> float:
         """How far above the optimum still counts as reaching it, in sigma^2."""
-        return LMSettings.same_optimum * self.d
+        return SAME_OPTIMUM * self.d
 
     @property
     def width(self) -> Array:

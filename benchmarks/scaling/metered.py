@@ -8,8 +8,8 @@ from typing import Any, TypeVar
 from benchmarks.runner import timed
 from obs_ros import Estimate, Model, Record
 from obs_ros.core.deadline import Deadline
-from obs_ros.core.typing import Array, IntArray
 from obs_ros.core.rng import random_generator
+from obs_ros.core.typing import Array, IntArray
 from obs_ros.horizon.settings import EstimationSettings
 from obs_ros.horizon.solver import Solver
 from obs_ros.integration.backends import Kernels
