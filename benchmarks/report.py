@@ -2,7 +2,8 @@
 
 import datetime
 import platform
-from collections.abc import Callable, Iterable, Mapping, Sequence
+import re
+from collections.abc import Callable, Iterable, Mapping
 from importlib import metadata
 from pathlib import Path
 from typing import Any, NamedTuple
@@ -60,24 +61,31 @@ def panels(rows: int, columns: int, size: tuple[float, float], **shared: Any) ->
     return figure, figure.subplots(rows, columns, squeeze=False, **shared)
 
 
-def pictures(folder: Path, drawn: Mapping[str, tuple[str, Callable[[], Any]]]) -> list[str]:
-    """Save figures by file name, each with its title; return the lines that show them.
+def pictures(folder: Path, drawn: Mapping[str, tuple[str, Callable[[], Any]]]) -> str:
+    """Save figures by file name, each with its title; return the Markdown that shows them.
 
-    Without Matplotlib the one line says so.
+    Without Matplotlib it says so.
     """
     folder.mkdir(parents=True, exist_ok=True)
     try:
         for name, (_, draw) in drawn.items():
             draw().savefig(folder / name, dpi=110)
     except ImportError as error:
-        return [f'No pictures: {error}.']
-    return [f'![{title}]({name})' for name, (title, _) in drawn.items()]
+        return f'No pictures: {error}.'
+    return '\n\n'.join(f'![{title}]({name})' for name, (title, _) in drawn.items())
 
 
-def publish(folder: Path, name: str, title: str, parts: Sequence[str], *machine: str) -> str:
+def filled(template: str, **parts: object) -> str:
+    """Return the text of `benchmarks/<template>.md` with its places filled; empty ones close up."""
+    path = Path(__file__).parent / f'{template}.md'
+    text = path.read_text(encoding='utf-8').format(**parts)
+    return re.sub(r'\n{3,}', '\n\n', text).strip()
+
+
+def publish(folder: Path, name: str, title: str, text: str, *machine: str) -> str:
     """Print a report, with date, processor and versions, and write it to `folder/name.md`.
 
-    `machine` are further facts about it. Return the text.
+    `machine` are further facts about it. Return the whole text.
     """
     facts = [
         datetime.date.today().isoformat(),
@@ -86,7 +94,7 @@ def publish(folder: Path, name: str, title: str, parts: Sequence[str], *machine:
         *versions(VERSIONS),
         *machine,
     ]
-    text = '\n\n'.join([f'# {title}', ', '.join(facts), *parts]) + '\n'
+    text = '\n\n'.join([f'# {title}', ', '.join(facts), text]) + '\n'
     print(text)
     folder.mkdir(parents=True, exist_ok=True)
     (folder / f'{name}.md').write_text(text, encoding='utf-8')

@@ -34,9 +34,9 @@ def main(arguments: list[str] | None = None) -> Outcomes:
             'Gremling & Passino, figures 2 to 5', partial(draw_gase, outcomes)
         ),
     }  # fmt: skip
-    parts = [*report(outcomes, chosen.runs), *pictures(chosen.results, drawn)]
+    text = report(outcomes, chosen.runs, pictures(chosen.results, drawn))
     title = 'Genetic observers: Porter & Passino 1995 and Gremling & Passino 2000'
-    publish(chosen.results, 'genetic_papers', title, parts)
+    publish(chosen.results, 'genetic_papers', title, text)
     return outcomes
 
 

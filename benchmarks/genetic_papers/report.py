@@ -14,7 +14,7 @@ from benchmarks.genetic_papers.plan import (
 )
 from benchmarks.genetic_papers.run import diverged
 from benchmarks.play import followed, played, samples_of
-from benchmarks.report import Requirement, requirements, slashed, table
+from benchmarks.report import Requirement, filled, requirements, slashed, table
 from obs_ros import load_observer
 from obs_ros.core.typing import Array
 from plant_sim.scenarios import load_scenario
@@ -27,35 +27,25 @@ LUENBERGER_2000 = {MINIMUM: (4365.23, 3427.46), NON_MINIMUM: (6320.00, 8348.10)}
 WITHIN, LUENBERGER_WITHIN = 0.3, 0.005  # of the paper's means
 MOST_TIME = {'ekf': 20.0, 'ukf': 60.0}  # us for a sample, at 6 joint states
 PLANTS_2000 = {MINIMUM: 'minimum phase', NON_MINIMUM: 'non-minimum phase'}
+SAMPLES = 3000  # through the Kalman filters
 SETTLED = 2.5  # s, the median asked of GAO, frozen
 
 
-def report(outcomes: Outcomes, runs: int) -> list[str]:
-    """Return the parts of the report."""
-    return [
-        '## Porter & Passino 1995\n\n' + porter_table(outcomes),
-        requirements(porter_asked(outcomes)),
-        PORTER_NOTES,
-        gremling_table(outcomes, runs),
-        requirements(gremling_asked(outcomes)),
-        jet_table(outcomes),
-        times_table(outcomes),
-        *filters_tables(),
-    ]
-
-
-PORTER_NOTES = (
-    'Runs of 20 s at 10 ms, population 20, RMS over the second half. `diverged`: started again '
-    'because a state was not finite, or x2 off by more than 1000. `settled`: x2 within 0.05 '
-    'for good. '
-    '`GAO, bred again`: gains out of their domain are bred again up to ten times before they '
-    'are clamped, where the default clamps them at once; the paper says that there is a limit, '
-    'but not which. The start (0, 0) is a trap: x2 = 0 stays 0, and to first order the '
-    'oscillator does not show it, so that an EKF with exact derivatives never leaves. The one '
-    'here takes differences, one-sided at the bound x2 = 0, and gets away late; a UKF does so '
-    'at once. The genetic observer is here for '
-    'fidelity, not because it wins.'
-)
+def report(outcomes: Outcomes, runs: int, drawn: str) -> str:
+    """Return the report, with the pictures at its end."""
+    return filled(
+        'genetic_papers/report',
+        porter=porter_table(outcomes),
+        porter_asked=requirements(porter_asked(outcomes)),
+        runs=runs,
+        gremling=gremling_table(outcomes),
+        gremling_asked=requirements(gremling_asked(outcomes)),
+        jet=jet_table(outcomes),
+        times=times_table(outcomes),
+        count=SAMPLES,
+        **filters_tables(SAMPLES),
+        pictures=drawn,
+    )
 
 
 def porter_table(outcomes: Outcomes) -> str:
@@ -102,7 +92,7 @@ def squares(outcomes: Outcomes, scenario: str, label: str) -> Array:
     return np.array([one.squares[1:] for one in outcomes[scenario, label]])
 
 
-def gremling_table(outcomes: Outcomes, runs: int) -> str:
+def gremling_table(outcomes: Outcomes) -> str:
     """Tell sums of squared errors on the linear plants of the second paper, beside its own."""
     rows = []
     for scenario, name in PLANTS_2000.items():
@@ -119,13 +109,7 @@ def gremling_table(outcomes: Outcomes, runs: int) -> str:
                 'from - to': f'{least} to {most}' if len(own) > 1 else '',
                 "the paper's": slashed(paper[scenario], '.0f') if paper else '',
             })  # fmt: skip
-    return (
-        '## Gremling & Passino 2000: Tables 1 and 2\n\nSums of squared errors over 100 s at 10 ms; '
-        'N 200, D 70, rho D 10, p_m 0.2, W 50, g_t 10; filters and the last row start from '
-        f'the middle of the ranges; {runs} runs of `GASE, paper`. '
-        'With 50 samples in the window, directions of the parameters stay all but free: better '
-        'search does not help, more information does (EKF, least squares).\n\n' + table(rows)
-    )
+    return table(rows)
 
 
 def gremling_asked(outcomes: Outcomes) -> list[Requirement]:
@@ -151,13 +135,7 @@ def jet_table(outcomes: Outcomes) -> str:
             own = squares(outcomes, scenario, way.label)
             mean = slashed(own.mean(axis=0), '.3g')
             rows.append({'case': name, 'observer': way.label, 'runs': len(own), 'Es R / Phi': mean})
-    return (
-        '## The jet engine\n\nSums of squared errors over 25 s; D 66, rho D 8, W 100; R(0) 0.05 '
-        "and Phi(0) 1 estimated. The paper's Tables 3 and 4 (means 311 / 1117 and 187 / 226) hang "
-        'on a reference that only its figures show, and cannot be compared; here it is a ramp. '
-        'Its EKF, which diverges, is not reproduced by a correct one that keeps R >= 0.\n\n'
-        + table(rows)
-    )
+    return table(rows)
 
 
 def times_table(outcomes: Outcomes) -> str:
@@ -181,13 +159,10 @@ def times_table(outcomes: Outcomes) -> str:
             'least (us)': f'{np.min(each):.0f}',
             'median (us)': f'{np.median(each):.0f}',
         })  # fmt: skip
-    return (
-        '## Process time\n\nFor one sample, absorbed and its estimate fetched: the median over a '
-        'run, with every core at work; of the runs the least one and the median.\n\n' + table(rows)
-    )
+    return table(rows)
 
 
-def filters_tables(count: int = 3000) -> list[str]:
+def filters_tables(count: int) -> dict[str, str]:
     """Measure the Kalman filters on three tanks, six joint states, against the time asked."""
     samples = samples_of(played('three_tank', count))
     rows, asked = [], []
@@ -202,11 +177,7 @@ def filters_tables(count: int = 3000) -> list[str]:
         })  # fmt: skip
         claim = f'{name}: absorb, median <= {most:g} us'
         asked.append(Requirement(claim, f'{median[0]:.1f} us', bool(median[0] <= most)))
-    prose = (
-        f'Three tanks, 3 states and 3 parameters estimated jointly, over {count} samples, alone in '
-        'the process.'
-    )
-    return [prose, table(rows), requirements(asked)]
+    return {'filters': table(rows), 'filters_asked': requirements(asked)}
 
 
 def number(value: float) -> str:

@@ -21,11 +21,11 @@ def main(arguments: list[str] | None = None) -> str:
     given = parser.parse_args(arguments)
     first = given.first_seed
     seeds, long_seeds = range(first, first + given.seeds), range(first, first + given.long_seeds)
-    parts = report(*runs_of(seeds, long_seeds), given.seeds, given.long_seeds)
     drawn = {'h_infinity_kt.png': ('kt over time', partial(draw_stiffness, first))}
-    parts += pictures(given.results, drawn)
+    shown = pictures(given.results, drawn)
+    text = report(*runs_of(seeds, long_seeds), given.seeds, given.long_seeds, shown)
     title = 'H-infinity adaptive observers: the stiffness of a tyre'
-    return publish(given.results, 'h_infinity', title, parts)
+    return publish(given.results, 'h_infinity', title, text)
 
 
 if __name__ == '__main__':

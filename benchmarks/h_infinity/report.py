@@ -18,7 +18,7 @@ from benchmarks.h_infinity.run import (
     Runs,
     truth_of,
 )
-from benchmarks.report import Requirement, requirements, rms, table
+from benchmarks.report import Requirement, filled, requirements, rms, table
 from obs_ros import Sample
 from obs_ros.models.suspension import KT
 from obs_ros.observers.papers.adaptive_gains import GAINS
@@ -37,36 +37,25 @@ REFERENCE = dict(
 )
 
 
-def report(runs: Runs, long: Runs, seeds: int, long_seeds: int) -> list[str]:
-    """Return the parts of the report; `long` are the runs over the specification's 65 s."""
+def report(runs: Runs, long: Runs, seeds: int, long_seeds: int, drawn: str) -> str:
+    """Return the report; `long` are the runs over the specification's 65 s."""
     specified = {'specification, filtered regressor': REFERENCE}
-    return [
-        introduction(seeds),
-        '## RMS (%) of kt: median (largest)\n\n' + cases_table(runs, 'rms', CASES, specified),
-        f'## RMS (%) of kt from {FIRST:g} to {LONG:g} s, {long_seeds} seeds: median (largest)\n\n'
-        + cases_table(long, 'rms', AT_LENGTH),
-        '## Seconds from the first bump until first within 10 % of kt: median (largest)\n\n'
-        + cases_table(runs, 'near', CASES),
-        window_table(runs, long),
-        design_table(),
-        '## What the paper claims\n\n' + requirements(claims(runs)),
-        '## Acceptance\n\n' + requirements(acceptance(runs, long)),
-    ]
-
-
-def introduction(seeds: int) -> str:
-    """Say what was done."""
-    return (
-        f'Samples at 1 kHz, white noise on each of the three positions, {seeds} seeds; '
-        f'from {BEGIN:g} to {END:g} s, with bumps at 10 and 20 s; kt starts from half of its '
-        f'value, xhat from 0. RMS: of the error in % of the true kt from {FIRST:g} s on. The '
-        'plant is integrated to 1e-8 m, the observers with RK4 and 1 ms. Scale of theta: '
-        "1e5 N/m; with the paper's, N/m, Gamma = 125 moves kt by less than 0.1 N/m. The Kalman "
-        'filters and the windows have their default settings and are told the noise. Windows '
-        'are solved every 0.5 s, those with eta fixed at 0 every 1 s; an estimate stands until '
-        'the next, whether its standard deviation is given or withheld. Else eta is new in every '
-        'window. In kt_step the tyre '
-        'loses a fifth of its stiffness at 15 s.'
+    return filled(
+        'h_infinity/report',
+        seeds=seeds,
+        begin=BEGIN,
+        end=END,
+        counted=FIRST,
+        long=LONG,
+        long_seeds=long_seeds,
+        errors=cases_table(runs, 'rms', CASES, specified),
+        long_errors=cases_table(long, 'rms', AT_LENGTH),
+        near=cases_table(runs, 'near', CASES),
+        windows=window_table(runs, long),
+        gains=design_table(),
+        claims=requirements(claims(runs)),
+        acceptance=requirements(acceptance(runs, long)),
+        pictures=drawn,
     )
 
 
@@ -98,10 +87,7 @@ def window_table(runs: Runs, long: Runs) -> str:
         for one in SLIDING
         if (one.label, case.label) in found
     ]
-    return (
-        '## What the windows say of themselves\n\nConfidently wrong: an error above 3 standard '
-        'deviations and 2 % of the box of kt.\n\n' + table(rows)
-    )
+    return table(rows)
 
 
 def certainty(found: Sequence[Measured]) -> dict[str, str]:
@@ -151,11 +137,7 @@ def design_table() -> str:
             'peak': f'{peak_gain(plant, L):.3g}',
             'bound': f'{suspension_gains.BETA:.3g}' if name == 'designed' else 'none',
         })  # fmt: skip
-    return (
-        '## Gains\n\nPeak: largest gain from eta to C e in m/N, over all frequencies and kt within '
-        "+-20 %, without the damper's hysteresis. Bound: beta of the matrix inequality, on eta and "
-        'output noise together.\n\n' + table(rows)
-    )
+    return table(rows)
 
 
 def claims(runs: Runs) -> list[Requirement]:

@@ -21,11 +21,11 @@ def main(arguments: list[str] | None = None) -> str:
     given = parser.parse_args(arguments)
     seeds = range(given.first_seed, given.first_seed + given.seeds)
     windows = windows_of(seeds)
-    parts = report(*runs_of(seeds), windows, given.seeds)
     flows = ('flows in the three cases', partial(draw_flows, given.first_seed))
-    parts += pictures(given.results, {'interconnected_flows.png': flows})
+    drawn = pictures(given.results, {'interconnected_flows.png': flows})
+    text = report(*runs_of(seeds), windows, given.seeds, drawn)
     title = 'Observers of unmeasured flows: heat exchanger with two valves'
-    return publish(given.results, 'interconnected', title, parts)
+    return publish(given.results, 'interconnected', title, text)
 
 
 if __name__ == '__main__':

@@ -5,7 +5,7 @@ import numpy as np
 from benchmarks.interconnected.run import CONTESTANTS, Runs, truth_of
 from benchmarks.interconnected.window_report import window_acceptance, window_tables
 from benchmarks.interconnected.windows import Windows
-from benchmarks.report import Requirement, requirements, slashed, table
+from benchmarks.report import Requirement, filled, requirements, slashed, table
 from obs_ros.core.typing import Array
 
 # Settling of Fp and Fu in case 1, and RMS in %: the specification's figures for the same plant.
@@ -22,33 +22,19 @@ REFERENCE_3 = {
 }
 
 
-def report(quiet: Runs, noisy: Runs, windows: Windows, seeds: int) -> list[str]:
-    """Return the parts of the report."""
-    accepted = [*acceptance(quiet, noisy), *window_acceptance(windows)]
-    return [
-        introduction(seeds),
-        settling_table(quiet),
-        noise_table(noisy),
-        motion_table(noisy),
-        naming_table(noisy),
-        '## What the paper claims\n\n' + requirements(claims(quiet, noisy)),
-        *window_tables(windows),
-        '## Acceptance\n\n' + requirements(accepted),
-    ]
-
-
-def introduction(seeds: int) -> str:
-    """Say what was done."""
-    return (
-        f'Samples at 1 kHz; noise of 0.05 K, Ornstein-Uhlenbeck with 0.1 s, {seeds} seeds. All '
-        'figures are Fp / Fu. Settling: last time out of +-2 % of the true flow. RMS: relative, '
-        'over what lies 4 s or more after a change (case 2), or after 10 s (case 3). Flows are '
-        'kept within 0 and 5 times nominal: a start that is far off, as that of case 1 is, drives '
-        'a slow observer into these bounds, which is why theta 2 settles late there. Case 1: flows '
-        "constant, Tp(0) = 80 degC, observers from the paper's start: 30 degC and no flow. Case 2: "
-        'dP1 from 0.6 to 0.4 MPa at 80 s, k2 + 1000 N/m at 150 s. Case 3: pc1 times 1 and 1.2, pc2 '
-        "times 1 and 0.8, every 5 s. In brackets: the specification's figures, measured with Euler "
-        'steps of 0.25 ms; its case 3 does not tell the period of the square wave.'
+def report(quiet: Runs, noisy: Runs, windows: Windows, seeds: int, drawn: str) -> str:
+    """Return the report, with the picture at its end."""
+    return filled(
+        'interconnected/report',
+        seeds=seeds,
+        settling=settling_table(quiet),
+        noise=noise_table(noisy),
+        motion=motion_table(noisy),
+        naming=naming_table(noisy),
+        claims=requirements(claims(quiet, noisy)),
+        **window_tables(windows),
+        acceptance=requirements([*acceptance(quiet, noisy), *window_acceptance(windows)]),
+        pictures=drawn,
     )
 
 
@@ -65,7 +51,7 @@ def settling_table(quiet: Runs) -> str:
             'case 2: settled after Fp@150 / Fu@80 (s)':
                 beside(slashed(second.settled), reference[1]),
         })  # fmt: skip
-    return '## Settling, without noise\n\n' + table(rows)
+    return table(rows)
 
 
 def noise_table(noisy: Runs) -> str:
@@ -78,7 +64,7 @@ def noise_table(noisy: Runs) -> str:
             'RMS (%), median of seeds': beside(slashed(middle(noisy, one.label, 2)), reference),
             'largest': slashed(np.max([run.rms for run in noisy[one.label, 2]], axis=0)),
         })  # fmt: skip
-    return '## Case 2, with noise, on the plateaus\n\n' + table(rows)
+    return table(rows)
 
 
 def motion_table(noisy: Runs) -> str:
@@ -88,7 +74,7 @@ def motion_table(noisy: Runs) -> str:
         found = slashed(middle(noisy, one.label, 3))
         told = beside(found, REFERENCE_3.get(one.label, ''))
         rows.append({'observer': one.label, 'RMS (%), median': told})
-    return '## Case 3, valves in motion\n\n' + table(rows)
+    return table(rows)
 
 
 def naming_table(noisy: Runs) -> str:
@@ -99,11 +85,7 @@ def naming_table(noisy: Runs) -> str:
         valves = ('utility valve, 80 s', 'process valve, 150 s')
         shares = (f'{sum(column)} of {len(column)}' for column in named.T)
         rows.append({'observer': one.label, **dict(zip(valves, shares, strict=True))})
-    return (
-        '## Which valve is faulty?\n\nResidual: c X / F - 1, the flow that the model of the valve '
-        'tells beside the estimated one. Named is the valve whose residual has changed most, as '
-        'a mean over the 2nd second after the fault.\n\n' + table(rows)
-    )
+    return table(rows)
 
 
 def claims(quiet: Runs, noisy: Runs) -> list[Requirement]:

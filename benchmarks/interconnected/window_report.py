@@ -14,9 +14,10 @@ from obs_ros.core.typing import Array
 PRODUCT = 'only dP1/k1^2 is determined'
 
 
-def window_tables(windows: Windows) -> list[str]:
-    """Return the three tables."""
-    return [follow_table(windows), fault_table(windows), watch_table(windows)]
+def window_tables(windows: Windows) -> dict[str, object]:
+    """Return the three tables, and the length and spacing of the windows in s."""
+    tables = {'faults': fault_table(windows), 'watches': watch_table(windows)}
+    return {'followed': follow_table(windows), **tables, 'duration': DURATION, 'every': EVERY}
 
 
 def follow_table(windows: Windows) -> str:
@@ -25,12 +26,7 @@ def follow_table(windows: Windows) -> str:
         {'noise': 'none'} | follow_row([windows.quiet]),
         {'noise': '0.05 K'} | follow_row(windows.noisy),
     ]
-    return (
-        f'## Windows of {DURATION:g} s, case 2\n\nSamples at 20 Hz, a window every {EVERY:g} s, '
-        'the model without the inertia of the stems; unknown are temperatures and openings at the '
-        'start of each window, dP1 and k2. The noise is told (0.05 K), its colour is not. RMS over '
-        'the windows that end on the plateaus, Fp / Fu.\n\n' + table(rows)
-    )
+    return table(rows)
 
 
 def follow_row(runs: Sequence[Followed]) -> dict[str, str]:
@@ -73,13 +69,7 @@ def fault_table(windows: Windows) -> str:
                     f'{np.nanmedian(np.abs([run.error for run in runs])):.2f}',
                 'false alarms before': sum(run.false for run in runs),
             })  # fmt: skip
-    return (
-        '## Which valve is faulty? Windows\n\nAll four parameters may jump, none is known before; '
-        'pressures are constant, so that dP and k of one valve cannot be told apart. Named is the '
-        'valve of the set that wins the jump search in the newest window 2 s after the fault; '
-        "'listed': both parameters of the valve stand in the result, one as the winner and one in "
-        '`Jump.alternatives`, or together.\n\n' + table(rows)
-    )
+    return table(rows)
 
 
 def watch_table(windows: Windows) -> str:
@@ -103,12 +93,7 @@ def watch_table(windows: Windows) -> str:
             'dP1/k1^2 named': f'{named(runs):.3f}',
             'what is said most': ', '.join(f'{text} ({count})' for text, count in words),
         })  # fmt: skip
-    return (
-        '## What windows without a fault say\n\nWhite noise of 0.05 K; unknown parameters within '
-        '20 % of nominal; where pressures move, they do within 20 % every 2 s. Coverage: of 95 % '
-        'intervals, where a standard deviation is given; cw: windows with any error above 3 sd and '
-        '2 % of the box.\n\n' + table(rows)
-    )
+    return table(rows)
 
 
 def both(runs: Sequence[Watched], kind: str) -> tuple[Array, Array]:

@@ -20,8 +20,8 @@ def main(arguments: list[str] | None = None) -> list[Row]:
     rows = rows_of(chosen.samples, chosen.rounds)
     version = gcc_version()
     compiler = f'gcc {version} {" ".join(C_OPTIONS)}' if version else 'no gcc'
-    parts = report(rows, chosen.rounds)
-    publish(chosen.results, 'kernel', 'Rollout kernel', parts, compiler)
+    text = report(rows, chosen.rounds)
+    publish(chosen.results, 'kernel', 'Rollout kernel', text, compiler)
     return rows
 
 

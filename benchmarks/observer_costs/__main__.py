@@ -7,7 +7,7 @@ that are right 1000 s after valves have closed in part.
 
 from benchmarks.observer_costs.report import costs_table, valves_table
 from benchmarks.observer_costs.run import FILTERS, cost, valves
-from benchmarks.report import publish
+from benchmarks.report import filled, publish
 from benchmarks.runner import options
 from obs_ros.observers.base import OBSERVERS
 
@@ -18,11 +18,10 @@ def main(arguments: list[str] | None = None) -> None:
     parser.add_argument('--samples', type=int, default=2000, help='samples of each observer')
     parser.add_argument('--seeds', type=int, default=10, help='noises of the three tanks')
     chosen = parser.parse_args(arguments)
-    parts = [
-        costs_table([cost(name, chosen.samples) for name in OBSERVERS]),
-        valves_table([valves(name, chosen.seeds) for name in FILTERS], chosen.seeds),
-    ]
-    publish(chosen.results, 'observer_costs', 'Observers: cost, and free valves', parts)
+    costs = costs_table([cost(name, chosen.samples) for name in OBSERVERS])
+    found = valves_table([valves(name, chosen.seeds) for name in FILTERS], chosen.seeds)
+    text = filled('observer_costs/report', costs=costs, valves=found)
+    publish(chosen.results, 'observer_costs', 'Observers: cost, and free valves', text)
 
 
 if __name__ == '__main__':

@@ -12,7 +12,7 @@ RIGHT = 0.02  # of an opening
 
 def costs_table(costs: Sequence[Cost]) -> str:
     """Tell process times; the sliding window's is that of one solve, and absorbing beside it."""
-    return '## Cost of a sample: median process time\n\n' + table(
+    return table(
         {
             'observer': one.observer,
             'scenario': one.scenario,
@@ -39,10 +39,4 @@ def valves_table(found: Sequence[Valves], seeds: int) -> str:
                 'within 2 sd': f'{within.mean():.2f}' if within.size else '-',
             }
         )
-    return (
-        '## Three tanks, three free valves, 40 dB\n\nThe scenario of Yang et al. 2020: all open, '
-        'at 1000 s two valves close in part, at 2000 s two. Judged before the second change and at '
-        'the end, 1000 s after the last one. The others are told the noise; the sliding window, '
-        '300 s every 50 s, is told nothing. `within 2 sd`: of what has a standard deviation.\n\n'
-        + table(rows)
-    )
+    return table(rows)

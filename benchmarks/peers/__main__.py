@@ -11,7 +11,7 @@ from benchmarks.peers.pictures import draw_times
 from benchmarks.peers.registry import OURS, PEERS
 from benchmarks.peers.report import report
 from benchmarks.peers.run import CASES, Measured, solved
-from benchmarks.report import pictures, publish, versions
+from benchmarks.report import filled, pictures, publish, versions
 from benchmarks.runner import options
 
 PACKAGES = ('pygmo', 'pymoo', 'cma', 'casadi', 'do-mpc', 'filterpy')
@@ -35,11 +35,11 @@ def main(arguments: list[str] | None = None) -> list[Measured]:
     seeds = range(chosen.seed, chosen.seed + chosen.windows)
     slow = seeds[: chosen.slow_windows]
     results = solved(chosen.cases, present, seeds, slow, chosen.starts, chosen.cap)
-    parts = report(results, missing, chosen.cap, seeds)
     drawn = {'peers.png': ('median process time by peer', partial(draw_times, results))}
-    parts += pictures(chosen.results, drawn)
+    parts = {**report(results, missing), 'pictures': pictures(chosen.results, drawn)}
+    text = filled('peers/report', first=seeds[0], last=seeds[-1], cap=chosen.cap, **parts)
     title = 'Peers: the same windows to the same target'
-    publish(chosen.results, 'peers', title, parts, *versions(PACKAGES))
+    publish(chosen.results, 'peers', title, text, *versions(PACKAGES))
     return results
 
 

@@ -12,40 +12,14 @@ from benchmarks.report import table
 MISSED_EXCESS = 6.0 * SAME_OPTIMUM  # sigma^2; where ours is better by this, the judge has missed
 
 
-def report(
-    results: Sequence[Measured], missing: Sequence[str], cap: float, seeds: Sequence[int]
-) -> list[str]:
-    """Return the parts of the report."""
-    parts = [introduction(cap, seeds)]
-    for case, own in by_case(results).items():
-        parts += [f'## {case}', case_table(own), verdict(own)]
-    if missing:
-        parts.append('Not installed, so skipped: ' + ', '.join(missing) + '.')
-    return parts
-
-
-def introduction(cap: float, seeds: Sequence[int]) -> str:
-    """Say what was done, and who got what for nothing."""
-    return (
-        f'Random windows of the zoo, seeds {seeds[0]} to {seeds[-1]} (fewer for slow peers: see '
-        '"solved"); six unknowns, cold start. The target: squares within 0.1025 d sigma^2 = 0.615 '
-        'sigma^2 of the best known optimum, which scipy found from the truth and other points; '
-        'every point is judged by the same compiled RK4 rollout. Process time of all threads, '
-        'linear algebra on one, compiled and warm, the ratio to ours measured in the same process '
-        f'moments before, on the same window; {cap:g} s at most (CasADi and do-mpc look at the '
-        'clock between iterations only), and what is missed counts with the time spent on it.\n\n'
-        'In favour of the peers: all but "least_squares, 1 start" and the Kalman filters have an '
-        'oracle that stops them at the very evaluation that reaches the target, while ours has to '
-        'find out by itself that it is done. Objectives and residuals are our compiled rollouts '
-        '(16 lanes at the price of one), but for "solve_ivp", "vectorised NumPy" and CasADi. '
-        '"Batched" and "restarts" get their Jacobian in one of our rollouts. Whoever stops short '
-        'begins again from elsewhere until the time is over. CasADi and do-mpc build their '
-        'program once for all windows; that is not in their times but under "build". '
-        "do-mpc's horizon is the whole window, the first sample in its arrival cost: its optimum "
-        'is that of the others. The Kalman filters do not minimise squares: only their errors at '
-        'the end of the window count; one tuning for both cases, from a grid on other windows. '
-        '"Noise given" tells ours the noise; CasADi, do-mpc and the filters know it too.'
+def report(results: Sequence[Measured], missing: Sequence[str]) -> dict[str, str]:
+    """Return the tables and verdicts of all cases, and the names of peers that are missing."""
+    cases = (
+        f'## {case}\n\n{case_table(own)}\n\n{verdict(own)}'
+        for case, own in by_case(results).items()
     )
+    absent = f'Not installed, so skipped: {", ".join(missing)}.' if missing else ''
+    return {'cases': '\n\n'.join(cases), 'missing': absent}
 
 
 def by_case(results: Sequence[Measured]) -> dict[str, list[Measured]]:

@@ -31,9 +31,9 @@ def main(arguments: list[str] | None = None) -> str:
         run.by_lanes(run.LANES[:keep]),
         run.by_plants(run.PLANTS[:keep], chosen.seed),
     ]
-    parts = report(curves, seeds)
-    parts += pictures(chosen.results, {'scaling.png': ('growth', partial(draw_scaling, curves))})
-    return publish(chosen.results, 'scaling', 'How the cost grows', parts)
+    drawn = {'scaling.png': ('growth', partial(draw_scaling, curves))}
+    text = report(curves, seeds, pictures(chosen.results, drawn))
+    return publish(chosen.results, 'scaling', 'How the cost grows', text)
 
 
 if __name__ == '__main__':

@@ -2,26 +2,23 @@
 
 from collections.abc import Sequence
 
-from benchmarks.report import table
+from benchmarks.report import filled, table
 from benchmarks.scaling.curve import CAUSES, Curve, exponent
 from benchmarks.scaling.run import SNR
 
 
-def report(curves: Sequence[Curve], seeds: Sequence[int]) -> list[str]:
-    """Return the parts of the report."""
-    return [
-        introduction(seeds),
-        summary(curves),
-        *(f'## {curve.title}\n\n{curve.remark}\n\n' + table(curve.rows) for curve in curves),
-    ]
-
-
-def introduction(seeds: Sequence[int]) -> str:
-    """Say what was done."""
-    return (
-        f'Medians over {len(seeds)} random windows (seeds {seeds[0]} to {seeds[-1]}), cold start, '
-        f'defaults, noise unknown, {SNR:g} dB; process time in one process, compiled before. '
-        'A candidate-step is one candidate over one integration step.'
+def report(curves: Sequence[Curve], seeds: Sequence[int], drawn: str) -> str:
+    """Return the report, with the picture at its end."""
+    tables = (f'## {one.title}\n\n{one.remark}\n\n{table(one.rows)}' for one in curves)
+    return filled(
+        'scaling/report',
+        count=len(seeds),
+        first=seeds[0],
+        last=seeds[-1],
+        snr=SNR,
+        summary=summary(curves),
+        curves='\n\n'.join(tables),
+        pictures=drawn,
     )
 
 
@@ -43,7 +40,4 @@ def summary(curves: Sequence[Curve]) -> str:
                 for name in CAUSES
             },
         })  # fmt: skip
-    return (
-        'Exponents of growth: of the process time over all sizes and over the upper half of them; '
-        'there also of what it is made of. Linear is 1.\n\n' + table(rows)
-    )
+    return table(rows)

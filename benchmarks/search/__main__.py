@@ -13,7 +13,7 @@ from benchmarks.runner import monte_carlo, options
 from benchmarks.search.contest import Task, contested
 from benchmarks.search.deadline import answered
 from benchmarks.search.pictures import draw_deadlines, draw_success
-from benchmarks.search.report import HARD, parts
+from benchmarks.search.report import HARD, report
 from benchmarks.zoo import CASES
 from obs_ros.integration.backends import kernels_for
 
@@ -41,8 +41,8 @@ def main(arguments: list[str] | None = None) -> str:
         'search_success.png': ('success', partial(draw_success, verdicts)),
         'search_deadlines.png': ('deadlines', partial(draw_deadlines, verdicts)),
     }
-    told = [*parts(verdicts, answers, seeds), *pictures(chosen.results, drawn)]
-    return publish(chosen.results, 'search', 'Searches on random windows of the zoo', told)
+    text = report(verdicts, answers, seeds, pictures(chosen.results, drawn))
+    return publish(chosen.results, 'search', 'Searches on random windows of the zoo', text)
 
 
 if __name__ == '__main__':

@@ -5,7 +5,7 @@ from collections.abc import Callable, Iterable, Mapping, Sequence
 
 import numpy as np
 
-from benchmarks.report import Requirement, quantiles, requirements, slashed, table
+from benchmarks.report import Requirement, filled, quantiles, requirements, slashed, table
 from benchmarks.search.contest import (
     CHI_SQUARE,
     DEADLINES,
@@ -34,38 +34,20 @@ MEMETIC = 'memetic'
 RULE_WAYS = dict(zip(RULES, (CHI_SQUARE, KNOWN, MEMETIC, SAFE), strict=True))
 
 
-def parts(verdicts: Verdicts, answers: Sequence[Answer], seeds: Sequence[int]) -> list[str]:
-    """Return the report's parts."""
-    return [
-        introduction(seeds),
-        '## Acceptance\n\n' + requirements(acceptance(verdicts, answers)),
-        '## To the end\n\n'
-        '% at the optimum / median ms / 95th percentile ms / % at the optimum within 20 ms.\n\n'
-        + main_table(verdicts),
-        '## Under a deadline\n\n% at the optimum, 5 / 20 / 100 ms of process time.\n\n'
-        + deadline_table(verdicts),
-        '## When to believe it\n\n' + rule_table(verdicts),
-        '## Missed by the default search\n\n' + missed(verdicts, seeds),
-        '## The judge\n\n' + judge_lines(verdicts),
-    ]
-
-
-def introduction(seeds: Sequence[int]) -> str:
-    """Say what was done."""
-    return (
-        f'{len(seeds)} windows of each case, seeds {seeds[0]} to {seeds[-1]}; the searches and the '
-        "judge draw from streams of their own. All unknowns in the model's box, cold start, by "
-        'the front door, which guesses the noise of the outputs where it is not told, and weights '
-        'them anew at the end. `DE + LM`: 5 generations of differential evolution on the whole '
-        'window, then Levenberg-Marquardt from its best 4 and 4 un-evolved; `Latin hypercube + '
-        "LM`: from 8 points; both are the default search's rounds (up to 8), local search and "
-        'acceptance without its growing horizon. `paper mode`: 25 x 85, rand/1/bin. `scipy`: one '
-        'random start of `least_squares` with differences of its own, on the compiled residual. '
-        'Without a deadline the default search ends when it believes its result, or after 8 '
-        'rounds.\n\n'
-        'Two processes shared the cores, so times, and the deadlines of this table, are process '
-        'times: others do not count, but a shared cache makes them some per cent longer than in '
-        'an idle machine.'
+def report(verdicts: Verdicts, answers: Sequence[Answer], seeds: Sequence[int], drawn: str) -> str:
+    """Return the report, with the pictures at its end."""
+    return filled(
+        'search/report',
+        count=len(seeds),
+        first=seeds[0],
+        last=seeds[-1],
+        acceptance=requirements(acceptance(verdicts, answers)),
+        main=main_table(verdicts),
+        deadlines=deadline_table(verdicts),
+        rules=rule_table(verdicts),
+        missed=missed(verdicts, seeds),
+        beaten=beaten_judge(verdicts),
+        pictures=drawn,
     )
 
 
@@ -204,12 +186,7 @@ def rule_table(verdicts: Verdicts) -> str:
                 'false and no caveat': sum(not score.solved for score in sure),
                 'median ms': f'{median:.1f}',
             })  # fmt: skip
-    return (
-        'Accepted: the search stopped because a rule held. Without a caveat: its outcome is '
-        '`converged` or `at_bound`, not `model_mismatch`. `chi-square alone` is no rule of the '
-        'product; the first round that fits as well as the known noise allows is believed.\n\n'
-        + table(rows)
-    )
+    return table(rows)
 
 
 def missed(verdicts: Verdicts, seeds: Sequence[int]) -> str:
@@ -225,13 +202,10 @@ def missed(verdicts: Verdicts, seeds: Sequence[int]) -> str:
     return '\n'.join(lines) or 'None.'
 
 
-def judge_lines(verdicts: Verdicts) -> str:
+def beaten_judge(verdicts: Verdicts) -> str:
     """Tell where a search of this run was better than the judge."""
     beaten = {
         case: sum(verdict.judge_excess > 1.0 for verdict in own) for case, own in verdicts.items()
     }
     told = ', '.join(f'{case} {count}' for case, count in beaten.items() if count)
-    return (
-        'Windows in which some search of this run beat the judge by more than the limit, so that '
-        f'the optimum is the best that the searches know: {told or "none"}.'
-    )
+    return told or 'none'

@@ -10,7 +10,7 @@ from functools import partial
 from benchmarks.report import pictures, publish
 from benchmarks.runner import options
 from benchmarks.sequence.pictures import draw_calibration, draw_jumps, draw_story
-from benchmarks.sequence.report import parts
+from benchmarks.sequence.report import report
 from benchmarks.sequence.run import PER_CELL, carried_out, compile_all, plan, timed_scenes
 
 
@@ -33,8 +33,8 @@ def main(arguments: list[str] | None = None) -> str:
         'sequence_story.png': ('a run with a jump and a rest', partial(draw_story, seed)),
         'sequence_jumps.png': ('jumps', partial(draw_jumps, measured.jumps)),
     }
-    told = [*parts(measured, seed), *pictures(chosen.results, drawn)]
-    return publish(chosen.results, 'sequence', 'Windows in sequence', told)
+    text = report(measured, seed, pictures(chosen.results, drawn))
+    return publish(chosen.results, 'sequence', 'Windows in sequence', text)
 
 
 if __name__ == '__main__':

@@ -31,14 +31,13 @@ def main(arguments: list[str] | None = None) -> Errors:
     cells = [Cell(f, w, snr) for f in fitnesses for w in chosen.windows for snr in snrs]
     errors = all_errors(cells, seeds)
     followed = follow_all(chosen.windows, range(min(20, len(seeds))))
-    parts = report(errors, cells, followed, len(seeds))
     name = 'three_tank_tables_quick' if chosen.quick else 'three_tank_tables'
     drawn = {
         f'{name}_errors.png': ('error against SNR', partial(draw_errors, errors, cells)),
         f'{name}_convergence.png': ('convergence', partial(draw_convergence, followed)),
     }
-    parts += pictures(chosen.results, drawn)
-    publish(chosen.results, name, 'Three tanks: Tables 1 and 2 of Yang, Li & Dahhou 2020', parts)
+    text = report(errors, cells, followed, len(seeds), pictures(chosen.results, drawn))
+    publish(chosen.results, name, 'Three tanks: Tables 1 and 2 of Yang, Li & Dahhou 2020', text)
     return errors
 
 

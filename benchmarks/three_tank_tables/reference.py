@@ -14,12 +14,6 @@ SYMBOLS = ('p1', 'p2', 'p3', 'h3')
 # The paper's fitness functions (section 5.1), by the names they have here.
 FITNESSES = {'ft1': 'euclidean', 'ft2': 'correlation'}
 SNRS = (np.inf, 40.0, 20.0, 0.0, -20.0)  # dB
-TRUTH_NOTE = (
-    "Note on the truth: the paper's true h3 of T2 and T3 (16.9627 and 42.5734 cm) cannot come from "
-    'its stated constants, with which h3 never falls below 17.697 cm in window 1. Here the stated '
-    'constants hold: h3 starts T2 at 17.7167 cm and T3 at 52.9333 cm. The errors of the '
-    "paper's run are against its own truth."
-)
 
 
 class Cell(NamedTuple):

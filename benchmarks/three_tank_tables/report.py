@@ -4,10 +4,10 @@ from collections.abc import Mapping, Sequence
 
 import numpy as np
 
-from benchmarks.report import Requirement, requirements, rms, table
+from benchmarks.report import Requirement, filled, requirements, rms, table
 from benchmarks.tanks import noise_of
 from benchmarks.three_tank_tables.convergence import LAST_EVALUATIONS, Followed
-from benchmarks.three_tank_tables.reference import TRUTH_NOTE, Cell, references
+from benchmarks.three_tank_tables.reference import Cell, references
 from benchmarks.three_tank_tables.run import (
     DEFAULT,
     FIRST_SAMPLE,
@@ -24,30 +24,29 @@ TITLES = {'ft1': '1 (f_t1, euclidean)', 'ft2': '2 (f_t2, correlation)'}
 
 
 def report(
-    errors: Errors, cells: Sequence[Cell], followed: Mapping[tuple[str, str], Followed], seeds: int
-) -> list[str]:
-    """Return the parts of the report."""
+    errors: Errors,
+    cells: Sequence[Cell],
+    followed: Mapping[tuple[str, str], Followed],
+    seeds: int,
+    drawn: str,
+) -> str:
+    """Return the report, with the pictures at its end."""
     one_fitness = [cell for cell in cells if cell.fitness == cells[0].fitness]
     noisy = [cell for cell in one_fitness if np.isfinite(cell.snr_db)]
-    return [
-        introduction(seeds),
-        TRUTH_NOTE,
-        *paper_tables(errors, cells),
-        default_table(errors, noisy),
-        reading_table(errors, noisy),
-        convergence_table(followed),
-    ]
-
-
-def introduction(seeds: int) -> str:
-    """Say what was done."""
-    return (
-        f'{seeds} seeds of noise and search per cell; windows of 1000 samples, 1 s apart, sigma = '
-        '10^(-SNR/20) cm, truth integrated with steps of 10 ms. Paper mode: cubic map, rand/1/bin, '
-        'F = CR = 0.7, 25 individuals, 85 generations, out of the box drawn again; p1, p2, p3 and '
-        'the initial h3 are unknown, the initial h1 and h2 are given as they truly are. All '
-        'errors: absolute, of p1 p2 p3 (1) and h3 (cm). The reference is '
-        'benchmarks/three_tank_tables/reference.csv.'
+    reading, distance = reading_table(errors, noisy)
+    told = (f'`{way}`: {meaning}' for way, meaning in WAYS.items() if way != FIRST_SAMPLE)
+    return filled(
+        'three_tank_tables/report',
+        seeds=seeds,
+        tables='\n\n'.join(paper_tables(errors, cells)),
+        ways='; '.join(told),
+        default=default_table(errors, noisy),
+        reading=reading,
+        off=distance,
+        nearer=('the true initial levels', 'the first sample')[int(np.argmin(distance))],
+        convergence=convergence_table(followed),
+        snr=FOLLOWED_SNR,
+        pictures=drawn,
     )
 
 
@@ -91,17 +90,11 @@ def default_table(errors: Errors, cells: Sequence[Cell]) -> str:
                 'Cramér-Rao bound': figures(bound),
                 'RMSE / bound': ' '.join(f'{ratio:.2f}' for ratio in ratios),
             })  # fmt: skip
-    ways = '; '.join(f'`{way}`: {meaning}' for way, meaning in WAYS.items() if way != FIRST_SAMPLE)
-    return (
-        f'## The default search and the Cramér-Rao bound\n\n{ways}. The bound is that of as many '
-        'unknowns (4 or 6). In T1 the truth lies on the bounds of the box (p = 1, h1 = h2 = 0): '
-        'errors are cut off there and may be below it; and where levels cross, in T1, the '
-        "model's steps of 1 s err by up to 3e-3 cm, which shows at 40 dB.\n\n" + table(rows)
-    )
+    return table(rows)
 
 
-def reading_table(errors: Errors, cells: Sequence[Cell]) -> str:
-    """Tell which initial h1 and h2 the reference must have been given."""
+def reading_table(errors: Errors, cells: Sequence[Cell]) -> tuple[str, Array]:
+    """Tell which initial h1 and h2 the reference must have been given; and the mean factors."""
     rows, distances = [], []
     for cell in cells:
         reference = references()[cell].median
@@ -118,24 +111,7 @@ def reading_table(errors: Errors, cells: Sequence[Cell]) -> str:
             'true levels off by': f'{distance[0]:.2f}',
             'first sample off by': f'{distance[1]:.2f}',
         })  # fmt: skip
-    return (
-        '## Which initial h1 and h2 were given?\n\nThe paper does not say. Medians of paper mode '
-        'with the true initial levels and with the first sample taken as exact; off by: mean '
-        'factor between our medians and those of the reference.\n\n'
-        + table(rows)
-        + '\n\n'
-        + conclusion(np.exp(np.mean(np.log(distances), axis=0)))
-    )
-
-
-def conclusion(distance: Array) -> str:
-    """Say which reading reproduces the reference, by mean factors: true levels, first sample."""
-    nearer = ('the true initial levels', 'the first sample')[int(np.argmin(distance))]
-    return (
-        f'At 0 dB and below, where it matters: off by {distance[0]:.2f} with the true initial '
-        f'levels and by {distance[1]:.2f} with the first sample. So the reference was given '
-        f'{nearer}; a first sample taken as exact adds its own noise to h3.'
-    )
+    return table(rows), np.exp(np.mean(np.log(distances), axis=0))
 
 
 def off(median: Array, reference: Array) -> float:
@@ -156,12 +132,7 @@ def convergence_table(followed: Mapping[tuple[str, str], Followed]) -> str:
         }
         for (window, method), run in followed.items()
     ]
-    return (
-        f'## Convergence at {FOLLOWED_SNR:g} dB\n\nExcess of the sum of squares over the optimum '
-        '(found by scipy, truth among the starts) in sigma^2, median over the seeds, four '
-        'unknowns. Every candidate counts as one, though the default search rolls many out over a '
-        'part of the window only; `inf`: none yet over the whole window.\n\n' + table(rows)
-    )
+    return table(rows)
 
 
 def figures(values: Array) -> str:

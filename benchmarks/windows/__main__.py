@@ -7,7 +7,7 @@ the optimum is; a window is solved when the sum of squares, both outputs weighte
 
 from benchmarks.report import publish
 from benchmarks.runner import options
-from benchmarks.windows.report import introduction, section
+from benchmarks.windows.report import report, section
 from benchmarks.windows.run import FULL_WINDOW, judge_all, solve_all, warm_up
 
 
@@ -22,13 +22,14 @@ def main(arguments: list[str] | None = None) -> str:
     chosen = parser.parse_args(arguments)
     seeds = range(chosen.seed, chosen.seed + chosen.windows)
     warm_up(chosen.samples)
-    parts = [introduction(seeds, chosen.samples, chosen.starts)]
+    sections = []
     for snr in chosen.snr:
         solved = solve_all(seeds, chosen.samples, snr)
         verdicts = judge_all(solved, seeds, chosen.samples, snr, chosen.starts)
-        parts += section(snr, chosen.samples, seeds, solved, verdicts)
+        sections.append(section(snr, chosen.samples, seeds, solved, verdicts))
+    text = report(sections, seeds, chosen.samples, chosen.starts)
     title = f'Random three-tank windows of {chosen.samples} samples'
-    return publish(chosen.results, f'windows_{chosen.samples}', title, parts)
+    return publish(chosen.results, f'windows_{chosen.samples}', title, text)
 
 
 if __name__ == '__main__':

@@ -5,7 +5,7 @@ from collections.abc import Mapping, Sequence
 
 import numpy as np
 
-from benchmarks.report import Requirement, quantiles, requirements, rms, table
+from benchmarks.report import Requirement, filled, quantiles, requirements, rms, table
 from benchmarks.tanks import noise_of
 from benchmarks.windows.run import (
     FULL_WINDOW,
@@ -24,16 +24,16 @@ TIME_LIMITS = {'full': (10.0, 20.0), 'short': (1.5, np.inf)}
 EFFICIENCY_LIMIT = 1.05  # RMSE over the Cramér-Rao bound
 
 
-def introduction(seeds: Sequence[int], samples: int, starts: int) -> str:
-    """Say what was done."""
-    return (
-        f'{len(seeds)} windows (seeds from {seeds[0]}) of {samples} samples, 1 s apart; openings '
-        '~ U[0.2, 1], initial levels ~ U[5, 95] cm, truth integrated with steps of 10 ms; 6 '
-        'unknowns, cold start, `solve_window` with its defaults, with the noise unknown and known. '
-        f'The judge: scipy `least_squares` (TRF) from the truth and {starts} Latin hypercube '
-        'points, both outputs weighted equally, with central differences of its own. Solved means '
-        f'within {SOLVED} sigma^2 of its optimum. Process time of the whole call, in a '
-        'single process, compiled before.'
+def report(sections: Sequence[str], seeds: Sequence[int], samples: int, starts: int) -> str:
+    """Return the report of a section for every noise level."""
+    return filled(
+        'windows/report',
+        count=len(seeds),
+        first=seeds[0],
+        samples=samples,
+        starts=starts,
+        solved=SOLVED,
+        sections='\n\n'.join(sections),
     )
 
 
@@ -43,8 +43,8 @@ def section(
     seeds: Sequence[int],
     solved: Mapping[str, Sequence[Solved]],
     verdicts: Sequence[Verdict],
-) -> list[str]:
-    """Return the report's parts on one noise level."""
+) -> str:
+    """Return the report's section on one noise level."""
     lost = [
         f'- seed {seeds[i]}, noise {known}: {v.excess[known]:.3g} sigma^2, '
         f'{solved[known][i].estimate.outcome} ({solved[known][i].estimate.message})'
@@ -52,13 +52,20 @@ def section(
         for known in KNOWLEDGE
         if not v.excess[known] <= SOLVED
     ]
-    return [
-        f'## {snr:g} dB (sigma = {noise_of(snr):g} cm)',
-        search_table(solved, verdicts),
-        requirements(asked(samples, solved, verdicts)),
-        efficiency_table(verdicts),
-        *(['Not solved:\n\n' + '\n'.join(lost)] if lost else []),
-    ]
+    return filled(
+        'windows/section',
+        snr=snr,
+        sigma=noise_of(snr),
+        search=search_table(solved, verdicts),
+        lanes=YARDSTICK_LANES,
+        full=FULL_WINDOW,
+        yardstick=1e6 * np.median([one.yardstick for one in solved['known']]),
+        requirements=requirements(asked(samples, solved, verdicts)),
+        interior=INTERIOR,
+        efficiency_limit=EFFICIENCY_LIMIT,
+        efficiency=efficiency_table(verdicts),
+        lost='\n'.join(['Not solved:\n', *lost]) if lost else '',
+    )
 
 
 def asked(
@@ -101,12 +108,7 @@ def search_table(solved: Mapping[str, Sequence[Solved]], verdicts: Sequence[Verd
             'median (yardsticks)': f'{yardsticks:.0f}',
             'evaluations': f'{np.median([estimate.evaluations for estimate in estimates]):.0f}',
         })  # fmt: skip
-    rule = 1e6 * np.median([one.yardstick for one in solved['known']])
-    return (
-        table(rows)
-        + f'\n\nYardstick: {YARDSTICK_LANES} candidates rolled out over {FULL_WINDOW} samples, '
-        f'measured after every solve: {rule:.0f} us.'
-    )
+    return table(rows)
 
 
 def efficiency_table(verdicts: Sequence[Verdict]) -> str:
@@ -126,9 +128,4 @@ def efficiency_table(verdicts: Sequence[Verdict]) -> str:
                 {'noise': known, 'windows': label, 'count': len(chosen),
                  'together': f'{rms(ratios):.3f}', **single}
             )  # fmt: skip
-    return (
-        'RMSE over the Cramér-Rao bound, in windows whose truth is more than '
-        f'{INTERIOR:g} standard deviations inside the box; asked at 20 and 40 dB: at most '
-        f'{EFFICIENCY_LIMIT} over all. (Of one unknown over n windows it scatters by 0.7/sqrt(n).) '
-        "Where levels cross, the model's steps of 1 s add an error of their own.\n\n" + table(rows)
-    )
+    return table(rows)
