@@ -9,9 +9,9 @@ from benchmarks.report import quantiles
 from benchmarks.runner import cpu_seconds, progress, repeats_for
 from benchmarks.scaling.curve import CAUSES, Curve
 from benchmarks.scaling.metered import Spent, spent
-from benchmarks.scaling.tank_row import tank_row
 from benchmarks.tanks import blank_record, noisy, random_window, simulated
 from benchmarks.zoo import CASES, draw
+from benchmarks.zoo.cases import chain
 from obs_ros import Record, Sample
 from obs_ros.core.rng import random_generator
 from obs_ros.integration.backends import kernels_for
@@ -103,7 +103,7 @@ def by_rate(periods: Sequence[float], seeds: Sequence[int]) -> Curve:
 
 def by_tanks(tanks: Sequence[int], seeds: Sequence[int]) -> Curve:
     """Ever longer rows of tanks."""
-    cases = [tank_row(count) for count in tanks]
+    cases = [chain(count) for count in tanks]
     return solved_curve(
         'unknowns, with the plant',
         'unknowns',

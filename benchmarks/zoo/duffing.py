@@ -4,6 +4,7 @@ from typing import Any
 
 import numpy as np
 
+from benchmarks.zoo.output import first_state
 from obs_ros import Model, Variable
 
 FORCING_FREQUENCY = 1.2  # rad/s
@@ -18,11 +19,6 @@ def dynamics(t: Any, x: Any, u: Any, p: Any) -> tuple[Any, Any]:
     return speed, force * np.cos(FORCING_FREQUENCY * t) - damping * speed - pull
 
 
-def output(t: Any, x: Any, u: Any, p: Any) -> tuple[Any]:
-    """Return the position."""
-    return (x[0],)
-
-
 DUFFING = Model(
     name='duffing',
     states=(Variable('position', lower=-2.0, upper=2.0), Variable('speed', lower=-2.0, upper=2.0)),
@@ -34,7 +30,7 @@ DUFFING = Model(
         Variable('force', lower=0.1, upper=2.0, nominal=0.5),
     ),
     dynamics=dynamics,
-    output=output,
+    output=first_state,
     max_step=0.1,
     reference='Guckenheimer & Holmes 1983, section 2.2',
 )

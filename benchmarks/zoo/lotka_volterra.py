@@ -5,6 +5,7 @@ Predators are counted in units of what they eat, which prey alone cannot tell.
 
 from typing import Any
 
+from benchmarks.zoo.output import first_state
 from obs_ros import Model, Variable
 
 
@@ -13,11 +14,6 @@ def dynamics(t: Any, x: Any, u: Any, p: Any) -> tuple[Any, Any]:
     prey, predators = x
     birth, growth, death = p
     return birth * prey - prey * predators, growth * prey * predators - death * predators
-
-
-def output(t: Any, x: Any, u: Any, p: Any) -> tuple[Any]:
-    """Return the number of prey."""
-    return (x[0],)
 
 
 LOTKA_VOLTERRA = Model(
@@ -30,7 +26,7 @@ LOTKA_VOLTERRA = Model(
         Variable('death', unit='1/s', lower=0.3, upper=2.0, nominal=1.0),
     ),
     dynamics=dynamics,
-    output=output,
+    output=first_state,
     max_step=0.05,
     reference='Volterra 1926',
 )

@@ -14,7 +14,6 @@ from benchmarks.peers.registry import OURS, PEERS, Peer
 from benchmarks.report import requirements
 from benchmarks.scaling.curve import Curve
 from benchmarks.scaling.metered import spent
-from benchmarks.scaling.tank_row import tank_row
 from benchmarks.search.__main__ import main as measure_search
 from benchmarks.search.contest import KNOWN, Score, Task, Verdict, contested, limited_name
 from benchmarks.search.report import acceptance, believed
@@ -23,9 +22,9 @@ from benchmarks.three_tank_tables.convergence import follow
 from benchmarks.three_tank_tables.reference import FITNESSES, SNRS, SYMBOLS, Cell, references
 from benchmarks.three_tank_tables.run import FIRST_SAMPLE, MEMETIC, PAPER, Run, bounds, errors_of
 from benchmarks.windows import run as windows
-from benchmarks.zoo.tank_chain import TANK_CHAIN_4, TANK_CHAIN_8
+from benchmarks.zoo.tank_chain import tank_chain
 from obs_ros import solve_window
-from obs_ros.models.three_tank import THREE_TANK
+from obs_ros.models.three_tank import FLOW, TANK_AREA, THREE_TANK
 
 
 @pytest.mark.parametrize(
@@ -176,14 +175,17 @@ def test_acceptance_fails_where_windows_are_missed():
     assert '2 of 6: 33.33 % | **no** |' in told
 
 
-@pytest.mark.parametrize(('tanks', 'model'), [(4, TANK_CHAIN_4), (8, TANK_CHAIN_8)])
-def test_a_generated_row_of_tanks_is_the_zoos(tanks, model):
-    row = tank_row(tanks).model
-    rng = np.random.default_rng(tanks)
-    x, p = rng.uniform(5.0, 95.0, tanks), rng.uniform(0.2, 1.0, tanks)
-    assert row.dynamics(0.0, x, [30.0], p) == model.dynamics(0.0, x, [30.0], p)
-    assert row.output(0.0, x, [30.0], p) == model.output(0.0, x, [30.0], p)
-    assert row.variables == model.variables
+@pytest.mark.parametrize('n', [2, 5, 8])
+def test_a_row_of_tanks_keeps_what_flows(n):
+    model = tank_chain(n)
+    rng = np.random.default_rng(n)
+    x, p = rng.uniform(5.0, 95.0, n), rng.uniform(0.2, 1.0, n)
+    heads = x - np.append(x[1:], 0.0)
+    flows = p * FLOW * np.sign(heads) * np.sqrt(2.0 * 981.0 * np.abs(heads))
+    fed = np.append(30.0 / TANK_AREA, flows[:-1])
+    np.testing.assert_allclose(model.dynamics(0.0, x, [30.0], p), fed - flows)
+    assert model.output(0.0, x, [30.0], p) == tuple(x[::2])
+    assert len(model.variables) == 2 * n
 
 
 def test_a_metered_solve_counts_the_candidates_that_the_estimate_reports():
