@@ -1,13 +1,14 @@
 """How benchmarks run: options, process time, progress, and Monte-Carlo runs on every core."""
 
 import argparse
+import functools
 import multiprocessing
 import os
 import sys
 import time
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from pathlib import Path
-from typing import TypeVar
+from typing import Any, TypeVar
 
 Item = TypeVar('Item')
 Key = TypeVar('Key')
@@ -63,19 +64,28 @@ def progress(items: Iterable[Item], label: str, total: int) -> Iterator[Item]:
 
 
 def monte_carlo(
-    work: Callable[[Item], Result], cells: Mapping[Key, Sequence[Item]], label: str, chunk: int = 1
+    work: Callable[..., Result],
+    cells: Mapping[Key, Sequence[tuple[Any, ...]]],
+    label: str,
+    chunk: int = 1,
 ) -> dict[Key, list[Result]]:
-    """Return by cell the results of `work`, a module's function, in the order of the items.
+    """Return by cell the results of `work`, a module's function, in the order of the runs.
 
-    An item is a run with its seed. Workers take `chunk` of them at a time, from cell after cell.
+    A run is a tuple of arguments, with its seed. Workers take `chunk` of them at a time, from cell
+    after cell.
     """
-    items = [item for own in cells.values() for item in own]
+    runs = [run for own in cells.values() for run in own]
     # Every core has its own process: threads of linear algebra would only get in their way.
     os.environ.setdefault('OPENBLAS_NUM_THREADS', '1')
     # Spawned, not forked: a fork would copy the threads' locks of the libraries in use.
-    with multiprocessing.get_context('spawn').Pool(max(1, min(cores(), len(items)))) as pool:
-        results = iter(list(progress(pool.imap(work, items, chunk), label, len(items))))
+    with multiprocessing.get_context('spawn').Pool(max(1, min(cores(), len(runs)))) as pool:
+        done = pool.imap(functools.partial(_called, work), runs, chunk)
+        results = iter(list(progress(done, label, len(runs))))
     return {key: [next(results) for _ in own] for key, own in cells.items()}
+
+
+def _called(work: Callable[..., Result], arguments: tuple[Any, ...]) -> Result:
+    return work(*arguments)
 
 
 def cores() -> int:

@@ -3,7 +3,7 @@
 from collections.abc import Mapping, Sequence
 from typing import Any
 
-from benchmarks.genetic_papers.run import Outcome, Run
+from benchmarks.genetic_papers.run import Outcome
 from benchmarks.play import Contestant
 from obs_ros import load_model
 from plant_sim.scenarios import load_scenario
@@ -31,7 +31,7 @@ JET_START = {'R': 0.05, 'Phi': 1.0}
 JET_SETTINGS: dict[str, Any] = {'parents': 66, 'elite': 8, 'window': 100, 'initial': JET_START}
 
 Outcomes = Mapping[tuple[str, str], Sequence[Outcome]]  # by scenario and observer
-Plan = dict[tuple[str, str], list[Run]]
+Plan = dict[tuple[str, str], list[tuple[str, Contestant, int, bool]]]  # see `run`
 
 
 def ways_1995(scenario: str) -> list[Contestant]:
@@ -56,7 +56,7 @@ def plan_1995(seeds: int) -> Plan:
     """Return the runs of the first paper; only a random input makes a second run of a filter."""
     return {
         (scenario, way.label): [
-            Run(scenario, way, seed, keep=seed == 0 and way.label.startswith('GAO'))
+            (scenario, way, seed, seed == 0 and way.label.startswith('GAO'))
             for seed in range(seeds if way.seeded or random else 1)
         ]
         for scenario in SCENARIOS_1995
@@ -102,7 +102,7 @@ def plan_2000(runs: int, others: int) -> Plan:
 
     return {
         (scenario, way.label): [
-            Run(scenario, way, seed, keep=seed == 0) for seed in range(count(scenario, way))
+            (scenario, way, seed, seed == 0) for seed in range(count(scenario, way))
         ]
         for scenario in (MINIMUM, NON_MINIMUM, *JETS)
         for way in ways_2000(scenario)

@@ -38,16 +38,6 @@ class Truth(NamedTuple):
 
 
 @dataclass(frozen=True)
-class Run:
-    """One observer to be run on one scenario."""
-
-    scenario: str
-    way: Contestant
-    seed: int
-    keep: bool = False  # the whole run, for the pictures
-
-
-@dataclass(frozen=True)
 class Outcome:
     """Errors of a run and how often it started again; the rest only where it is kept."""
 
@@ -75,18 +65,21 @@ def truth_of(name: str, seed: int) -> Truth:
     return Truth(PERIOD * np.arange(count), x, u, y)
 
 
-def run(task: Run) -> Outcome:
-    """Run one observer and judge it by the true states."""
-    truth = truth_of(task.scenario, task.seed)
-    model = load_model(load_scenario(task.scenario).model)
+def run(scenario: str, way: Contestant, seed: int, keep: bool = False) -> Outcome:
+    """Run one observer and judge it by the true states; `keep` the whole run, for the pictures.
+
+    The observer is one of the registry, or of SPECIAL.
+    """
+    truth = truth_of(scenario, seed)
+    model = load_model(load_scenario(scenario).model)
     figures: list[dict[str, float]] = []
     resets, seconds = 0, np.nan
-    if task.way.observer in SPECIAL:
+    if way.observer in SPECIAL:
         with np.errstate(all='ignore'):
-            x = SPECIAL[task.way.observer](model, truth, **task.way.settings)
+            x = SPECIAL[way.observer](model, truth, **way.settings)
     else:
-        seed = {'seed': task.seed} if task.way.seeded else {}
-        observer = load_observer(task.way.observer)(model, **seed, **task.way.settings)
+        seeded = {'seed': seed} if way.seeded else {}
+        observer = load_observer(way.observer)(model, **seeded, **way.settings)
         samples = [
             Sample(round(t * 1e9), y=y, u=u)
             for t, u, y in zip(truth.t, truth.u, truth.y, strict=True)
@@ -96,11 +89,11 @@ def run(task: Run) -> Outcome:
         figures = [dict(estimate.figures) for estimate in estimates]
         seconds = float(np.median(times[:, 1]))
         resets = observer.counts['reset_non_finite']
-    return judged(task, truth, x, resets, seconds, figures)
+    return judged(keep, truth, x, resets, seconds, figures)
 
 
 def judged(
-    task: Run, truth: Truth, x: Array, resets: int, seconds: float, figures: list[dict[str, float]]
+    keep: bool, truth: Truth, x: Array, resets: int, seconds: float, figures: list[dict[str, float]]
 ) -> Outcome:
     """Compare estimated with true states."""
     error = x - truth.x
@@ -108,7 +101,7 @@ def judged(
     late = np.flatnonzero(~(np.abs(error[:, 1]) < SETTLED))
     settled = (late[-1] + 1) * PERIOD if late.size else 0.0
     kept: dict[str, Any] = {}
-    if task.keep:
+    if keep:
         names = tuple(figures[-1]) if figures else ()
         rows = [[row.get(name, np.nan) for name in names] for row in figures]
         kept = {

@@ -2,7 +2,7 @@
 
 from typing import Any
 
-from benchmarks.h_infinity.run import CASES, Task, contestants, observed
+from benchmarks.h_infinity.run import CASES, contestants, observed
 from benchmarks.report import panels
 
 
@@ -11,7 +11,7 @@ def draw_stiffness(seed: int) -> Any:
     figure, grid = panels(2, 3, (15.0, 7.0))
     for axes, case in zip(grid.flat, CASES, strict=False):
         for one in contestants(case):
-            t, found, kt, _ = observed(Task(one, case, seed))
+            t, found, kt, _ = observed(one, case, seed)
             axes.plot(t[::20], 1e-3 * found[::20], lw=1.0, label=one.label)
         axes.plot(t[::20], 1e-3 * kt[::20], 'k--', lw=1.2, label='truth')
         axes.set(title=f'{case.label}: kt (kN/m)', ylim=(100.0, 420.0))

@@ -83,15 +83,6 @@ def contestants(case: Case, end: float = END) -> list[Contestant]:
     return [one for one in CONTESTANTS if blind or one.label != BLIND]
 
 
-class Task(NamedTuple):
-    """One run to `end` (s); the seed is that of the noise."""
-
-    contestant: Contestant
-    case: Case
-    seed: int
-    end: float = END
-
-
 class Window(NamedTuple):
     """An estimate of kt (N/m) at `time` (s): relative error, sd (N/m; NaN = withheld), outcome."""
 
@@ -129,19 +120,16 @@ Runs = Mapping[tuple[str, str], list[Measured]]  # by contestant and case, over 
 
 def runs_of(seeds: Sequence[int], long_seeds: Sequence[int]) -> tuple[Runs, Runs]:
     """Return all runs: those to END, and those to LONG."""
-    plans = ((CASES, seeds, END), (AT_LENGTH, long_seeds, LONG))
-    cells = {
-        (end, one.label, case.label): [Task(one, case, seed, end) for seed in own]
-        for cases, own, end in plans
-        for case in cases
-        for one in contestants(case, end)
-    }
-    found = monte_carlo(measured, cells, 'runs')
-    short, long = (
-        {(label, case): own for (end, label, case), own in found.items() if end == wanted}
-        for wanted in (END, LONG)
-    )
-    return short, long
+
+    def runs(cases: Sequence[Case], seeds: Sequence[int], end: float) -> Runs:
+        cells = {
+            (one.label, case.label): [(one, case, seed, end) for seed in seeds]
+            for case in cases
+            for one in contestants(case, end)
+        }
+        return monte_carlo(measured, cells, f'runs to {end:g} s')
+
+    return runs(CASES, seeds, END), runs(AT_LENGTH, long_seeds, LONG)
 
 
 @functools.cache
@@ -154,19 +142,19 @@ def truth_of(scenario: str, disturbed: bool) -> tuple[Array, Array, Array, Array
     return t, u, y, p[:, 0]
 
 
-def observed(task: Task) -> Observed:
-    """Let an observer drive over the road; its estimate starts from half of kt."""
-    t, u, y, kt = truth_of(task.case.scenario, task.case.force > 0.0)
-    until = int(np.searchsorted(t, task.end + 0.5e-3))
+def observed(one: Contestant, case: Case, seed: int, end: float = END) -> Observed:
+    """Let an observer drive over the road to `end` (s); its estimate starts from half of kt."""
+    t, u, y, kt = truth_of(case.scenario, case.force > 0.0)
+    until = int(np.searchsorted(t, end + 0.5e-3))
     t, u, y, kt = t[:until], u[:until], y[:until], kt[:until]
-    y = y + task.case.noise * np.random.default_rng(task.seed).standard_normal(y.shape)
-    if task.contestant.observer == 'sliding_window':
-        return observed_in_windows(task, t, u, y, kt)
-    observer: Any = load_observer(task.contestant.observer)(
+    y = y + case.noise * np.random.default_rng(seed).standard_normal(y.shape)
+    if one.observer == 'sliding_window':
+        return observed_in_windows(one, case, t, u, y, kt)
+    observer: Any = load_observer(one.observer)(
         'suspension',
         initial={'kt': 0.5 * KT},
-        noise=dict.fromkeys(('zs', 'zus', 'zd'), task.case.noise),
-        **task.contestant.settings,
+        noise=dict.fromkeys(('zs', 'zus', 'zd'), case.noise),
+        **one.settings,
     )
     found = np.empty_like(t)
     for k, stamp in enumerate(np.round(t * 1e9).astype(np.int64).tolist()):
@@ -175,26 +163,26 @@ def observed(task: Task) -> Observed:
     return Observed(t, found, kt)
 
 
-def observed_in_windows(task: Task, t: Array, u: Array, y: Array, kt: Array) -> Observed:
+def observed_in_windows(
+    one: Contestant, case: Case, t: Array, u: Array, y: Array, kt: Array
+) -> Observed:
     """Return the same of a sliding window: each estimate stands until the next."""
     observer = SlidingWindowObserver(
-        'suspension',
-        noise=dict.fromkeys(('zs', 'zus', 'zd'), task.case.noise),
-        **task.contestant.settings,
+        'suspension', noise=dict.fromkeys(('zs', 'zus', 'zd'), case.noise), **one.settings
     )
     found = np.full_like(t, 0.5 * KT)
     windows = []
     for k, stamp in enumerate(np.round(t * 1e9).astype(np.int64).tolist()):
-        if observer.absorb(Sample(stamp, y=y[k], u=u[k])) and (one := observer.estimate()):
-            found[k:] = one.parameters['kt']
-            error = one.parameters['kt'] / kt[k] - 1.0
-            windows.append(Window(float(t[k]), error, one.stddev['kt'], one.outcome))
+        if observer.absorb(Sample(stamp, y=y[k], u=u[k])) and (estimate := observer.estimate()):
+            found[k:] = estimate.parameters['kt']
+            error = estimate.parameters['kt'] / kt[k] - 1.0
+            windows.append(Window(float(t[k]), error, estimate.stddev['kt'], estimate.outcome))
     return Observed(t, found, kt, tuple(windows))
 
 
-def measured(task: Task) -> Measured:
+def measured(one: Contestant, case: Case, seed: int, end: float) -> Measured:
     """Let an observer drive over the road, and measure."""
-    t, found, kt, windows = observed(task)
+    t, found, kt, windows = observed(one, case, seed, end)
     error = found / kt - 1.0
     near = (t >= BUMPS[0]) & (np.abs(error) <= NEAR)
     return Measured(

@@ -2,7 +2,7 @@
 
 from typing import Any
 
-from benchmarks.interconnected.run import CONTESTANTS, Task, observed
+from benchmarks.interconnected.run import CONTESTANTS, observed
 from benchmarks.report import panels
 
 SPANS = {1: (0.0, 8.0), 2: (76.0, 160.0), 3: (10.0, 30.0)}
@@ -14,9 +14,7 @@ def draw_flows(seed: int) -> Any:
     """Draw estimated and true flows: a column per case, a row per flow."""
     figure, grid = panels(2, len(SPANS), (15.0, 7.0))
     for column, (case, span) in enumerate(SPANS.items()):
-        runs = {
-            one.label: observed(Task(one, case, None if case == 1 else seed)) for one in CONTESTANTS
-        }
+        runs = {one.label: observed(one, case, None if case == 1 else seed) for one in CONTESTANTS}
         for row, name in enumerate(('Fp', 'Fu')):
             axes = grid[row, column]
             for label, run in runs.items():

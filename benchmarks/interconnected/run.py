@@ -49,14 +49,6 @@ CASES = {
 }
 
 
-class Task(NamedTuple):
-    """One run; the seed is that of the noise, None for none."""
-
-    contestant: Contestant
-    case: int
-    seed: int | None
-
-
 class Found(NamedTuple):
     """Times (K,), estimated and true flows and residuals (K, 2): Fp and Fu."""
 
@@ -81,18 +73,16 @@ Runs = Mapping[tuple[str, int], list[Measured]]  # by contestant and case, over 
 
 def runs_of(seeds: Sequence[int]) -> tuple[Runs, Runs]:
     """Return the runs without noise (cases 1, 2) and those with (cases 2, 3)."""
-    cells = {
-        (noisy, one.label, case): [Task(one, case, seed) for seed in (seeds if noisy else (None,))]
-        for noisy, cases in ((False, (1, 2)), (True, (2, 3)))
-        for case in cases
-        for one in CONTESTANTS
-    }
-    found = monte_carlo(measured, cells, 'runs')
-    quiet, noisy = (
-        {(label, case): own for (kind, label, case), own in found.items() if kind is wanted}
-        for wanted in (False, True)
-    )
-    return quiet, noisy
+
+    def cells(cases: Sequence[int], seeds: Sequence[int | None]) -> dict[tuple[str, int], Any]:
+        return {
+            (one.label, case): [(one, case, seed) for seed in seeds]
+            for case in cases
+            for one in CONTESTANTS
+        }
+
+    quiet = monte_carlo(measured, cells((1, 2), (None,)), 'without noise')
+    return quiet, monte_carlo(measured, cells((2, 3), seeds), 'with noise')
 
 
 @functools.cache
@@ -106,14 +96,14 @@ def truth_of(case: int) -> tuple[Array, Array, Array, Array]:
     return t, u, y, np.array(flows)
 
 
-def observed(task: Task) -> Found:
-    """Let an observer watch a case."""
-    t, u, y, truth = truth_of(task.case)
-    if task.seed is not None:
-        noise = Noise(task.seed, 2, math.exp(-(t[1] - t[0]) / 0.1))
+def observed(one: Contestant, case: int, seed: int | None) -> Found:
+    """Let an observer watch a case; the seed is that of the noise, None for none."""
+    t, u, y, truth = truth_of(case)
+    if seed is not None:
+        noise = Noise(seed, 2, math.exp(-(t[1] - t[0]) / 0.1))
         y = y + np.array([noise.draw(NOISE) for _ in t])
-    settings = {**task.contestant.settings, **(PAPERS_START if task.case == 1 else {})}
-    observer: Any = load_observer(task.contestant.observer)('heat_exchanger', **settings)
+    settings = {**one.settings, **(PAPERS_START if case == 1 else {})}
+    observer: Any = load_observer(one.observer)('heat_exchanger', **settings)
     flows, residuals = np.empty_like(truth), np.empty_like(truth)
     for k, stamp in enumerate(np.round(t * 1e9).astype(np.int64).tolist()):
         observer.absorb(Sample(stamp, y=y[k], u=u[k]))
@@ -122,26 +112,26 @@ def observed(task: Task) -> Found:
     return Found(t, flows, truth, residuals)
 
 
-def measured(task: Task) -> Measured:
+def measured(one: Contestant, case: int, seed: int | None) -> Measured:
     """Let an observer watch a case, and measure."""
-    run = observed(task)
+    run = observed(one, case, seed)
     t, error = run.t, run.flows / run.truth - 1.0
-    if task.case == 1:
+    if case == 1:
         since, plateau = (0.0, 0.0), t > 8.0
-    elif task.case == 2:
+    elif case == 2:
         since = FAULTS[::-1]
         after = [(t >= fault) & (t < fault + SETTLING) for fault in (CASES[2].begin, *FAULTS)]
         plateau = ~np.any(after, axis=0)
     else:
         since, plateau = (0.0, 0.0), t > 10.0
     # Fu has settled, or not, when Fp's valve fails.
-    until = (CASES[task.case].end, FAULTS[1] if task.case == 2 else CASES[task.case].end)
+    until = (CASES[case].end, FAULTS[1] if case == 2 else CASES[case].end)
     settled = [settling(t, error[:, i], since[i], until[i]) for i in range(2)]
     nominal = np.array([flow.nominal for flow in plant.HEAT_EXCHANGER.flows])
     return Measured(
         np.array(settled),
         100.0 * rms(error[plateau], 0),
-        named_valves(run) if task.case == 2 else (),
+        named_valves(run) if case == 2 else (),
         float((run.flows / nominal).max()),
         bool(np.isfinite(run.flows).all() and np.isfinite(run.residuals).all()),
     )

@@ -125,15 +125,6 @@ def flows(p: Sequence[float], x1: float, x2: float) -> tuple[float, float]:
     return plant.flow2(p[1], x2), plant.flow1(p[0], x1)
 
 
-class Fault(NamedTuple):
-    """A parameter that jumps; the seed is that of the noise and of the moment."""
-
-    parameter: str
-    sigma: float
-    correlation: float
-    seed: int
-
-
 class Isolated(NamedTuple):
     """The newest window DEADLINE after a fault, and when the valve was first named.
 
@@ -152,21 +143,24 @@ class Isolated(NamedTuple):
     false: int
 
 
-def isolated(fault: Fault) -> Isolated:
-    """Let one parameter jump, all four unknown, and ask which valve is faulty."""
-    moment = 16.0 + PERIOD * int(np.random.default_rng([fault.seed, 7]).integers(EVERY / PERIOD))
+def isolated(parameter: str, sigma: float, correlation: float, seed: int) -> Isolated:
+    """Let one parameter jump, all four unknown, and ask which valve is faulty.
+
+    The seed is that of the noise (K, correlated over s) and of the moment.
+    """
+    moment = 16.0 + PERIOD * int(np.random.default_rng([seed, 7]).integers(EVERY / PERIOD))
     after = list(NOMINAL)
-    after[PLACES[fault.parameter]] += SIZES[fault.parameter]
+    after[PLACES[parameter]] += SIZES[parameter]
     scenario = replace(
         load_scenario('heat_exchanger_case1'),
         initial_state=STEADY,
         parameters=Schedule((0.0, moment), (NOMINAL, tuple(after))),
     )
-    instants = sampled(scenario, fault.seed, fault.sigma, fault.correlation, moment + DEADLINE)
+    instants = sampled(scenario, seed, sigma, correlation, moment + DEADLINE)
     # So begun that a window ends DEADLINE after the fault, and not somewhat before.
     instants = instants[round(math.fmod(moment, EVERY) / PERIOD) :]
-    found = estimates(instants, fault.sigma)
-    (valve,) = (each for each in VALVES if fault.parameter in each)
+    found = estimates(instants, sigma)
+    (valve,) = (each for each in VALVES if parameter in each)
     false = sum(any(jump.new for jump in one.jumps) for one in found if one.t1 <= moment)
     first = math.inf
     last: tuple[bool, bool, bool, float] = (False, False, False, math.nan)
@@ -187,14 +181,6 @@ def isolated(fault: Fault) -> Isolated:
     return Isolated(*last, first, false)
 
 
-class Watch(NamedTuple):
-    """A run in which nothing jumps; `moving` pressures or constant ones."""
-
-    moving: bool
-    seed: int
-    parameters: tuple[str, ...]
-
-
 class Watched(NamedTuple):
     """Errors and standard deviations (W, q) and (W, n) in boxes, words, outcomes and new jumps."""
 
@@ -207,20 +193,23 @@ class Watched(NamedTuple):
     alarms: int
 
 
-def watched(watch: Watch) -> Watched:
-    """Watch a plant whose parameters stay where they are, with white noise of 0.05 K."""
-    rng = np.random.default_rng([watch.seed, 8])
+def watched(moving: bool, seed: int, parameters: tuple[str, ...]) -> Watched:
+    """Watch a plant whose parameters stay where they are, with white noise of 0.05 K.
+
+    The pressures are `moving` or constant.
+    """
+    rng = np.random.default_rng([seed, 8])
     p = list(NOMINAL)
-    for name in watch.parameters:
+    for name in parameters:
         p[PLACES[name]] *= rng.uniform(0.8, 1.2)
     scenario = replace(
         load_scenario('heat_exchanger_case1'),
         initial_state=STEADY,
-        inputs=ramps(rng) if watch.moving else constant(*PRESSURES),
+        inputs=ramps(rng) if moving else constant(*PRESSURES),
         parameters=constant(*p),
     )
-    instants = sampled(scenario, watch.seed, 0.05, 0.0, 40.0, 1e-3)[round(8.0 / PERIOD) :]
-    found = estimates(instants, 0.05, parameters=watch.parameters)
+    instants = sampled(scenario, seed, 0.05, 0.0, 40.0, 1e-3)[round(8.0 / PERIOD) :]
+    found = estimates(instants, 0.05, parameters=parameters)
     truth = {round(i.t, 6): i.x for i in instants}
     states = ('Tp', 'Tu', 'X1', 'X2')
     rows: list[list[Array]] = [[], [], [], []]
@@ -228,7 +217,7 @@ def watched(watch: Watch) -> Watched:
         x = truth[round(one.t1, 6)]
         exact = dict(zip(states, (x[0], x[1], x[2], x[4]), strict=True))
         for names, values, true, (errors, sds) in (
-            (watch.parameters, one.parameters, {n: p[PLACES[n]] for n in PLACES}, rows[:2]),
+            (parameters, one.parameters, {n: p[PLACES[n]] for n in PLACES}, rows[:2]),
             (states, one.state, exact, rows[2:]),
         ):
             errors.append(np.array([(values[n] - true[n]) / BOXES[n] for n in names]))
@@ -266,16 +255,18 @@ class Windows(NamedTuple):
 
 def windows_of(seeds: Sequence[int]) -> Windows:
     """Return all runs."""
-    cases = monte_carlo(followed, {'quiet': [None], 'noisy': [*seeds]}, 'case 2 in windows')
+    cases = monte_carlo(
+        followed, {'quiet': [(None,)], 'noisy': [(seed,) for seed in seeds]}, 'case 2 in windows'
+    )
     kinds = {
-        (label, name): [Fault(name, *noise, seed) for seed in seeds[:FAULTY]]
+        (label, name): [(name, *noise, seed) for seed in seeds[:FAULTY]]
         for label, noise in NOISES.items()
         for name in SIZES
     }
     found = monte_carlo(isolated, kinds, 'faults')
     faults = {label: {name: found[label, name] for name in SIZES} for label in NOISES}
     watches = {
-        label: [Watch(moving, seed, parameters) for seed in seeds[:FEW]]
+        label: [(moving, seed, parameters) for seed in seeds[:FEW]]
         for label, (moving, parameters) in WATCHES.items()
     }
     seen = monte_carlo(watched, watches, 'clean windows')

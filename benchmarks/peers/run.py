@@ -19,23 +19,6 @@ WARM_SEED = 1
 REPEATS, QUICK = 3, 0.2  # what takes less seconds is measured so often
 
 
-class Window(NamedTuple):
-    """A window, how many starts its judge takes, and then the optimum it found."""
-
-    case: str
-    seed: int
-    starts: int
-    best: float = np.nan
-
-
-class Task(NamedTuple):
-    """One peer on one window, stopped after `cap` seconds of process time."""
-
-    window: Window
-    peer: str
-    cap: float
-
-
 class Measured(NamedTuple):
     """Process times of a task in s, ours on the same window just before beside it, and errors.
 
@@ -66,42 +49,45 @@ def solved(
     """Judge the windows of every case, then solve them by every peer; slow ones solve fewer."""
     # All threads count; on matrices this small, more than one of them only costs.
     os.environ['OPENBLAS_NUM_THREADS'] = os.environ['OMP_NUM_THREADS'] = '1'
-    windows = {case: [Window(case, seed, starts) for seed in seeds] for case in cases}
+    windows = {case: [(case, seed, starts) for seed in seeds] for case in cases}
     best = monte_carlo(judged, windows, 'judge')
     tasks = {
         peer: [
-            Task(window._replace(best=least), peer, cap)
+            (peer, case, seed, least, cap)
             for case in cases
-            for window, least in zip(windows[case], best[case], strict=True)
-            if not PEERS[peer].slow or window.seed in slow
+            for seed, least in zip(seeds, best[case], strict=True)
+            if not PEERS[peer].slow or seed in slow
         ]
         for peer in peers
     }
     return [one for own in monte_carlo(measured, tasks, 'solve').values() for one in own]
 
 
-def judged(window: Window) -> float:
-    """Return the best known optimum of a window, in sigma^2."""
-    return Problem.of(window.case, window.seed).judged(window.starts, window.seed)
+def judged(case: str, seed: int, starts: int) -> float:
+    """Return the best optimum of a window, in sigma^2, that its judge finds from so many starts."""
+    return Problem.of(case, seed).judged(starts, seed)
 
 
-def measured(task: Task) -> Measured:
-    """Solve a window by ourselves, then by the peer, in this process."""
-    problem = Problem.of(task.window.case, task.window.seed)
-    solve, build = prepared(task.peer, task.window.case)
-    ours, _ = prepared(OURS, task.window.case)
-    own = repeated(ours, problem, task)[0]
-    seconds, oracle, filtered = repeated(solve, problem, task)
+def measured(peer: str, case: str, seed: int, best: float, cap: float) -> Measured:
+    """Solve a window by ourselves, then by the peer, in this process.
+
+    Each is stopped at the optimum known as the `best`, or after `cap` s of process time.
+    """
+    problem = Problem.of(case, seed)
+    solve, build = prepared(peer, case)
+    ours, _ = prepared(OURS, case)
+    own = repeated(ours, problem, seed, best, cap)[0]
+    seconds, oracle, filtered = repeated(solve, problem, seed, best, cap)
     found = filtered or problem.at_end(oracle.best)
     n = len(problem.model.states)
     return Measured(
-        case=task.window.case,
-        seed=task.window.seed,
-        peer=task.peer,
+        case=case,
+        seed=seed,
+        peer=peer,
         seconds=seconds,
         ours=own,
         build=build,
-        excess=np.nan if filtered else oracle.least - task.window.best,
+        excess=np.nan if filtered else oracle.least - best,
         reached=oracle.reached,
         parameter_error=float(rms((found.parameters - problem.truth[n:]) / problem.width[n:])),
         state_error=float(rms((found.state - problem.end) / problem.width[:n])),
@@ -120,12 +106,14 @@ def prepared(peer: str, case: str) -> tuple[Solve, float]:
     return solve, build
 
 
-def repeated(solve: Solve, problem: Problem, task: Task) -> tuple[float, Oracle, Filtered | None]:
+def repeated(
+    solve: Solve, problem: Problem, seed: int, best: float, cap: float
+) -> tuple[float, Oracle, Filtered | None]:
     """Return the median time of a solve, several times the same if quick, and its last outcome."""
     times: list[float] = []
     while not times or (times[0] < QUICK and len(times) < REPEATS):
-        oracle = Oracle(problem, task.window.best + problem.room, task.cap)
-        filtered, seconds = run(solve, oracle, task.window.seed)
+        oracle = Oracle(problem, best + problem.room, cap)
+        filtered, seconds = run(solve, oracle, seed)
         times.append(seconds)
     return float(np.median(times)), oracle, filtered
 

@@ -10,7 +10,7 @@ from functools import partial
 
 from benchmarks.report import pictures, publish
 from benchmarks.runner import monte_carlo, options
-from benchmarks.search.contest import Task, contested
+from benchmarks.search.contest import contested
 from benchmarks.search.deadline import answered
 from benchmarks.search.pictures import draw_deadlines, draw_success
 from benchmarks.search.report import HARD, report
@@ -33,7 +33,7 @@ def main(arguments: list[str] | None = None) -> str:
     for name in chosen.cases:
         _ = kernels_for(CASES[name].model)  # compiled here, once, and cached for the workers
     seeds = range(chosen.seed, chosen.seed + windows)
-    tasks = {name: [Task(name, seed) for seed in seeds] for name in chosen.cases}
+    tasks = {name: [(name, seed) for seed in seeds] for name in chosen.cases}
     verdicts = monte_carlo(contested, tasks, 'solve and judge')
     hard = [name for name in HARD if name in chosen.cases]
     answers = [answered(name, seed) for name in hard for seed in seeds[:DEADLINE_WINDOWS]]

@@ -93,15 +93,6 @@ class ProcessDeadline(Deadline):
         return time.process_time()
 
 
-class Task(NamedTuple):
-    """A window of the zoo, and how many starts its judge has about the truth and anywhere."""
-
-    case: str
-    seed: int
-    near: int = 3
-    far: int = 6
-
-
 def all_ways() -> Mapping[str, Way]:
     """Return every way by name: to the end, by rule of acceptance, by deadline."""
     limited = {
@@ -117,17 +108,17 @@ def limited_name(name: str, seconds: float) -> str:
     return f'{name}, {1e3 * seconds:g} ms'
 
 
-def contested(task: Task) -> Verdict:
-    """Solve one window in every way, and judge."""
-    case = CASES[task.case]
-    warm_up(task.case)
-    window = draw(case, task.seed)
-    found = {name: solved(case, window, way, task.seed) for name, way in all_ways().items()}
-    found[CHI_SQUARE] = by_chi_square(case, window, task.seed)
+def contested(name: str, seed: int, near: int = 3, far: int = 6) -> Verdict:
+    """Solve one window in every way, and judge: from starts about the truth and anywhere."""
+    case = CASES[name]
+    warm_up(name)
+    window = draw(case, seed)
+    found = {name: solved(case, window, way, seed) for name, way in all_ways().items()}
+    found[CHI_SQUARE] = by_chi_square(case, window, seed)
     noise = np.array(list(window.noise.values()))
     judge = Judge(case.model, window.record, names(case.model.variables), {}, noise)
     squares = {name: judged_squares(judge, estimate) for name, (estimate, _) in found.items()}
-    judged = judge.optimum(window.truth, task.far, [task.seed, JUDGE_STREAM], task.near)
+    judged = judge.optimum(window.truth, far, [seed, JUDGE_STREAM], near)
     optimum = min(judged, *squares.values())
     unit = SAME_OPTIMUM * len(case.model.variables)
     scores = {

@@ -33,13 +33,6 @@ DIFFERENCE = 1e-4  # cm, and a hundredth of it for openings
 FIRST = 500  # windows that the acceptance is about
 
 
-class Chunk(NamedTuple):
-    """Windows to solve."""
-
-    snr: float
-    seeds: tuple[int, ...]
-
-
 class Informed(NamedTuple):
     """Errors, published deviations and Cramér-Rao bounds (N, 9) of N windows: see VALUES."""
 
@@ -90,11 +83,11 @@ def bounds(truth: Array, sigma: float) -> Array:
     return np.asarray(np.sqrt(np.concatenate(variances)))
 
 
-def informed(chunk: Chunk) -> Informed:
+def informed(snr: float, seeds: Sequence[int]) -> Informed:
     """Solve windows one by one."""
     rows = []
-    for seed in chunk.seeds:
-        drawn, levels = window(seed, chunk.snr)
+    for seed in seeds:
+        drawn, levels = window(seed, snr)
         one = solve_window(THREE_TANK, drawn.record, seed=seed)
         truth = np.array([drawn.truth[name] for name in (*STATES, *PARAMETERS)])
         values = (one.initial_state, one.parameters, one.state)

@@ -12,7 +12,7 @@ from benchmarks.sequence.plants import PLANTS, Run
 from benchmarks.sequence.run import Measured
 from benchmarks.sequence.scenes import Scene, run_of
 from benchmarks.sequence.scores import coverage
-from benchmarks.sequence.track import Task, Track, tracked
+from benchmarks.sequence.track import Track, tracked
 
 COLOURS = {
     OURS: 'tab:blue',
@@ -33,7 +33,7 @@ def draw_story(seed: int) -> Any:
     run = run_of(scene)
     figure, grid = panels(4, 2, (13.0, 9.0), sharex=True, sharey='row')
     for column, contestant in zip(grid.T, (OURS, 'no prior'), strict=True):
-        track = tracked(Task(scene, False, contestant))
+        track = tracked(scene, False, contestant)
         for i, axes in enumerate(column[:3]):
             truth = run.parameters.before(run.t)[:, i]
             _told(axes, run, truth, track, track.p[:, i], track.p_sd[:, i], COLOURS[contestant])

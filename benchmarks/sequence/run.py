@@ -7,10 +7,10 @@ from typing import Any, NamedTuple
 from benchmarks.runner import monte_carlo
 from benchmarks.sequence.contestants import CONTESTANTS, OURS
 from benchmarks.sequence.cost import costs
-from benchmarks.sequence.information import Chunk, Informed, informed, pooled
+from benchmarks.sequence.information import Informed, informed, pooled
 from benchmarks.sequence.plants import PLANTS
 from benchmarks.sequence.scenes import Scene, run_of
-from benchmarks.sequence.track import Cells, Task, Track, tracked
+from benchmarks.sequence.track import Cells, Track, tracked
 from obs_ros.core.typing import Array
 from obs_ros.integration.backends import kernels_for
 
@@ -48,15 +48,18 @@ class Measured(NamedTuple):
     cost: Mapping[str, Mapping[str, Array]]
 
 
-class Plan(NamedTuple):
-    """Tasks by table and cell."""
+Runs = list[tuple[Any, ...]]  # arguments of `tracked`, or of `informed`
 
-    clean: Mapping[tuple[str, str], list[Task]]
-    rest: Mapping[tuple[str, str], list[Task]]
-    jumps: Mapping[str, list[Task]]
-    hard: Mapping[tuple[str, str], list[Task]]
-    noise: Mapping[tuple[float, bool], list[Task]]
-    information: Mapping[float, list[Chunk]]
+
+class Plan(NamedTuple):
+    """Runs by table and cell."""
+
+    clean: Mapping[tuple[str, str], Runs]
+    rest: Mapping[tuple[str, str], Runs]
+    jumps: Mapping[str, Runs]
+    hard: Mapping[tuple[str, str], Runs]
+    noise: Mapping[tuple[float, bool], Runs]
+    information: Mapping[float, Runs]
 
 
 def plan(windows: int, seed: int) -> Plan:
@@ -69,7 +72,7 @@ def plan(windows: int, seed: int) -> Plan:
     return Plan(
         clean={
             (f'{label(*cell)}, {_spacing(cell[0], abutting)}', contestant): [
-                Task(Scene(*cell, 'clean', s, length), abutting, contestant)
+                (Scene(*cell, 'clean', s, length), abutting, contestant)
                 for s in runs(math.ceil(PER_CELL / windows_in(cell[0], length, abutting)))
             ]
             for cell in cells
@@ -78,25 +81,25 @@ def plan(windows: int, seed: int) -> Plan:
         },
         rest={
             (label(plant, snr) + kind.removeprefix('rest'), contestant): [
-                Task(Scene(plant, snr, kind, s, REST), False, contestant) for s in runs(REST_RUNS)
+                (Scene(plant, snr, kind, s, REST), False, contestant) for s in runs(REST_RUNS)
             ]
             for plant, snr, kind in RESTS
             for contestant in CONTESTANTS
         },
         jumps={
-            label(*cell): [Task(Scene(*cell, 'jump', s, JUMP), False) for s in runs(JUMP_RUNS)]
+            label(*cell): [(Scene(*cell, 'jump', s, JUMP), False) for s in runs(JUMP_RUNS)]
             for cell in cells
         },
         hard={
             (kind, f'{snr:g} dB'): [
-                Task(Scene('tanks', snr, kind, s, length), False) for s in runs(HARD_RUNS)
+                (Scene('tanks', snr, kind, s, length), False) for s in runs(HARD_RUNS)
             ]
             for kind, length in SURPRISES.items()
             for snr in SNRS
         },
         noise={
             (factor, learn): [
-                Task(Scene('tanks', 20.0, 'clean', s, SHORT), False, OURS, factor, learn)
+                (Scene('tanks', 20.0, 'clean', s, SHORT), False, OURS, factor, learn)
                 for s in runs(NOISE_RUNS)
             ]
             for learn in (True, False)
@@ -104,7 +107,7 @@ def plan(windows: int, seed: int) -> Plan:
         },
         information={
             snr: [
-                Chunk(snr, tuple(range(first, first + PER_CHUNK)))
+                (snr, range(first, first + PER_CHUNK))
                 for first in range(seed, runs(ALONE).stop, PER_CHUNK)
             ]
             for snr in INFORMATION_SNRS
@@ -137,24 +140,17 @@ def compile_all(seed: int) -> None:
             contestant(run, plant.duration)
 
 
-def work(item: Task | Chunk) -> Track | Informed:
-    """Do one piece of the plan."""
-    return tracked(item) if isinstance(item, Task) else informed(item)
-
-
 def carried_out(chosen: Plan, timed: Mapping[str, Sequence[Scene]]) -> Measured:
     """Do it all, on all cores; then what is timed, alone."""
-    pieces = {
-        (table, key): items
-        for table, cells in chosen._asdict().items()
-        for key, items in cells.items()
-    }
+    cells = chosen._asdict()
+    alone = monte_carlo(informed, cells.pop('information'), 'windows alone')
+    runs = {(table, key): own for table, by_key in cells.items() for key, own in by_key.items()}
     # The same run at all noises and for all contestants is simulated anew: that is quick.
-    done = monte_carlo(work, pieces, 'sequences')
-    found: dict[str, Any] = {table: {} for table in Plan._fields}
-    for (table, key), results in done.items():
-        found[table][key] = results if table != 'information' else pooled(results)
-    return Measured(**found, cost=costs(timed))
+    found: dict[str, Any] = {table: {} for table in cells}
+    for (table, key), tracks in monte_carlo(tracked, runs, 'sequences').items():
+        found[table][key] = tracks
+    pooled_alone = {snr: pooled(parts) for snr, parts in alone.items()}
+    return Measured(**found, information=pooled_alone, cost=costs(timed))
 
 
 def timed_scenes(windows: int, seed: int) -> Mapping[str, Sequence[Scene]]:

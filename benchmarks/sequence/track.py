@@ -15,16 +15,6 @@ from obs_ros.core.model import names
 from obs_ros.core.typing import Array, BoolArray, IntArray
 
 
-class Task(NamedTuple):
-    """A scene to solve every `period` windows; `factor` and `learn_noise`: see `ours`."""
-
-    scene: Scene
-    abutting: bool
-    contestant: str = OURS
-    factor: float | None = None
-    learn_noise: bool = False
-
-
 class Track(NamedTuple):
     """The windows of one run (W of them), in boxes: parameters (W, q), end states (W, n).
 
@@ -89,15 +79,24 @@ class Track(NamedTuple):
 Cells = Mapping[tuple[str, str], Sequence[Track]]  # by cell and contestant
 
 
-def tracked(task: Task) -> Track:
-    """Simulate a scene, solve its windows, and put the truth beside them."""
-    run = run_of(task.scene)
-    period = run.plant.duration if task.abutting else run.plant.period
-    if task.contestant == OURS:
-        estimates = ours(run, period, task.factor, task.learn_noise)
+def tracked(
+    scene: Scene,
+    abutting: bool,
+    contestant: str = OURS,
+    factor: float | None = None,
+    learn_noise: bool = False,
+) -> Track:
+    """Simulate a scene, solve its windows, abutting or not, and put the truth beside them.
+
+    `factor` and `learn_noise`: see `ours`.
+    """
+    run = run_of(scene)
+    period = run.plant.duration if abutting else run.plant.period
+    if contestant == OURS:
+        estimates = ours(run, period, factor, learn_noise)
     else:
-        estimates = CONTESTANTS[task.contestant](run, period)
-    return beside_truth(task.scene, run, estimates)
+        estimates = CONTESTANTS[contestant](run, period)
+    return beside_truth(scene, run, estimates)
 
 
 def beside_truth(scene: Scene, run: Run, estimates: Sequence[Estimate]) -> Track:

@@ -2,7 +2,6 @@
 
 import functools
 from collections.abc import Mapping, Sequence
-from typing import NamedTuple
 
 import numpy as np
 
@@ -25,22 +24,6 @@ WAYS = {
 FOLLOWED_SNR = 40.0  # dB
 
 
-class Run(NamedTuple):
-    """One solve to be done."""
-
-    cell: Cell
-    way: str
-    seed: int
-
-
-class Follow(NamedTuple):
-    """One search to be followed."""
-
-    window: str
-    method: str
-    seed: int
-
-
 Errors = Mapping[tuple[Cell, str], Array]  # absolute errors (seeds, 4)
 
 
@@ -55,22 +38,22 @@ def all_errors(cells: Sequence[Cell], seeds: Sequence[int]) -> Errors:
         # Least squares has no other fitness; without noise the first sample is the truth.
         or (cell.fitness == first and not (way == FIRST_SAMPLE and np.isinf(cell.snr_db)))
     ]
-    runs = {pair: [Run(*pair, seed) for seed in seeds] for pair in pairs}
+    runs = {pair: [(*pair, seed) for seed in seeds] for pair in pairs}
     found = monte_carlo(errors_of, runs, 'solve', chunk=len(seeds))
     return {pair: np.array(errors) for pair, errors in found.items()}
 
 
-def errors_of(run: Run) -> Array:
+def errors_of(cell: Cell, way: str, seed: int) -> Array:
     """Solve one window and return the absolute errors (4,)."""
-    window = paper_window(run.cell.window, run.cell.snr_db, run.seed)
-    paper = run.way in (PAPER, FIRST_SAMPLE)
+    window = paper_window(cell.window, cell.snr_db, seed)
+    paper = way in (PAPER, FIRST_SAMPLE)
     estimate = solve_window(
         'three_tank',
         window.record,
         search='chaotic_de' if paper else 'memetic',
-        fitness=FITNESSES[run.cell.fitness] if paper else 'least_squares',
-        fixed=given(window, run.way),
-        seed=run.seed,
+        fitness=FITNESSES[cell.fitness] if paper else 'least_squares',
+        fixed=given(window, way),
+        seed=seed,
     )
     values = {**estimate.initial_state, **estimate.parameters}
     return np.array([abs(values[name] - window.truth[name]) for name in SYMBOLS])
@@ -97,7 +80,7 @@ def bounds(window_name: str, unknowns: int) -> Array:
 def follow_all(windows: Sequence[str], seeds: Sequence[int]) -> Mapping[tuple[str, str], Followed]:
     """Follow both searches on every window; excesses are medians over the seeds."""
     tasks = {
-        (window, method): [Follow(window, method, seed) for seed in seeds]
+        (window, method): [(window, method, seed) for seed in seeds]
         for window in windows
         for method in ('chaotic_de', 'memetic')
     }
@@ -107,8 +90,7 @@ def follow_all(windows: Sequence[str], seeds: Sequence[int]) -> Mapping[tuple[st
     }
 
 
-def followed_one(task: Follow) -> Followed:
+def followed_one(name: str, method: str, seed: int) -> Followed:
     """Follow one search."""
-    window = paper_window(task.window, FOLLOWED_SNR, task.seed)
-    fitness = 'euclidean' if task.method == 'chaotic_de' else 'least_squares'
-    return follow(window, SYMBOLS, task.method, fitness, task.seed)
+    fitness = 'euclidean' if method == 'chaotic_de' else 'least_squares'
+    return follow(paper_window(name, FOLLOWED_SNR, seed), SYMBOLS, method, fitness, seed)

@@ -24,16 +24,6 @@ _GATES = np.array([FULL_WINDOW])
 INTERIOR = 3.0  # standard deviations from every bound of the box
 
 
-class Task(NamedTuple):
-    """One window to judge, with the values that the search found by name, per knowledge."""
-
-    seed: int
-    samples: int
-    snr_db: float
-    starts: int
-    found: Mapping[str, Mapping[str, float]]
-
-
 class Verdict(NamedTuple):
     """Excess of the sum of squares over the optimum, in sigma^2, and error over Cramér-Rao bound.
 
@@ -103,26 +93,31 @@ def judge_all(
 ) -> list[Verdict]:
     """Judge every window on all cores."""
     tasks = [
-        Task(seed, samples, snr_db, starts, {known: solved[known][i].values for known in KNOWLEDGE})
+        (seed, samples, snr_db, starts, {known: solved[known][i].values for known in KNOWLEDGE})
         for i, seed in enumerate(seeds)
     ]
     return monte_carlo(judged, {snr_db: tasks}, f'judge, {snr_db:g} dB')[snr_db]
 
 
-def judged(task: Task) -> Verdict:
-    """Find the optimum of one window independently, and compare."""
-    window = random_window(task.seed, task.samples, task.snr_db)
+def judged(
+    seed: int, samples: int, snr_db: float, starts: int, found: Mapping[str, Mapping[str, float]]
+) -> Verdict:
+    """Find the optimum of one window independently, and compare the values found of it.
+
+    `found` are values by name, by what the search was told of the noise.
+    """
+    window = random_window(seed, samples, snr_db)
     judge = Judge(THREE_TANK, window.record, UNKNOWNS, {})
-    best = judge.optimum(window.truth, task.starts, task.seed)
+    best = judge.optimum(window.truth, starts, seed)
     sd = np.sqrt(np.diag(judge.bound(window.truth, window.sigma)))
     truth = np.array([window.truth[name] for name in UNKNOWNS])
     room = np.minimum(truth - judge.lower, judge.lower + judge.width - truth)
     error = {
         known: np.array([values[name] for name in UNKNOWNS]) - truth
-        for known, values in task.found.items()
+        for known, values in found.items()
     }
     return Verdict(
-        excess={k: (judge.squares(v) - best) / window.sigma**2 for k, v in task.found.items()},
+        excess={k: (judge.squares(v) - best) / window.sigma**2 for k, v in found.items()},
         ratios={k: e / sd for k, e in error.items()},
         interior=bool((room > INTERIOR * sd).all()),
         crossing=window.crossing,

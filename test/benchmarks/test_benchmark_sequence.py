@@ -14,7 +14,7 @@ from benchmarks.sequence.plants import PLANTS, Change, Parameters, simulated
 from benchmarks.sequence.run import Measured
 from benchmarks.sequence.scenes import KINDS, Scene, run_of
 from benchmarks.sequence.scores import confidently_wrong, coverage, share
-from benchmarks.sequence.track import Task, tracked
+from benchmarks.sequence.track import tracked
 from benchmarks.tanks import blank_record
 from benchmarks.windows.run import UNKNOWNS
 from obs_ros.models.three_tank import THREE_TANK
@@ -44,7 +44,7 @@ def test_a_scene_has_its_truth_and_is_the_same_at_every_noise(kind):
 
 @pytest.mark.parametrize('contestant', [name for name in CONTESTANTS if name != 'EKF'])
 def test_a_contestant_finds_the_parameters_of_a_clean_run(contestant):
-    track = tracked(Task(Scene('tanks', 40.0, 'clean', 90_001, 3), False, contestant))
+    track = tracked(Scene('tanks', 40.0, 'clean', 90_001, 3), False, contestant)
     assert track.p.shape == (13, 3)
     assert np.abs(track.errors[-1]).max() < 0.02
     assert not track.alarms.any()
@@ -52,13 +52,13 @@ def test_a_contestant_finds_the_parameters_of_a_clean_run(contestant):
 
 def test_the_kalman_filter_finds_the_drain_of_a_clean_run():
     # With all three valves free it is slow about the two around the hidden tank.
-    track = tracked(Task(Scene('tanks', 40.0, 'clean', 90_001, 3), False, 'EKF'))
+    track = tracked(Scene('tanks', 40.0, 'clean', 90_001, 3), False, 'EKF')
     assert abs(track.errors[-1][1]) < 0.001
     assert 0.0 < np.abs(track.errors[-1]).max() < 0.1
 
 
 def test_the_sequence_benchmark_judges_a_jump():
-    track = tracked(Task(Scene('tanks', 40.0, 'jump', 90_002, 6), False))
+    track = tracked(Scene('tanks', 40.0, 'jump', 90_002, 6), False)
     found = jumps.found(track)
     assert found.alarm
     assert found.right
@@ -70,7 +70,7 @@ def test_the_sequence_benchmark_judges_a_jump():
 
 
 def test_confidently_wrong_needs_a_deviation_and_an_error_beyond_it():
-    track = tracked(Task(Scene('tanks', 20.0, 'clean', 90_003, 2), True))
+    track = tracked(Scene('tanks', 20.0, 'clean', 90_003, 2), True)
     assert confidently_wrong([track]).value == 0.0
     off = track._replace(p_error=track.p_error + 4.0 * np.nanmax(track.p_sd) + 0.02)
     assert confidently_wrong([off]).value == 1.0
@@ -81,7 +81,7 @@ def test_confidently_wrong_needs_a_deviation_and_an_error_beyond_it():
 
 
 def test_the_margin_of_a_share_knows_that_a_runs_windows_hang_together():
-    track = tracked(Task(Scene('lag', 0.0, 'clean', 90_004, 2), True))
+    track = tracked(Scene('lag', 0.0, 'clean', 90_004, 2), True)
     hit, every = np.ones(2, dtype=bool), np.ones(2, dtype=bool)
     hits = iter((hit, ~hit, hit, ~hit))
     found = share([track] * 4, lambda _: (next(hits), every))
@@ -90,7 +90,7 @@ def test_the_margin_of_a_share_knows_that_a_runs_windows_hang_together():
 
 
 def test_drift_is_measured_in_the_last_deviation_that_was_published():
-    track = tracked(Task(Scene('lag', 0.0, 'rest', 90_005, 5), True))
+    track = tracked(Scene('lag', 0.0, 'rest', 90_005, 5), True)
     p, sd = np.zeros((5, 2)), np.array([[0.1, 0.2]] * 5)
     p[4], sd[3] = (0.01, 0.4), np.nan
     made = rest.drift(track._replace(p=p, p_sd=sd, begin=np.arange(5.0), event=2.0))
@@ -131,7 +131,7 @@ def test_the_sequence_benchmark_reports_what_was_asked(tmp_path, monkeypatch):
 
 
 def test_the_acceptance_fails_where_intervals_are_too_short():
-    tracks = [tracked(Task(Scene('lag', 0.0, 'clean', 90_006, 3), True))]
+    tracks = [tracked(Scene('lag', 0.0, 'clean', 90_006, 3), True)]
     short = [track._replace(p_sd=track.p_sd / 1e3) for track in tracks]
     for own, mark in ((tracks, 'yes'), (short, '**no**')):
         measured = Measured({('lag, abutting', OURS): own}, {}, {}, {}, {}, {}, {})

@@ -15,12 +15,12 @@ from benchmarks.report import requirements
 from benchmarks.scaling.curve import Curve
 from benchmarks.scaling.metered import spent
 from benchmarks.search.__main__ import main as measure_search
-from benchmarks.search.contest import KNOWN, Score, Task, Verdict, contested, limited_name
+from benchmarks.search.contest import KNOWN, Score, Verdict, contested, limited_name
 from benchmarks.search.report import acceptance, believed
 from benchmarks.tanks import PAPER_WINDOWS, paper_end, paper_levels, paper_window, random_window
 from benchmarks.three_tank_tables.convergence import follow
 from benchmarks.three_tank_tables.reference import FITNESSES, SNRS, SYMBOLS, Cell, references
-from benchmarks.three_tank_tables.run import FIRST_SAMPLE, MEMETIC, PAPER, Run, bounds, errors_of
+from benchmarks.three_tank_tables.run import FIRST_SAMPLE, MEMETIC, PAPER, bounds, errors_of
 from benchmarks.windows import run as windows
 from benchmarks.zoo.tank_chain import tank_chain
 from obs_ros import solve_window
@@ -71,14 +71,14 @@ def test_the_reference_covers_every_cell_of_both_tables():
 @pytest.mark.parametrize('fitness', FITNESSES)
 def test_paper_mode_is_as_good_as_the_reference(fitness):
     cell = Cell(fitness, 'T1', 40.0)
-    errors = [errors_of(Run(cell, PAPER, seed)) for seed in range(5)]
+    errors = [errors_of(cell, PAPER, seed) for seed in range(5)]
     assert (np.median(errors, axis=0) <= references()[cell].p95).all()
 
 
 def test_a_first_sample_taken_as_exact_spoils_h3():
     cell = Cell('ft1', 'T2', 0.0)
     h3 = {
-        way: np.median([errors_of(Run(cell, way, seed))[3] for seed in range(8)])
+        way: np.median([errors_of(cell, way, seed)[3] for seed in range(8)])
         for way in (PAPER, FIRST_SAMPLE)
     }
     assert h3[FIRST_SAMPLE] > 2.0 * h3[PAPER]
@@ -106,8 +106,7 @@ def test_the_judge_sees_a_search_that_stopped_short():
     estimate = solve_window('three_tank', window.record, seed=7)
     found = {**estimate.initial_state, **estimate.parameters}
     short = {**found, 'p2': found['p2'] - 0.01}
-    task = windows.Task(7, 200, 20.0, 2, {'unknown': found, 'known': short})
-    verdict = windows.judged(task)
+    verdict = windows.judged(7, 200, 20.0, 2, {'unknown': found, 'known': short})
     assert abs(verdict.excess['unknown']) <= windows.SOLVED
     assert verdict.excess['known'] > 10.0
 
@@ -124,7 +123,7 @@ def test_a_followed_search_reaches_the_optimum():
 def test_the_default_search_beats_paper_mode_where_noise_is_small():
     cell = Cell('ft1', 'T3', 40.0)
     paper, memetic = (
-        np.median([errors_of(Run(cell, way, seed)) for seed in range(4)], axis=0)
+        np.median([errors_of(cell, way, seed) for seed in range(4)], axis=0)
         for way in (PAPER, MEMETIC)
     )
     assert (10.0 * memetic < paper).all()
@@ -139,7 +138,7 @@ def test_the_kernel_benchmark_compares_equal_work(tmp_path):
 
 
 def test_a_contest_tells_the_optimum_from_what_the_papers_search_finds():
-    verdict = contested(Task('three tanks 50, 20 dB', 70_000, 1, 2))
+    verdict = contested('three tanks 50, 20 dB', 70_000, 1, 2)
     assert verdict.judge_excess <= 0.1
     for way in ('memetic', KNOWN, 'DE + LM', 'scipy, 1 start', limited_name('memetic', 0.1)):
         assert verdict.scores[way].solved, way
@@ -216,15 +215,14 @@ SURE = {
 
 @pytest.fixture(scope='module')
 def short_window():
-    window = peers.Window(SHORT, 3, 2)
-    return window._replace(best=peers.judged(window))
+    return SHORT, 3, peers.judged(SHORT, 3, 2)
 
 
 @pytest.mark.parametrize('name', PEERS)
 def test_a_peer_solves_a_short_window_or_stops_in_time(name, short_window):
     needs(PEERS[name].package, 'test-peers')
     cap = 10.0 if name in SURE else 0.3
-    found = peers.measured(peers.Task(short_window, name, cap))
+    found = peers.measured(name, *short_window, cap)
     assert np.isfinite([found.parameter_error, found.state_error]).all()
     if PEERS[name].filters:
         assert np.isnan(found.excess)

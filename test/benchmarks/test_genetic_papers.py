@@ -22,7 +22,7 @@ from benchmarks.genetic_papers.report import (
     porter_asked,
     porter_table,
 )
-from benchmarks.genetic_papers.run import Outcome, Run, diverged, run
+from benchmarks.genetic_papers.run import Outcome, diverged, run
 from benchmarks.play import Contestant
 from benchmarks.report import requirements
 
@@ -37,20 +37,20 @@ GOOD = Outcome(
 
 
 def test_the_adaptive_luenberger_observer_is_the_papers() -> None:
-    found = run(Run(MINIMUM, ways_2000(MINIMUM)[4], 0))
+    found = run(MINIMUM, ways_2000(MINIMUM)[4], 0)
     np.testing.assert_allclose(found.squares[1:], LUENBERGER_2000[MINIMUM], rtol=0.005)
 
 
 def test_fixed_parameters_in_the_middle_are_the_specifications() -> None:
-    found = run(Run(MINIMUM, Contestant('fixed', 'open loop'), 0))
+    found = run(MINIMUM, Contestant('fixed', 'open loop'), 0)
     np.testing.assert_allclose(found.squares[1:], (269.0, 283.0), rtol=0.01)
 
 
 def test_a_constant_gain_settles_as_specified() -> None:
     way = Contestant('constant gain', 'constant gain', {'gains': GAINS_1995})
-    base = run(Run(OSCILLATOR, way, 0))
+    base = run(OSCILLATOR, way, 0)
     assert base.settled == pytest.approx(2.73, abs=0.03)
-    assert run(Run(f'{OSCILLATOR}_disturbed', way, 0)).rms[1] == pytest.approx(0.102, abs=0.002)
+    assert run(f'{OSCILLATOR}_disturbed', way, 0).rms[1] == pytest.approx(0.102, abs=0.002)
 
 
 def test_only_what_is_random_runs_more_than_once() -> None:
@@ -83,7 +83,7 @@ def test_the_report_marks_what_is_missed() -> None:
 
     plants = (MINIMUM, 'observer_form_third_order_nmp')
     outcomes = {(s, w.label): [GOOD] for s in plants for w in ways_2000(s)}
-    told = gremling_table(outcomes, 1)
+    told = gremling_table(outcomes)
     assert '| minimum phase | GASE, paper | 1 | 4400 / 2100 |  | 4329 / 2008 |' in told
     assert '| non-minimum phase | GASE, paper | 1 | 4400 / 2100 |  | 7244 / 2563 |' in told
     met = {one.asked: one.met for one in gremling_asked(outcomes)}

@@ -145,7 +145,8 @@ def windows_of(error: float = 0.004, fault: Isolated = GOOD, clean: Watched = CL
 def test_acceptance_of_windows_fails_what_is_missed(windows: Windows, missed: int) -> None:
     met = [one.met for one in valve_tables.window_acceptance(windows)]
     assert met.count(False) == missed
-    assert len(valve_tables.window_tables(windows)) == 3
+    tables = valve_tables.window_tables(windows)
+    assert all('| --- |' in str(tables[name]) for name in ('followed', 'faults', 'watches'))
 
 
 def test_words_that_are_missing_or_wrong_are_counted() -> None:

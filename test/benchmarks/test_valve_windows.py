@@ -4,14 +4,14 @@ import numpy as np
 import pytest
 
 from benchmarks.interconnected.window_report import PRODUCT
-from benchmarks.interconnected.windows import SIZES, Fault, Watch, isolated, watched
+from benchmarks.interconnected.windows import SIZES, isolated, watched
 
 pytestmark = pytest.mark.slow
 
 
 @pytest.mark.parametrize('parameters', [('dP1', 'k1'), ('dP1', 'dP2', 'k1', 'k2')])
 def test_at_constant_pressures_only_products_are_claimed(parameters: tuple[str, ...]) -> None:
-    found = watched(Watch(moving=False, seed=3, parameters=parameters))
+    found = watched(moving=False, seed=3, parameters=parameters)
     assert all(any(text.startswith(PRODUCT) for text in weak) for weak in found.weak)
     assert np.isnan(found.p_sd).all()
     # The flows, and with them the temperatures, are known all the same.
@@ -22,7 +22,7 @@ def test_at_constant_pressures_only_products_are_claimed(parameters: tuple[str, 
 
 @pytest.mark.parametrize('parameter', SIZES)
 def test_a_fault_names_its_valve_within_two_seconds(parameter: str) -> None:
-    found = isolated(Fault(parameter, sigma=0.05, correlation=0.1, seed=3))
+    found = isolated(parameter, sigma=0.05, correlation=0.1, seed=3)
     assert found.named
     assert found.partner
     assert abs(found.error) < 0.5
