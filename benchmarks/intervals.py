@@ -10,7 +10,7 @@ SMALL = 0.02  # box: an error above both is confidently wrong
 
 
 def covered(error: Array, sd: Array) -> BoolArray:
-    """Whether the 95 % interval holds the truth; false where the deviation is withheld (NaN)."""
+    """Tell where the 95 % interval holds the truth; false where the deviation is withheld (NaN)."""
     return np.asarray(np.abs(error) <= COVERED * sd)
 
 
@@ -21,5 +21,5 @@ def coverage(error: Array, sd: Array) -> float:
 
 
 def confidently_wrong(error: Array | float, sd: Array | float) -> BoolArray:
-    """Whether an error is beyond its interval though a standard deviation was given."""
+    """Tell where an error is beyond its interval though a standard deviation was given."""
     return np.asarray((np.abs(error) > np.maximum(CONFIDENT * sd, SMALL)) & np.isfinite(sd))

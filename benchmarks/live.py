@@ -123,7 +123,7 @@ class Live:
         self.send('output', stamp, names[1], instant.y)
 
     def spin(self) -> None:
-        """Take what has come, without waiting."""
+        """Take the messages that have come, without waiting."""
         self._executor.spin_once(timeout_sec=0.0)
 
     def spin_until(self, predicate: Callable[[], Any], timeout: float) -> bool:

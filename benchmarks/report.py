@@ -1,4 +1,4 @@
-"""How benchmarks tell: tables, requirements, pictures, and the machine that measured."""
+"""Reports of benchmarks: tables, requirements, pictures, and the machine that measured."""
 
 import datetime
 import platform

@@ -1,4 +1,4 @@
-"""How benchmarks run: options, process time, progress, and Monte-Carlo runs on every core."""
+"""The runner of benchmarks: options, process time, progress, Monte-Carlo runs on every core."""
 
 import argparse
 import functools

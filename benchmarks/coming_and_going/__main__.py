@@ -1,4 +1,4 @@
-"""How long the estimator takes from its start to its first subscription, and from Ctrl-C to exit.
+"""Time of the estimator from its start to its first subscription, and from Ctrl-C to its exit.
 
 Each in a new process with the kernels cached; also the seconds of process time, which others on the
 machine do not lengthen.

@@ -1,6 +1,6 @@
 """The genetic observers of Porter & Passino 1995 and Gremling & Passino 2000, reproduced.
 
-Errors beside what the papers print and beside plainer observers on the same plants, over many
+Errors beside those in print and beside plainer observers on the same plants, over many
 seeds, and the papers' figures. A run is a seed of the genetic algorithm, and of the input where
 that is random.
 """

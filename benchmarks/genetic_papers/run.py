@@ -29,7 +29,7 @@ ITERATIONS = 100  # of Levenberg-Marquardt, at most
 
 
 class Truth(NamedTuple):
-    """What a scenario's plant did: t (K,), states x (K, n), inputs u (K, m), outputs y (K, r)."""
+    """A scenario's truth: times t (K,), states x (K, n), inputs u (K, m), outputs y (K, r)."""
 
     t: Array
     x: Array
@@ -170,5 +170,5 @@ SPECIAL: Mapping[str, Callable[..., Array]] = {
 
 
 def diverged(outcome: Outcome) -> bool:
-    """Whether an observer had to start again, or was far off."""
+    """True if an observer had to start again, or was far off."""
     return outcome.resets > 0 or not outcome.largest < BAD

@@ -1,6 +1,6 @@
 """H-infinity adaptive observers of a tyre's stiffness: Alvarado-Méndez et al. 2024, and beyond.
 
-Errors with noise over many seeds on several roads, beside what the paper claims.
+Errors with noise over many seeds on several roads, beside the claims of the paper.
 """
 
 from functools import partial

@@ -75,7 +75,7 @@ def cases_table(
 
 
 def window_table(runs: Runs, long: Runs) -> str:
-    """Tell what the windows say of their own certainty."""
+    """Tell how sure the windows are, and how often wrongly."""
     rows = [
         {
             'case': f'{case.label}{suffix}',
@@ -114,7 +114,7 @@ def wrong(found: Sequence[Measured]) -> float:
 
 
 def published_or_withheld(found: Sequence[Measured]) -> bool:
-    """Whether every window after FIRST is within 5 %, or withholds its standard deviation."""
+    """Tell if every window after FIRST is within 5 %, or withholds its standard deviation."""
     windows = [w for run in found for w in run.windows if w.time > FIRST]
     return all(abs(w.error) <= 0.05 or np.isnan(w.sd) for w in windows)
 
@@ -141,7 +141,7 @@ def design_table() -> str:
 
 
 def claims(runs: Runs) -> list[Requirement]:
-    """Hold the paper's claims against what is found here."""
+    """Hold the paper's claims against the figures found here."""
     moved, (calm, apart) = (
         papers_scale(),
         (float(np.median([run.rms for run in runs[PAPER, case.label]])) for case in CASES[:2]),

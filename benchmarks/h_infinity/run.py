@@ -1,4 +1,4 @@
-"""Runs of observers of the suspension's tyre stiffness, and what is measured in them."""
+"""Runs of observers of the suspension's tyre stiffness, and the figures measured in them."""
 
 import functools
 import math
@@ -93,7 +93,7 @@ class Window(NamedTuple):
 
     @property
     def confidently_wrong(self) -> bool:
-        """Whether it says too much."""
+        """True if it claims to be surer than it is."""
         return bool(confidently_wrong(self.error * KT / BOX, self.sd / BOX))
 
 

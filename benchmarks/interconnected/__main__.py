@@ -1,4 +1,4 @@
-"""Observers of the heat exchanger's flows: Zhang et al. 2020, beside what the paper claims.
+"""Observers of the heat exchanger's flows: Zhang et al. 2020, beside the claims of the paper.
 
 Settling without noise, errors with noise over many seeds, and which valve the residuals name.
 """

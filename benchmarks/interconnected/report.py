@@ -78,7 +78,7 @@ def motion_table(noisy: Runs) -> str:
 
 
 def naming_table(noisy: Runs) -> str:
-    """How often the residuals name the faulty valve."""
+    """Tell the share of runs in which the residuals name the faulty valve."""
     rows = []
     for one in CONTESTANTS:
         named = np.array([run.named for run in noisy[one.label, 2]])
@@ -89,7 +89,7 @@ def naming_table(noisy: Runs) -> str:
 
 
 def claims(quiet: Runs, noisy: Runs) -> list[Requirement]:
-    """Hold the paper's claims against what is found here."""
+    """Hold the paper's claims against the figures found here."""
     paper = 'interconnected, theta 80'
     fast, slow = quiet[paper, 1][0].settled, quiet['unknown input', 1][0].settled
     ours, rival = (middle(noisy, label, 2) for label in (paper, 'unknown input'))

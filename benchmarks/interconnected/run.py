@@ -1,4 +1,4 @@
-"""Runs of observers of the heat exchanger's flows, and what is measured in them."""
+"""Runs of observers of the heat exchanger's flows, and the figures measured in them."""
 
 import functools
 import math
@@ -144,7 +144,7 @@ def settling(t: Array, error: Array, begin: float, end: float) -> float:
 
 
 def named_valves(run: Found) -> tuple[bool, ...]:
-    """Whether the residual of the faulty valve has changed most, in the second up to NAMING."""
+    """Tell for each fault if its valve's residual has changed most, in the second up to NAMING."""
     right = []
     for fault, faulty in zip(FAULTS, (1, 0), strict=True):
         before = run.residuals[(run.t >= fault - 2.0) & (run.t < fault)].mean(axis=0)

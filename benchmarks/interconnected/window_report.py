@@ -51,7 +51,7 @@ def fresh(run: Followed) -> Array:
 
 
 def fault_table(windows: Windows) -> str:
-    """How often the valve that is faulty wins the jump search."""
+    """Tell how often the faulty valve wins the jump search."""
     rows = []
     for label, kinds in windows.faults.items():
         for name, runs in kinds.items():

@@ -1,4 +1,4 @@
-"""Sliding windows on the heat exchanger: flows, faults of its valves, and what windows say.
+"""Sliding windows on the heat exchanger: flows, faults of its valves, and words of advice.
 
 Samples at 20 Hz of the plant with the stems' inertia, windows of 4 s on the model without it.
 """

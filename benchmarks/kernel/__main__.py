@@ -2,7 +2,7 @@
 
 Work of a candidate-step: one RK4 step and the squared residuals of two outputs. All three are
 called from Python, their arguments laid out anew (ours) or ready (C): with windows of 1000 samples
-a call takes 0.1 ms or more, so that what the call itself costs does not show.
+a call takes 0.1 ms or more, so that the cost of the call itself does not show.
 """
 
 from benchmarks.kernel.report import report

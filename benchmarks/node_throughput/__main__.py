@@ -1,4 +1,4 @@
-"""Whether the estimator node loses messages while it solves: two streams from another process.
+"""Messages lost by the estimator node while it solves: two streams from another process.
 
 A run of the plant is sampled ahead and published at the rate asked for, `output` and `input` apart;
 the node's own /diagnostics tell what arrived. Three tanks at 1 kHz for the sliding window, which

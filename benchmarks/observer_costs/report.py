@@ -25,7 +25,7 @@ def costs_table(costs: Sequence[Cost]) -> str:
 
 
 def valves_table(found: Sequence[Valves], seeds: int) -> str:
-    """Tell how far the valves are off when they have stood for 1000 s, and what observers say."""
+    """Tell the errors of valves that have stood for 1000 s, and the share within 2 sd."""
     rows = []
     for name, errors, sd in found:
         within = (errors <= 2.0 * sd)[np.isfinite(sd)]

@@ -22,7 +22,7 @@ class Stopped(Exception):
 
 @dataclass(frozen=True)
 class Filtered:
-    """What a filter knows at the end of a window: states (n,) and parameters (q,)."""
+    """Estimates of a filter at the end of a window: states (n,) and parameters (q,)."""
 
     state: Array
     parameters: Array
@@ -70,7 +70,7 @@ class Problem:
 
     @property
     def room(self) -> float:
-        """How far above the optimum still counts as reaching it, in sigma^2."""
+        """Distance from the optimum that still counts as reaching it, in sigma^2."""
         return SAME_OPTIMUM * self.d
 
     @property
@@ -124,7 +124,7 @@ class Oracle:
 
     @property
     def reached(self) -> bool:
-        """Whether the best point is good enough."""
+        """True once the best point is good enough."""
         return self.least <= self.target
 
     def costs(self, z: Array) -> Array:

@@ -31,11 +31,11 @@ class Peer:
 
     @property
     def present(self) -> bool:
-        """Whether its package is installed."""
+        """True if its package is installed."""
         return importlib.util.find_spec(self.package) is not None
 
     def prepare(self, problem: Problem) -> Solve:
-        """Import it and build what it needs for this kind of window."""
+        """Import it and make it ready for this kind of window."""
         module, _, function = self.path.partition(':')
         return getattr(importlib.import_module(f'benchmarks.peers.solvers.{module}'), function)(
             problem

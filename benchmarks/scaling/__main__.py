@@ -1,4 +1,4 @@
-"""How the cost of a solve grows: samples, unknowns, lanes, output rate, plants in one process.
+"""Growth of the cost of a solve: samples, unknowns, lanes, output rate, plants in one process.
 
 Cold starts with the defaults; process time in one process. Where a growth is worse than linear the
 columns tell why: candidate-steps (the work), calls of the kernels, ns per candidate-step, and the

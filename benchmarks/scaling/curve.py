@@ -18,7 +18,7 @@ CAUSES: Mapping[str, Callable[[Spent], float]] = {
 class Curve(NamedTuple):
     """One way to grow: title, x and its name, rows of the table, s per solve, a remark.
 
-    `causes` are what the cost is made of, by name, at every x.
+    `causes` are the parts of the cost, by name, at every x.
     """
 
     title: str

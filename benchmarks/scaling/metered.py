@@ -1,4 +1,4 @@
-"""A solver that tells where its time goes: in compiled rollouts, or in what surrounds them."""
+"""A solver that tells where its time goes: in compiled rollouts, or around them."""
 
 import time
 from collections.abc import Callable

@@ -1,7 +1,7 @@
-"""Random windows of the zoo: how often, how fast and how surely every search finds the optimum.
+"""Random windows of the zoo: the success, time and false accepts of every search.
 
-The default search against its rivals, to the end and under deadlines, and what its rules of
-acceptance are worth. A window is solved when the squares, outputs weighted by their true noise, are
+The default search against its rivals, to the end and under deadlines, and the worth of its rules of
+acceptance. A window is solved when the squares, outputs weighted by their true noise, are
 within 0.1025 d sigma^2 of the least that anyone has found: an independent judge (scipy from the
 truth, about it and elsewhere) or any search of this run.
 """

@@ -26,7 +26,7 @@ SEARCH_STREAM, JUDGE_STREAM = 2, 3
 
 
 class Way(NamedTuple):
-    """A search, its options, and what it is told: of the noise, and s of process time it has."""
+    """A search and its options; it may know the noise, and be given so many s of process time."""
 
     search: str
     options: Mapping[str, Any] = {}
@@ -68,7 +68,7 @@ class Score(NamedTuple):
 
     @property
     def solved(self) -> bool:
-        """Whether this is the optimum."""
+        """True for the optimum."""
         return self.excess <= 1.0
 
 

@@ -60,7 +60,7 @@ def spring(friction: Choice) -> Model:
 
 
 def tanks(overflow: Choice) -> Model:
-    """Three tanks that lose what stands above their brims."""
+    """Three tanks that lose the water above their brims."""
 
     def dynamics(t: Any, x: Any, u: Any, p: Any) -> Any:
         rates = three_tank.dynamics(t, x, u, p)

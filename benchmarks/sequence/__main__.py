@@ -1,8 +1,8 @@
-"""Windows in sequence: how far their intervals and alarms can be believed, and what they cost.
+"""Windows in sequence: their intervals and alarms held against the truth, and their cost.
 
-Random runs of the three tanks and of a first-order lag, solved window by window with what earlier
-windows have taught, beside other ways to use it. All runs are simulated with steps a hundredth of
-the samples' interval.
+Random runs of the three tanks and of a first-order lag, solved window by window with the arrival
+cost of earlier windows, beside other ways to use them. All runs are simulated with steps a
+hundredth of the samples' interval.
 """
 
 from functools import partial

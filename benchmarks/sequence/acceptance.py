@@ -22,7 +22,7 @@ COST = 2.0
 
 
 class Limit(NamedTuple):
-    """What is asked of clean windows: least coverage, most that are confidently wrong."""
+    """The least coverage asked of clean windows, and the most that may be confidently wrong."""
 
     coverage: float
     wrong: float

@@ -1,4 +1,4 @@
-"""Ways to estimate a run window by window: ours, and what others do about earlier windows."""
+"""Ways to estimate a run window by window: ours, and other uses of earlier windows."""
 
 from collections.abc import Callable, Mapping
 from dataclasses import replace
@@ -63,7 +63,7 @@ class Chained:
         self.walk = JUMP_SETTINGS.prior_probability * period / run.plant.duration
 
     def prior(self, best: Hypothesis) -> Prior:
-        """Return what the window before tells: mean and covariance, plus ours's random walk."""
+        """Return the posterior of the window before, widened by ours's random walk."""
         unknowns = self.solver.unknowns
         n = unknowns.n_states
         walked = np.diag(self.walk * box_variances(unknowns))

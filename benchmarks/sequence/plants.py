@@ -72,7 +72,7 @@ PLANTS = {
 
 
 class Change(NamedTuple):
-    """What parameter `place` jumps by, in its unit, at `time` (s)."""
+    """A jump of parameter `place` by `size`, in its unit, at `time` (s)."""
 
     time: float
     place: int

@@ -15,7 +15,7 @@ ABRUPT = 0.2
 
 
 class Drift(NamedTuple):
-    """How the parameters of one run move over the windows that lie wholly in the rest.
+    """The drift of the parameters of one run, over the windows that lie wholly in the rest.
 
     `box` and `deviations` (q,) are the last estimate less the first, in boxes and in the standard
     deviation that was the last published (not withheld) by then; `steps` (W - 1, q) those from

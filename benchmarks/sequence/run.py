@@ -63,7 +63,7 @@ class Plan(NamedTuple):
 
 
 def plan(windows: int, seed: int) -> Plan:
-    """Return all tasks for about so many windows in each clean cell; the others in proportion."""
+    """Return all runs for about so many windows in each clean cell; the others in proportion."""
 
     def runs(usual: int) -> range:
         return range(seed, seed + max(2, math.ceil(usual * windows / PER_CELL)))
@@ -106,10 +106,7 @@ def plan(windows: int, seed: int) -> Plan:
             for factor in FACTORS
         },
         information={
-            snr: [
-                (snr, range(first, first + PER_CHUNK))
-                for first in range(seed, runs(ALONE).stop, PER_CHUNK)
-            ]
+            snr: [(snr, range(s, s + PER_CHUNK)) for s in runs(ALONE)[::PER_CHUNK]]
             for snr in INFORMATION_SNRS
         },
     )
@@ -123,7 +120,7 @@ def windows_in(plant: str, length: int, abutting: bool) -> int:
 
 
 def label(plant: str, snr: float) -> str:
-    """Return what a cell is called."""
+    """Return the name of a cell."""
     return f'{plant} {snr:g} dB' if plant == 'tanks' else plant
 
 
@@ -132,7 +129,7 @@ def _spacing(plant: str, abutting: bool) -> str:
 
 
 def compile_all(seed: int) -> None:
-    """Compile here, once, what the workers find cached."""
+    """Compile here, once, so that the workers find the kernels cached."""
     for name, plant in PLANTS.items():
         _ = kernels_for(plant.model)
         run = run_of(Scene(name, 20.0, 'clean', seed, 1))
@@ -141,7 +138,7 @@ def compile_all(seed: int) -> None:
 
 
 def carried_out(chosen: Plan, timed: Mapping[str, Sequence[Scene]]) -> Measured:
-    """Do it all, on all cores; then what is timed, alone."""
+    """Do it all on all cores, then time some runs alone."""
     cells = chosen._asdict()
     alone = monte_carlo(informed, cells.pop('information'), 'windows alone')
     runs = {(table, key): own for table, by_key in cells.items() for key, own in by_key.items()}

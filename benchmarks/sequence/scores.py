@@ -26,7 +26,7 @@ class Share(NamedTuple):
 
 
 def share(tracks: Sequence[Track], of: Callable[[Track], tuple[BoolArray, BoolArray]]) -> Share:
-    """Return the share of hits among what counts; `of` tells both (W, any) of a run."""
+    """Return the share of hits among those that count; `of` tells both (W, any) of a run."""
     pairs = [of(track) for track in tracks]
     hits = np.array([np.sum(hit & counts) for hit, counts in pairs], dtype=float)
     totals = np.array([np.sum(counts) for _, counts in pairs], dtype=float)

@@ -84,7 +84,7 @@ def hard_table(cells: Cells) -> str:
 
 
 def noise_table(cells: Mapping[tuple[float, bool], Sequence[Track]]) -> str:
-    """Tell what a wrong noise does, when it may be learned and when not."""
+    """Tell the effect of a wrong noise, when it may be learned and when not."""
     rows = []
     for (factor, learn), own in cells.items():
         outcomes = Counter(outcome for track in own for outcome in track.outcomes)

@@ -19,7 +19,7 @@ class Track(NamedTuple):
     """The windows of one run (W of them), in boxes: parameters (W, q), end states (W, n).
 
     Errors are estimates less truth; a standard deviation that was withheld is NaN. `begin` and
-    `end` (W,) are the windows' times in s, `jumps` what each of them reports.
+    `end` (W,) are the windows' times in s, `jumps` the reports of each.
     """
 
     scene: Scene
@@ -43,12 +43,12 @@ class Track(NamedTuple):
 
     @property
     def mismatch(self) -> BoolArray:
-        """Whether the model was said to be wrong (W,)."""
+        """Windows (W,) that say the model is wrong."""
         return np.array([outcome is Outcome.MODEL_MISMATCH for outcome in self.outcomes])
 
     @property
     def confidently_wrong(self) -> BoolArray:
-        """Whether (W, q + n) an error is above 3 sd and 2 % of the box, and the sd was given."""
+        """Errors (W, q + n) above 3 sd and 2 % of the box though the sd was given."""
         return confidently_wrong(self.errors, self.deviations)
 
     @property

@@ -1,4 +1,4 @@
-"""Tables 1 and 2 of Yang, Li & Dahhou 2020, over many seeds, beside what the paper prints.
+"""Tables 1 and 2 of Yang, Li & Dahhou 2020, over many seeds, beside those in print.
 
 Paper mode: chaotic DE, rand/1/bin, cubic map, 25 individuals, 85 generations; p1, p2, p3 and the
 initial h3 unknown, the initial h1 and h2 given. Beside it the default search and the Cramér-Rao

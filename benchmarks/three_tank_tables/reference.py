@@ -17,7 +17,7 @@ SNRS = (np.inf, 40.0, 20.0, 0.0, -20.0)  # dB
 
 
 class Cell(NamedTuple):
-    """Which experiment: fitness `ft1` or `ft2`, window `T1` to `T3`, noise."""
+    """An experiment: fitness `ft1` or `ft2`, window `T1` to `T3`, noise."""
 
     fitness: str
     window: str

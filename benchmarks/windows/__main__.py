@@ -1,4 +1,4 @@
-"""Random three-tank windows: whether the default search finds the optimum, and at what cost.
+"""Random three-tank windows: the success of the default search, and its cost.
 
 Six unknowns, cold start. An independent least-squares search (benchmarks/judge.py) decides where
 the optimum is; a window is solved when the sum of squares, both outputs weighted equally, is within

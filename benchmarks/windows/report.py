@@ -86,7 +86,7 @@ def asked(
 
 
 def search_table(solved: Mapping[str, Sequence[Solved]], verdicts: Sequence[Verdict]) -> str:
-    """Tell how many windows were solved, how long that took, and what the search said of them."""
+    """Tell how many windows were solved, the time, and the verdicts of the search."""
     rows = []
     for known in KNOWLEDGE:
         estimates = [one.estimate for one in solved[known]]

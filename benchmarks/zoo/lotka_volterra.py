@@ -1,6 +1,6 @@
 """Prey and predators: Lotka 1925, Volterra 1926; only the prey is counted.
 
-Predators are counted in units of what they eat, which prey alone cannot tell.
+The predators' unit is their appetite, which prey alone cannot tell.
 """
 
 from typing import Any

@@ -1,4 +1,4 @@
-"""The benchmarks of the observers: what they measure on made-up runs; they fail what fails."""
+"""The benchmarks of the observers measure made-up runs rightly, and fail what fails."""
 
 import numpy as np
 import pytest

@@ -1,4 +1,4 @@
-"""Tests of what sliding windows say of the heat exchanger's valves."""
+"""Sliding windows on the heat exchanger: the words about its valves."""
 
 import numpy as np
 import pytest

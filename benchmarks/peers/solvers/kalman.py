@@ -2,7 +2,7 @@
 
 They go through the window once and know its end only. Our compiled rollout carries all their points
 in one call. They start at the first measurement, elsewhere in the middle of the box, and are as
-uncertain as the box; what leaves the box is put back to its edge.
+uncertain as the box; a value that leaves the box is put back to its edge.
 """
 
 import numpy as np
@@ -119,7 +119,7 @@ class Plant:
         return differences(lambda points: self.outputs(points).T, z, HALF_STEP)
 
     def start(self, kalman: ExtendedKalmanFilter | UnscentedKalmanFilter) -> None:
-        """Set what the filter knows before the first sample: a box's mean and variance."""
+        """Set the filter's prior, before the first sample: a box's mean and variance."""
         drift = np.full(self.d, PARAMETER_DRIFT)
         drift[: self.n] = STATE_DRIFT
         kalman.x = np.full(self.d, 0.5)

@@ -1,6 +1,6 @@
 """scipy's differential evolution with its defaults, its polishing included, again and again.
 
-The objective is what a user writes without a compiler: `solve_ivp` for one candidate, or the whole
+The objective is that of a user without a compiler: `solve_ivp` for one candidate, or the whole
 population at once through NumPy.
 """
 
