@@ -1,12 +1,17 @@
 """Tables, requirements and texts of reports, and the runner."""
 
+import re
+from string import Formatter
+
 import numpy as np
 import pytest
 
 from benchmarks import report
 from benchmarks.intervals import confidently_wrong, coverage
 from benchmarks.report import Requirement, filled, pictures, publish, requirements, rms, table
-from benchmarks.runner import monte_carlo, progress
+from benchmarks.runner import ROOT, monte_carlo, progress
+
+PAGES = [p for p in (ROOT / 'benchmarks').glob('*/*.md') if p.parent.name != 'results']
 
 
 def test_a_requirement_is_judged_as_it_is() -> None:
@@ -24,6 +29,16 @@ def test_places_that_stay_empty_leave_no_gap(tmp_path, monkeypatch) -> None:
     monkeypatch.setattr(report, '__file__', str(tmp_path / 'report.py'))
     (tmp_path / 'page.md').write_text('{a}\n\n{b}\n\n{c:.1f} ms\n\n{d}\n')
     assert filled('page', a='one', b='', c=0.25, d='') == 'one\n\n0.2 ms'
+
+
+@pytest.mark.parametrize('page', PAGES, ids=lambda page: f'{page.parent.name}/{page.name}')
+def test_every_place_of_a_page_is_filled(page) -> None:
+    fields = [name for _, name, _, _ in Formatter().parse(page.read_text()) if name]
+    places = {re.split(r'[.[]', name)[0] for name in fields}
+    source = '\n'.join(path.read_text() for path in page.parent.glob('*.py'))
+    assert places
+    for name in places:
+        assert re.search(rf"\b{name}=|'{name}'", source), name
 
 
 def test_a_report_is_kept_with_its_machine(tmp_path, capsys) -> None:
