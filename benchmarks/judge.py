@@ -6,7 +6,7 @@ import numpy as np
 from scipy.optimize import least_squares
 from scipy.stats import qmc
 
-from obs_ros import Model, Record
+from obs_ros import Estimate, Model, Record
 from obs_ros.core.typing import Array
 from obs_ros.integration.backends import kernels_for
 from obs_ros.integration.grid import Grid
@@ -103,6 +103,11 @@ class Judge:
         with np.errstate(all='ignore'):  # of a candidate that diverges
             _, outputs = self._kernels.trajectories(self._grid, x0, p)
             return finite((outputs - self._grid.y[:, :, None])[self._measured] / self._noise)
+
+
+def values_of(estimate: Estimate) -> dict[str, float]:
+    """Return the initial states and the parameters by name."""
+    return {**estimate.initial_state, **estimate.parameters}
 
 
 def finite(residuals: Array) -> Array:

@@ -32,8 +32,9 @@ def requirements(rows: Iterable[Requirement]) -> str:
 def table(rows: Iterable[Mapping[str, object]]) -> str:
     """Return a Markdown table of rows that map the head of a column to its cell."""
     rows = list(rows)
-    head = list(rows[0]) if rows else []
-    lines = [head, ['---'] * len(head), *(list(row.values()) for row in rows)]
+    if not rows:
+        return 'None.'
+    lines = [rows[0], ['---'] * len(rows[0]), *(row.values() for row in rows)]
     return '\n'.join('| ' + ' | '.join(map(str, line)) + ' |' for line in lines)
 
 

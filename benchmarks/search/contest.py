@@ -8,7 +8,7 @@ from typing import Any, NamedTuple
 import numpy as np
 from scipy.special import chdtri
 
-from benchmarks.judge import SAME_OPTIMUM, Judge
+from benchmarks.judge import SAME_OPTIMUM, Judge, values_of
 from benchmarks.runner import timed
 from benchmarks.search.contestants import CONTESTANTS
 from benchmarks.zoo import CASES, Case, Drawn, draw
@@ -174,5 +174,4 @@ def by_chi_square(case: Case, window: Drawn, seed: int) -> tuple[Estimate, float
 
 def judged_squares(judge: Judge, estimate: Estimate) -> float:
     """Return the squares of an estimate in the judge's eyes."""
-    values = {**estimate.initial_state, **estimate.parameters}
-    return judge.squares(values) if estimate.usable else np.inf
+    return judge.squares(values_of(estimate)) if estimate.usable else np.inf

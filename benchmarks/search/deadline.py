@@ -5,6 +5,7 @@ from typing import NamedTuple
 
 import numpy as np
 
+from benchmarks.judge import values_of
 from benchmarks.runner import timed
 from benchmarks.zoo import CASES, draw
 from obs_ros import Model, Outcome, Record, solve_window
@@ -38,7 +39,7 @@ def hurried(model: Model, record: Record, seed: int) -> Answer:
     begin = time.perf_counter()
     estimate, process = timed(lambda: solve_window(model, record, seed=seed, deadline=DEADLINE))
     wall = time.perf_counter() - begin
-    values = {**estimate.initial_state, **estimate.parameters}
+    values = values_of(estimate)
     inside = all(v.lower <= values[v.name] <= v.upper for v in model.variables)
     finite = estimate.usable and bool(np.isfinite(estimate.states).all())
     return Answer(estimate.outcome, wall, process, inside and finite)

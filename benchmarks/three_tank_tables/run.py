@@ -5,7 +5,7 @@ from collections.abc import Mapping, Sequence
 
 import numpy as np
 
-from benchmarks.judge import Judge
+from benchmarks.judge import Judge, values_of
 from benchmarks.runner import monte_carlo
 from benchmarks.tanks import TankWindow, paper_window
 from benchmarks.three_tank_tables.convergence import Followed, follow
@@ -55,7 +55,7 @@ def errors_of(cell: Cell, way: str, seed: int) -> Array:
         fixed=given(window, way),
         seed=seed,
     )
-    values = {**estimate.initial_state, **estimate.parameters}
+    values = values_of(estimate)
     return np.array([abs(values[name] - window.truth[name]) for name in SYMBOLS])
 
 

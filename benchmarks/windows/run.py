@@ -6,7 +6,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from benchmarks.judge import SAME_OPTIMUM, Judge
+from benchmarks.judge import SAME_OPTIMUM, Judge, values_of
 from benchmarks.runner import cpu_seconds, monte_carlo, progress, timed
 from benchmarks.tanks import PARAMETERS, STATES, TankWindow, blank_record, random_window
 from obs_ros import Estimate, solve_window
@@ -42,11 +42,6 @@ class Solved(NamedTuple):
     estimate: Estimate
     seconds: float
     yardstick: float
-
-    @property
-    def values(self) -> Mapping[str, float]:
-        """Initial levels and openings by name."""
-        return {**self.estimate.initial_state, **self.estimate.parameters}
 
 
 def warm_up(samples: int) -> None:
@@ -92,10 +87,10 @@ def judge_all(
     starts: int,
 ) -> list[Verdict]:
     """Judge every window on all cores."""
-    tasks = [
-        (seed, samples, snr_db, starts, {known: solved[known][i].values for known in KNOWLEDGE})
-        for i, seed in enumerate(seeds)
-    ]
+    tasks = []
+    for i, seed in enumerate(seeds):
+        found = {known: values_of(own[i].estimate) for known, own in solved.items()}
+        tasks.append((seed, samples, snr_db, starts, found))
     return monte_carlo(judged, {snr_db: tasks}, f'judge, {snr_db:g} dB')[snr_db]
 
 

@@ -2,6 +2,7 @@
 
 import numpy as np
 
+from benchmarks.judge import values_of
 from benchmarks.peers.problem import Oracle, Problem
 from benchmarks.peers.registry import Solve
 from obs_ros import solve_window
@@ -23,6 +24,5 @@ def solve(oracle: Oracle, seed: int, noise: dict[str, float] | None) -> None:
     """Solve one window."""
     problem = oracle.problem
     estimate = solve_window(problem.model, problem.record, seed=seed, noise=noise)
-    values = {**estimate.initial_state, **estimate.parameters}
-    oracle.note(problem.objective.unknowns.point(values)[None])
+    oracle.note(problem.objective.unknowns.point(values_of(estimate))[None])
     assert np.isfinite(oracle.least)
