@@ -34,13 +34,14 @@ PAPER_SAMPLES = 1000
 class TankWindow:
     """A record, the true initial levels (cm) and openings by name, and its noise.
 
-    `sigma` (cm) is the standard deviation of the noise; `crossing` tells whether two neighbouring
-    levels change their order inside the window.
+    `sigma` (cm) is the standard deviation of the noise, `levels` (K, 3) are the true ones;
+    `crossing` tells whether two neighbouring ones change their order inside the window.
     """
 
     record: Record
     truth: Mapping[str, float]
     sigma: float
+    levels: Array
     crossing: bool
 
 
@@ -62,27 +63,38 @@ def blank_record(t: Array, y: Array | None = None) -> Record:
     return Record(t, np.full((t.size, 2), FEED), np.zeros((t.size, 2)) if y is None else y)
 
 
-def noisy(levels: Array, p: Array, snr_db: float, rng: np.random.Generator) -> TankWindow:
-    """Measure the true levels (K, 3), taken every second, of valves p (3,)."""
+def measured(
+    t: Array, levels: Array, p: Array, snr_db: float, rng: np.random.Generator
+) -> TankWindow:
+    """Measure the true levels (K, 3) at times t (K,) in s, of valves p (3,)."""
     sigma = noise_of(snr_db)
     y = levels[:, :2] + sigma * rng.standard_normal((len(levels), 2))
     heads = levels[:, (0, 2)] - levels[:, (2, 1)]
     truth = dict(zip(STATES + PARAMETERS, (*levels[0].tolist(), *p.tolist()), strict=True))
-    record = blank_record(np.arange(float(len(levels))), y)
-    return TankWindow(record, truth, sigma, bool((np.ptp(np.sign(heads), axis=0) > 0).any()))
+    crossing = bool((np.ptp(np.sign(heads), axis=0) > 0).any())
+    return TankWindow(blank_record(t, y), truth, sigma, levels, crossing)
 
 
-def random_window(seed: int, samples: int, snr_db: float) -> TankWindow:
-    """Draw p ~ U[0.2, 1], initial levels ~ U[5, 95] cm and the noise."""
+def random_window(
+    seed: int,
+    samples: int,
+    snr_db: float,
+    period: float = 1.0,
+    openings: tuple[float, float] = (0.2, 1.0),
+    levels: tuple[float, float] = (5.0, 95.0),
+) -> TankWindow:
+    """Draw openings, initial levels (cm) and the noise; samples lie `period` s apart."""
     rng = np.random.default_rng([seed, WINDOW_STREAM])
-    p, x0 = rng.uniform(0.2, 1.0, 3), rng.uniform(5.0, 95.0, 3)
-    return noisy(simulated(x0, p, np.arange(float(samples))), p, snr_db, rng)
+    p, x0 = rng.uniform(*openings, 3), rng.uniform(*levels, 3)
+    t = period * np.arange(float(samples))
+    return measured(t, simulated(x0, p, t), p, snr_db, rng)
 
 
 def paper_window(name: str, snr_db: float, seed: int) -> TankWindow:
     """Return window T1, T2 or T3 with fresh noise; the seed's noise is the same at every SNR."""
     rng = np.random.default_rng([seed, WINDOW_STREAM, list(PAPER_WINDOWS).index(name)])
-    return noisy(paper_levels(name), np.array(PAPER_WINDOWS[name]), snr_db, rng)
+    levels, p = paper_levels(name), np.array(PAPER_WINDOWS[name])
+    return measured(np.arange(float(PAPER_SAMPLES)), levels, p, snr_db, rng)
 
 
 @functools.cache

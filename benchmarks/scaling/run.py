@@ -9,11 +9,10 @@ from benchmarks.report import quantiles
 from benchmarks.runner import cpu_seconds, progress, repeats_for
 from benchmarks.scaling.curve import CAUSES, Curve
 from benchmarks.scaling.metered import Spent, spent
-from benchmarks.tanks import blank_record, noisy, random_window, simulated
+from benchmarks.tanks import random_window
 from benchmarks.zoo import CASES, draw
 from benchmarks.zoo.cases import chain
 from obs_ros import Record, Sample
-from obs_ros.core.rng import random_generator
 from obs_ros.integration.backends import kernels_for
 from obs_ros.integration.grid import Grid
 from obs_ros.models.three_tank import THREE_TANK
@@ -82,19 +81,14 @@ def by_samples(samples: Sequence[int], seeds: Sequence[int]) -> Curve:
 
 def by_rate(periods: Sequence[float], seeds: Sequence[int]) -> Curve:
     """Three tanks, the same time, ever more samples."""
-
-    def record(period: float, seed: int) -> Record:
-        rng = random_generator(seed, 1)
-        p, x0 = rng.uniform(0.2, 1.0, 3), rng.uniform(5.0, 95.0, 3)
-        t = period * np.arange(float(round(DURATION / period)))
-        window = noisy(simulated(x0, p, t), p, SNR, rng)
-        return blank_record(t, window.record.y)
-
+    samples = [round(DURATION / period) for period in periods]
     return solved_curve(
         'output rate',
         'samples per s',
         [1.0 / period for period in periods],
-        lambda i, seed: spent(THREE_TANK, record(periods[i], seed), seed),
+        lambda i, seed: spent(
+            THREE_TANK, random_window(seed, samples[i], SNR, periods[i]).record, seed
+        ),
         seeds,
         f'Three tanks, 6 unknowns, {DURATION:g} s: the window stays as long. A step of integration '
         'lasts 1 s at the most, so that below one sample per s the steps stay as many.',

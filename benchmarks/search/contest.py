@@ -46,12 +46,6 @@ WAYS = {
     'paper mode': Way('chaotic_de'),
     'scipy, 1 start': Way('scipy'),
 }
-RULES = {
-    CHI_SQUARE: Way('memetic', noise_known=True),
-    'chi-square and LM converged, or two rounds agree': WAYS[KNOWN],
-    'fast': WAYS['memetic'],
-    'safe': Way('memetic', {'acceptance': 'safe'}),
-}
 
 
 class Score(NamedTuple):
@@ -100,7 +94,7 @@ def all_ways() -> Mapping[str, Way]:
         for name, way in RIVALS.items()
         for seconds in DEADLINES
     }
-    return {**WAYS, SAFE: RULES['safe'], **limited}
+    return {**WAYS, SAFE: Way('memetic', {'acceptance': 'safe'}), **limited}
 
 
 def limited_name(name: str, seconds: float) -> str:

@@ -9,16 +9,7 @@ import numpy as np
 from benchmarks.intervals import COVERED, covered
 from benchmarks.report import rms, table
 from benchmarks.sequence.scores import binomial
-from benchmarks.tanks import (
-    PARAMETERS,
-    STATES,
-    TRUE_STEP,
-    WINDOW_STREAM,
-    TankWindow,
-    blank_record,
-    noisy,
-    simulated,
-)
+from benchmarks.tanks import PARAMETERS, STATES, TRUE_STEP, blank_record, random_window
 from obs_ros import solve_window
 from obs_ros.core.typing import Array, BoolArray
 from obs_ros.integration.backends import kernels_for
@@ -58,14 +49,6 @@ class Informed(NamedTuple):
         return value, COVERED * ratio.std(axis=0) / np.sqrt(len(ratio)) / (2.0 * value)
 
 
-def window(seed: int, snr: float) -> tuple[TankWindow, Array]:
-    """Draw a window far from the bounds, with its true levels (K, 3)."""
-    rng = np.random.default_rng([seed, WINDOW_STREAM])
-    p, x0 = rng.uniform(*OPENINGS, 3), rng.uniform(*LEVELS, 3)
-    levels = simulated(x0, p, np.arange(float(SAMPLES)))
-    return noisy(levels, p, snr, rng), levels
-
-
 def bounds(truth: Array, sigma: float) -> Array:
     """Return the Cramér-Rao bounds (9,) on standard deviations, at true unknowns (6,)."""
     model = replace(THREE_TANK, max_step=TRUE_STEP)
@@ -87,7 +70,8 @@ def informed(snr: float, seeds: Sequence[int]) -> Informed:
     """Solve windows one by one."""
     rows = []
     for seed in seeds:
-        drawn, levels = window(seed, snr)
+        # Far from the bounds.
+        drawn = random_window(seed, SAMPLES, snr, openings=OPENINGS, levels=LEVELS)
         one = solve_window(THREE_TANK, drawn.record, seed=seed)
         truth = np.array([drawn.truth[name] for name in (*STATES, *PARAMETERS)])
         values = (one.initial_state, one.parameters, one.state)
@@ -96,7 +80,7 @@ def informed(snr: float, seeds: Sequence[int]) -> Informed:
             *(one.initial_stddev[name] for name in STATES),
             *(one.stddev[name] for name in (*PARAMETERS, *STATES)),
         ]
-        error = np.array(found) - np.concatenate([truth, levels[-1]])
+        error = np.array(found) - np.concatenate([truth, drawn.levels[-1]])
         rows.append((error, deviation, bounds(truth, drawn.sigma), drawn.crossing))
     return Informed(*(np.array(column) for column in zip(*rows, strict=True)))
 

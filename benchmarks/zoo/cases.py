@@ -6,8 +6,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from benchmarks.zoo.double_well import DOUBLE_WELL
-from benchmarks.zoo.duffing import DUFFING, PERIOD
+from benchmarks.zoo.duffing import DOUBLE_WELL, DUFFING, PERIOD
 from benchmarks.zoo.glycolysis import GLYCOLYSIS
 from benchmarks.zoo.jet import JET
 from benchmarks.zoo.lorenz63 import LORENZ63

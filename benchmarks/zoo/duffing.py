@@ -1,5 +1,9 @@
-"""Forced Duffing oscillator with a hardening spring: Guckenheimer & Holmes 1983, section 2.2."""
+"""Forced Duffing oscillators: Guckenheimer & Holmes 1983, section 2.2.
 
+One has a hardening spring; the other one a double well, between which it mostly moves in chaos.
+"""
+
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -33,4 +37,14 @@ DUFFING = Model(
     output=first_state,
     max_step=0.1,
     reference='Guckenheimer & Holmes 1983, section 2.2',
+)
+DOUBLE_WELL = replace(
+    DUFFING,
+    name='double_well',
+    parameters=(
+        Variable('damping', lower=0.05, upper=0.5, nominal=0.25),
+        Variable('linear', lower=-2.0, upper=0.0, nominal=-1.0),
+        Variable('cubic', lower=0.2, upper=2.0, nominal=1.0),
+        Variable('force', lower=0.05, upper=0.6, nominal=0.3),
+    ),
 )
