@@ -15,7 +15,7 @@ from benchmarks.interconnected.run import FAULTS, SETTLING
 from benchmarks.play import played, samples_of
 from benchmarks.report import rms
 from benchmarks.runner import monte_carlo
-from obs_ros import Estimate, Outcome
+from obs_ros import Estimate
 from obs_ros.core.typing import Array, BoolArray
 from obs_ros.models import heat_exchanger as plant
 from obs_ros.observers.sliding_window import SlidingWindowObserver
@@ -32,6 +32,7 @@ BEGIN, END = 70.0, 180.0  # s, of case 2
 DEADLINE = 2.0  # s after a fault by which its valve must be known
 VALVES = ({'dP1', 'k1'}, {'dP2', 'k2'})  # utility, process
 SIZES = {'dP1': -2.0e5, 'k1': 1000.0, 'dP2': -2.0e4, 'k2': 1000.0}  # Pa, N/m
+STATES = ('Tp', 'Tu', 'X1', 'X2')
 STEADY = (24.303, 20.108, *AT_REST)
 NOISES = {'0.1 K, correlated over 0.1 s': (0.1, 0.1), '0.1 K, white': (0.1, 0.0)}
 ALL = ('dP1', 'dP2', 'k1', 'k2')
@@ -182,14 +183,13 @@ def isolated(parameter: str, sigma: float, correlation: float, seed: int) -> Iso
 
 
 class Watched(NamedTuple):
-    """Errors and standard deviations (W, q) and (W, n) in boxes, words, outcomes and new jumps."""
+    """Errors and standard deviations (W, q) and (W, n) in boxes, words and new jumps."""
 
     p_error: Array
     p_sd: Array
     x_error: Array
     x_sd: Array
     weak: tuple[tuple[str, ...], ...]
-    outcomes: tuple[Outcome, ...]
     alarms: int
 
 
@@ -211,21 +211,18 @@ def watched(moving: bool, seed: int, parameters: tuple[str, ...]) -> Watched:
     instants = sampled(scenario, seed, 0.05, 0.0, 40.0, 1e-3)[round(8.0 / PERIOD) :]
     found = estimates(instants, 0.05, parameters=parameters)
     truth = {round(i.t, 6): i.x for i in instants}
-    states = ('Tp', 'Tu', 'X1', 'X2')
-    rows: list[list[Array]] = [[], [], [], []]
-    for one in found:
-        x = truth[round(one.t1, 6)]
-        exact = dict(zip(states, (x[0], x[1], x[2], x[4]), strict=True))
-        for names, values, true, (errors, sds) in (
-            (parameters, one.parameters, {n: p[PLACES[n]] for n in PLACES}, rows[:2]),
-            (states, one.state, exact, rows[2:]),
-        ):
-            errors.append(np.array([(values[n] - true[n]) / BOXES[n] for n in names]))
-            sds.append(np.array([one.stddev[n] / BOXES[n] for n in names]))
+    x = np.array([truth[round(one.t1, 6)] for one in found])[:, (0, 1, 2, 4)]
+    p_box, x_box = (np.array([BOXES[name] for name in names]) for names in (parameters, STATES))
+
+    def told(kind: str, names: Sequence[str]) -> Array:
+        return np.array([[getattr(one, kind)[name] for name in names] for one in found])
+
     return Watched(
-        *(np.array(each) for each in rows),
+        (told('parameters', parameters) - [p[PLACES[name]] for name in parameters]) / p_box,
+        told('stddev', parameters) / p_box,
+        (told('state', STATES) - x) / x_box,
+        told('stddev', STATES) / x_box,
         tuple(one.weak for one in found),
-        tuple(one.outcome for one in found),
         sum(any(jump.new for jump in one.jumps) for one in found),
     )
 

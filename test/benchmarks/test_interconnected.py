@@ -19,7 +19,7 @@ from benchmarks.interconnected.windows import (
     isolated,
     watched,
 )
-from obs_ros import Outcome, load_observer
+from obs_ros import load_observer
 
 
 def test_settling_is_the_last_time_out_of_the_band() -> None:
@@ -79,7 +79,6 @@ CLEAN = Watched(
     x_error=np.full((100, 4), 0.01),
     x_sd=np.full((100, 4), 0.01),
     weak=(('only dP1/k1^2 is determined (known from earlier windows)',),) * 100,
-    outcomes=(Outcome.CONVERGED,) * 100,
     alarms=0,
 )
 
