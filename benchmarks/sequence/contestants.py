@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 
 from benchmarks.sequence.plants import Run
-from obs_ros import Estimate, Record, Sample
+from obs_ros import Estimate, Record, Sample, load_observer
 from obs_ros.core.deadline import Deadline
 from obs_ros.core.model import names
 from obs_ros.core.rng import random_generator
@@ -21,7 +21,7 @@ from obs_ros.inference.jumps.hypothesis import Hypothesis, hypothesis_at
 from obs_ros.inference.jumps.piecewise import PiecewiseProblem
 from obs_ros.inference.jumps.settings import JUMP_SETTINGS
 from obs_ros.inference.prior import Prior, box_variances
-from obs_ros.observers.base import OBSERVERS, load_observer
+from obs_ros.observers.base import OBSERVERS
 
 TIKHONOV = 0.02  # box, standard deviation about the previous estimate
 NANOSECONDS = 1e9

@@ -12,7 +12,7 @@ import numpy as np
 
 from benchmarks.peers.problem import Oracle, Problem, Stopped
 from benchmarks.peers.registry import Solve
-from obs_ros.core.model import Model
+from obs_ros import Model
 from obs_ros.core.typing import Array
 from obs_ros.integration.steps import STEPS
 
