@@ -37,9 +37,8 @@ class Peer:
     def prepare(self, problem: Problem) -> Solve:
         """Import it and make it ready for this kind of window."""
         module, _, function = self.path.partition(':')
-        return getattr(importlib.import_module(f'benchmarks.peers.solvers.{module}'), function)(
-            problem
-        )
+        solver = importlib.import_module(f'benchmarks.peers.solvers.{module}')
+        return getattr(solver, function)(problem)
 
 
 PEERS = {
