@@ -1,23 +1,28 @@
 """An independent judge of the search: scipy's least squares from many starts, truth included."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 
 import numpy as np
 from scipy.optimize import least_squares
 from scipy.stats import qmc
 
-from obs_ros import Model, Record
+from obs_ros import Estimate, Model, Record
 from obs_ros.core.typing import Array
 from obs_ros.integration.backends import kernels_for
 from obs_ros.integration.grid import Grid
 
 HALF_STEP = 1e-6  # of central differences, in the unit box
-TOLERANCE = 1e-9  # relative; 0.41 sigma^2 are 2e-4 of the squares of 1000 samples
+# A point is at the optimum where its squares are at most so far above the least ones, in the
+# noise's variance and for each unknown.
+SAME_OPTIMUM = 0.1025
+TOLERANCE = 1e-9  # relative; 4 SAME_OPTIMUM are 2e-4 of the squares of 1000 samples
 MAX_EVALUATIONS = 300
+NEAR = 0.02  # of the box: the spread of starts about the truth
+FAR = 1e9  # stands for the residual of a candidate that diverged; scipy refuses infinities
 
 
 class Judge:
-    """Sum of squared residuals of one record, all outputs weighted equally, in their units.
+    """Sum of squared residuals of one record, in the outputs' units, or in `noise` (r,).
 
     Shares with the library only the integration; derivatives, steps, bounds and starts are its own
     or scipy's. Points z (d,) lie in the unit box of the estimated names, in their order; the values
@@ -25,7 +30,12 @@ class Judge:
     """
 
     def __init__(
-        self, model: Model, record: Record, estimated: Sequence[str], given: Mapping[str, float]
+        self,
+        model: Model,
+        record: Record,
+        estimated: Sequence[str],
+        given: Mapping[str, float],
+        noise: Array | float = 1.0,
     ) -> None:
         self.estimated = tuple(estimated)
         self.lower = np.array([model.variable(name).lower for name in estimated])
@@ -35,6 +45,8 @@ class Judge:
         self._states = len(model.states)
         self._kernels = kernels_for(model)
         self._grid = Grid.of(model, record, np.ones(len(model.outputs)))
+        self._measured = self._grid.weight > 0.0
+        self._noise = np.broadcast_to(noise, record.y.shape)[self._measured][:, None]
 
     def squares(self, values: Mapping[str, float]) -> float:
         """Return the sum of squared residuals at named values."""
@@ -50,15 +62,17 @@ class Judge:
 
     def jacobian(self, z: Array) -> Array:
         """Return the derivatives (N, d) of the residuals by central differences."""
-        d = z.size
-        ends = self._residuals(np.vstack([z + HALF_STEP * np.eye(d), z - HALF_STEP * np.eye(d)]))
-        return (ends[:, :d] - ends[:, d:]) / (2.0 * HALF_STEP)
+        return differences(self._residuals, z, HALF_STEP)
 
-    def optimum(self, truth: Mapping[str, float], starts: int, seed: int) -> float:
-        """Return the smallest sum of squares found from the truth and `starts` other points."""
-        d = len(self.estimated)
-        spread = qmc.LatinHypercube(d, rng=np.random.default_rng(seed)).random(starts)
-        return min(self._polished(z) for z in [self.point(truth), *spread])
+    def optimum(
+        self, truth: Mapping[str, float], far: int, seed: int | Sequence[int], near: int = 0
+    ) -> float:
+        """Return the least squares from the truth, `near` points about it and `far` anywhere."""
+        rng = np.random.default_rng(seed)
+        z = np.clip(self.point(truth), 0.0, 1.0)
+        about = np.clip(z + NEAR * rng.standard_normal((near, z.size)), 0.0, 1.0)
+        spread = qmc.LatinHypercube(z.size, rng=rng).random(far)
+        return min(self._polished(start) for start in [z, *about, *spread])
 
     def bound(self, truth: Mapping[str, float], sigma: float) -> Array:
         """Return the Cramér-Rao bound (d, d) on the covariance, in the unknowns' units."""
@@ -83,13 +97,26 @@ class Judge:
     def _residuals(self, z: Array) -> Array:
         """Return the residuals (N, B) of points (B, d)."""
         columns = dict(zip(self.estimated, (self.lower + z * self.width).T, strict=True))
-        values = np.array(
-            [
-                columns[name] if name in columns else np.full(len(z), self._given[name])
-                for name in self._order
-            ]
-        )
+        given = {name: np.full(len(z), value) for name, value in self._given.items()} | columns
+        values = np.array([given[name] for name in self._order])
         x0, p = values[: self._states], values[self._states :]
-        _, outputs = self._kernels.trajectories(self._grid, x0, p)
-        measured = self._grid.weight > 0.0
-        return np.asarray((outputs - self._grid.y[:, :, None])[measured])
+        with np.errstate(all='ignore'):  # of a candidate that diverges
+            _, outputs = self._kernels.trajectories(self._grid, x0, p)
+            return finite((outputs - self._grid.y[:, :, None])[self._measured] / self._noise)
+
+
+def values_of(estimate: Estimate) -> dict[str, float]:
+    """Return the initial states and the parameters by name."""
+    return {**estimate.initial_state, **estimate.parameters}
+
+
+def finite(residuals: Array) -> Array:
+    """Return residuals that are large where they were infinite or nothing."""
+    return np.asarray(np.clip(np.where(np.isnan(residuals), FAR, residuals), -FAR, FAR))
+
+
+def differences(function: Callable[[Array], Array], z: Array, half_step: float) -> Array:
+    """Return the central differences (N, d) at z (d,) of a function of points (B, d) to (N, B)."""
+    h = half_step * np.eye(z.size)
+    ends = function(np.vstack([z + h, z - h]))
+    return np.asarray((ends[:, : z.size] - ends[:, z.size :]) / (2.0 * half_step))

@@ -13,7 +13,7 @@ FLOORS = (
     'inference.assessment', 'horizon', 'observers', 'observers.kalman_filters',
     'observers.papers.design', 'observers.papers', 'interface', 'replay', 'cli', 'ros',
 )  # fmt: skip
-PACKAGES = ('obs_ros', 'plant_sim', 'demo')
+PACKAGES = ('obs_ros', 'plant_sim', 'demo', 'benchmarks')
 ROS = {
     'rclpy', 'ament_index_python', 'builtin_interfaces', 'diagnostic_msgs', 'rcl_interfaces',
     'rosgraph_msgs', 'sensor_msgs', 'std_msgs', 'std_srvs',
@@ -111,3 +111,12 @@ def test_the_package_does_not_know_the_simulator() -> None:
     for name in MODULES:
         if name.startswith('obs_ros'):
             assert not {o for o in imported(name) if o.split('.')[0] in ('plant_sim', 'benchmarks')}
+
+
+def test_a_benchmark_does_not_know_another() -> None:
+    topics = {path.parent.name for path in (ROOT / 'benchmarks').glob('*/__main__.py')}
+    for name in MODULES:
+        parts = name.split('.')
+        if parts[0] == 'benchmarks' and parts[1:2] and parts[1] in topics:
+            found = {o.split('.')[1] for o in imported(name) if o.startswith('benchmarks.')}
+            assert not found & topics - {parts[1]}, f'{name} imports {found}'

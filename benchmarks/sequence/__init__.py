@@ -1,1 +1,1 @@
-"""Windows in sequence: how far their intervals and alarms can be believed, and what they cost."""
+"""Windows in sequence: their intervals and alarms held against the truth, and their cost."""

@@ -1,16 +1,17 @@
-"""Windows in sequence: how far their intervals and alarms can be believed, and what they cost.
+"""Windows in sequence: their intervals and alarms held against the truth, and their cost.
 
-Random runs of the three tanks and of a first-order lag, solved window by window with what earlier
-windows have taught, beside other ways to use it. All runs are simulated with steps a hundredth of
-the samples' interval.
+Random runs of the three tanks and of a first-order lag, solved window by window with the arrival
+cost of earlier windows, beside other ways to use them. All runs are simulated with steps a
+hundredth of the samples' interval.
 """
 
-from benchmarks.common import machine, options, publish
-from benchmarks.sequence.pictures import draw_calibration, draw_jumps, draw_story
-from benchmarks.sequence.plan import PER_CELL, carried_out, compile_all, plan, timed_scenes
-from benchmarks.sequence.report import parts
+from functools import partial
 
-TITLE = 'Windows in sequence'
+from benchmarks.report import pictures, publish
+from benchmarks.runner import options
+from benchmarks.sequence.pictures import draw_calibration, draw_jumps, draw_story
+from benchmarks.sequence.report import report
+from benchmarks.sequence.run import PER_CELL, carried_out, compile_all, plan, timed_scenes
 
 
 def main(arguments: list[str] | None = None) -> str:
@@ -24,16 +25,16 @@ def main(arguments: list[str] | None = None) -> str:
     )
     parser.add_argument('--seed', type=int, default=90_000, help='of the first run')
     chosen = parser.parse_args(arguments)
-    compile_all(chosen.seed)
-    measured = carried_out(
-        plan(chosen.windows, chosen.seed), timed_scenes(chosen.windows, chosen.seed)
-    )
-    chosen.results.mkdir(parents=True, exist_ok=True)
-    draw_story(chosen.results / 'sequence_story.png', chosen.seed)
-    draw_calibration(chosen.results / 'sequence_calibration.png', measured)
-    draw_jumps(chosen.results / 'sequence_jumps.png', measured.jumps)
-    told = parts(measured, chosen.seed)
-    return publish(chosen.results, 'sequence', TITLE, told, machine())
+    windows, seed = chosen.windows, chosen.seed
+    compile_all(seed)
+    measured = carried_out(plan(windows, seed), timed_scenes(windows, seed))
+    drawn = {
+        'sequence_calibration.png': ('calibration', partial(draw_calibration, measured)),
+        'sequence_story.png': ('a run with a jump and a rest', partial(draw_story, seed)),
+        'sequence_jumps.png': ('jumps', partial(draw_jumps, measured.jumps)),
+    }
+    text = report(measured, seed, pictures(chosen.results, drawn))
+    return publish(chosen.results, 'sequence', 'Windows in sequence', text)
 
 
 if __name__ == '__main__':

@@ -1,4 +1,4 @@
-"""Ways to estimate a run window by window: ours, and what others do about earlier windows."""
+"""Ways to estimate a run window by window: ours, and other uses of earlier windows."""
 
 from collections.abc import Callable, Mapping
 from dataclasses import replace
@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 
 from benchmarks.sequence.plants import Run
-from obs_ros import Estimate, Record, Sample
+from obs_ros import Estimate, Record, Sample, load_observer
 from obs_ros.core.deadline import Deadline
 from obs_ros.core.model import names
 from obs_ros.core.rng import random_generator
@@ -21,7 +21,7 @@ from obs_ros.inference.jumps.hypothesis import Hypothesis, hypothesis_at
 from obs_ros.inference.jumps.piecewise import PiecewiseProblem
 from obs_ros.inference.jumps.settings import JUMP_SETTINGS
 from obs_ros.inference.prior import Prior, box_variances
-from obs_ros.observers.base import OBSERVERS, load_observer
+from obs_ros.observers.base import OBSERVERS
 
 TIKHONOV = 0.02  # box, standard deviation about the previous estimate
 NANOSECONDS = 1e9
@@ -63,7 +63,7 @@ class Chained:
         self.walk = JUMP_SETTINGS.prior_probability * period / run.plant.duration
 
     def prior(self, best: Hypothesis) -> Prior:
-        """Return what the window before tells: mean and covariance, plus ours's random walk."""
+        """Return the posterior of the window before, widened by ours's random walk."""
         unknowns = self.solver.unknowns
         n = unknowns.n_states
         walked = np.diag(self.walk * box_variances(unknowns))

@@ -1,4 +1,4 @@
-"""Table 7: what the race and the gate add to the time of a warm window."""
+"""Table 7: the time that jump search and informed subspace add to a warm window."""
 
 import contextlib
 from collections.abc import Callable, Mapping, Sequence
@@ -8,8 +8,8 @@ from unittest import mock
 
 import numpy as np
 
-from benchmarks.common import Progress, cpu_seconds
-from benchmarks.common import table as markdown
+from benchmarks.report import table as markdown
+from benchmarks.runner import cpu_seconds, progress
 from benchmarks.sequence.plants import Run
 from benchmarks.sequence.scenes import Scene, run_of
 from obs_ros import Estimate, Record
@@ -25,10 +25,10 @@ from obs_ros.inference.jumps.jump_search import JumpSearch
 
 Solve = Callable[[int, Record], Estimate]
 
-FULL, NO_RACE, NO_GATE, BARE, PLAIN = (
-    'with race and gate',
-    'without race',
-    'without gate',
+FULL, NO_JUMPS, NO_SUBSPACE, BARE, PLAIN = (
+    'with jump search and informed subspace',
+    'without jump search',
+    'without informed subspace',
     'without both',
     '`solve_window` with `previous`',
 )
@@ -36,24 +36,23 @@ FULL, NO_RACE, NO_GATE, BARE, PLAIN = (
 
 def costs(scenes: Mapping[str, Sequence[Scene]]) -> Mapping[str, Mapping[str, Array]]:
     """Return process times (W,) in s of all warm windows, by cell and way."""
-    progress = Progress('cost', sum(map(len, scenes.values())))
-    times: dict[str, dict[str, Array]] = {}
-    for cell, own in scenes.items():
-        runs = []
-        for scene in own:
-            runs.append(timed(run_of(scene)))
-            progress.step()
-        times[cell] = {way: np.concatenate([run[way] for run in runs]) for way in runs[0]}
-    return times
+    pairs = [(cell, scene) for cell, own in scenes.items() for scene in own]
+    runs: dict[str, list[Mapping[str, Array]]] = {cell: [] for cell in scenes}
+    for cell, scene in progress(pairs, 'cost', len(pairs)):
+        runs[cell].append(timed(run_of(scene)))
+    return {
+        cell: {way: np.concatenate([run[way] for run in own]) for way in own[0]}
+        for cell, own in runs.items()
+    }
 
 
 def timed(run: Run) -> Mapping[str, Array]:
     """Solve every window in all ways, one after the other; the first is not warm."""
     ways = {
         FULL: sequence(run),
-        NO_RACE: sequence(run, race=False),
-        NO_GATE: sequence(run, gate=False),
-        BARE: sequence(run, race=False, gate=False),
+        NO_JUMPS: sequence(run, jumps=False),
+        NO_SUBSPACE: sequence(run, subspace=False),
+        BARE: sequence(run, jumps=False, subspace=False),
         PLAIN: chain(run),
     }
     records = run.records(run.plant.period)
@@ -64,17 +63,17 @@ def timed(run: Run) -> Mapping[str, Array]:
     return dict(zip(ways, np.array(times[1:]).T, strict=True))
 
 
-def sequence(run: Run, *, race: bool = True, gate: bool = True) -> Solve:
-    """Return what solves the windows in sequence, its race or gate put out of action."""
+def sequence(run: Run, *, jumps: bool = True, subspace: bool = True) -> Solve:
+    """Return a solver of windows in sequence, with one stage or both put out of action."""
     windows = MovingHorizon(Solver.of(run.plant.model))
 
     def solve(i: int, record: Record) -> Estimate:
         with contextlib.ExitStack() as changed:
-            if not race:
+            if not jumps:
                 changed.enter_context(
                     mock.patch.object(JumpSearch, 'run', lambda own, **_: own.best)
                 )
-            if not gate:
+            if not subspace:
                 changed.enter_context(
                     mock.patch('obs_ros.horizon.moving_horizon.hold_uninformed', ungated)
                 )
@@ -90,7 +89,7 @@ def ungated(best: Hypothesis, *_: Any) -> Uncertainty:
 
 
 def chain(run: Run) -> Solve:
-    """Return what solves the windows with nothing but the previous estimate to start from."""
+    """Return a solver of windows that has nothing but the previous estimate to start from."""
     solver = Solver.of(run.plant.model)
     previous: Estimate | None = None
 
@@ -111,10 +110,12 @@ def table(cells: Mapping[str, Mapping[str, Array]]) -> str:
     """Tell medians in ms, and ratios."""
     rows = []
     for cell, times in cells.items():
-        medians = [f'{1e3 * np.median(own):.2f}' for own in times.values()]
-        high = f'{1e3 * np.quantile(times[FULL], 0.95):.2f}'
-        ratios = [f'{ratio(times, way):.2f}' for way in (BARE, PLAIN)]
-        rows.append((cell, len(times[FULL]), *medians, high, *ratios))
-    ways = next(iter(cells.values()))
-    head = ('windows', 'number', *ways, '95 % with both', 'ratio to neither', 'to `solve_window`')
-    return markdown(head, rows)
+        rows.append({
+            'windows': cell,
+            'number': len(times[FULL]),
+            **{way: f'{1e3 * np.median(own):.2f}' for way, own in times.items()},
+            '95 % with both': f'{1e3 * np.quantile(times[FULL], 0.95):.2f}',
+            'ratio to neither': f'{ratio(times, BARE):.2f}',
+            'to `solve_window`': f'{ratio(times, PLAIN):.2f}',
+        })  # fmt: skip
+    return markdown(rows)

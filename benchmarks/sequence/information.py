@@ -6,18 +6,10 @@ from typing import NamedTuple
 
 import numpy as np
 
-from benchmarks.common import table as markdown
-from benchmarks.sequence.scores import COVERED, binomial
-from benchmarks.tank_windows import (
-    PARAMETERS,
-    STATES,
-    TRUE_STEP,
-    WINDOW_STREAM,
-    TankWindow,
-    blank_record,
-    noisy,
-    simulated,
-)
+from benchmarks.intervals import COVERED, covered
+from benchmarks.report import rms, table
+from benchmarks.sequence.scores import binomial
+from benchmarks.tanks import PARAMETERS, STATES, TRUE_STEP, blank_record, random_window
 from obs_ros import solve_window
 from obs_ros.core.typing import Array, BoolArray
 from obs_ros.integration.backends import kernels_for
@@ -30,13 +22,6 @@ VALUES = (*UNKNOWNS, *(f'{name} at the end' for name in STATES))
 OPENINGS, LEVELS = (0.3, 0.9), (15.0, 85.0)
 DIFFERENCE = 1e-4  # cm, and a hundredth of it for openings
 FIRST = 500  # windows that the acceptance is about
-
-
-class Chunk(NamedTuple):
-    """Windows to solve."""
-
-    snr: float
-    seeds: tuple[int, ...]
 
 
 class Informed(NamedTuple):
@@ -55,23 +40,13 @@ class Informed(NamedTuple):
     def coverage(self) -> Array:
         """Share (9,) of the intervals given that hold the truth."""
         given = np.isfinite(self.deviation)
-        held = np.abs(self.error) <= COVERED * self.deviation
-        return np.asarray((held & given).sum(axis=0) / given.sum(axis=0))
+        return np.asarray(covered(self.error, self.deviation).sum(axis=0) / given.sum(axis=0))
 
     @property
     def efficiency(self) -> tuple[Array, Array]:
         """Error over bound (9,), root mean square, with its margin."""
-        ratio = (self.error / self.bound) ** 2
-        value = np.sqrt(ratio.mean(axis=0))
+        value, ratio = rms(self.error / self.bound, 0), (self.error / self.bound) ** 2
         return value, COVERED * ratio.std(axis=0) / np.sqrt(len(ratio)) / (2.0 * value)
-
-
-def window(seed: int, snr: float) -> tuple[TankWindow, Array]:
-    """Draw a window far from the bounds, with its true levels (K, 3)."""
-    rng = np.random.default_rng([seed, WINDOW_STREAM])
-    p, x0 = rng.uniform(*OPENINGS, 3), rng.uniform(*LEVELS, 3)
-    levels = simulated(x0, p, np.arange(float(SAMPLES)))
-    return noisy(levels, p, snr, rng), levels
 
 
 def bounds(truth: Array, sigma: float) -> Array:
@@ -91,23 +66,21 @@ def bounds(truth: Array, sigma: float) -> Array:
     return np.asarray(np.sqrt(np.concatenate(variances)))
 
 
-def informed(chunk: Chunk) -> Informed:
+def informed(snr: float, seeds: Sequence[int]) -> Informed:
     """Solve windows one by one."""
     rows = []
-    for seed in chunk.seeds:
-        drawn, levels = window(seed, chunk.snr)
-        estimate = solve_window(THREE_TANK, drawn.record, seed=seed)
+    for seed in seeds:
+        # Far from the bounds.
+        drawn = random_window(seed, SAMPLES, snr, openings=OPENINGS, levels=LEVELS)
+        one = solve_window(THREE_TANK, drawn.record, seed=seed)
         truth = np.array([drawn.truth[name] for name in (*STATES, *PARAMETERS)])
-        found = [
-            *estimate.initial_state.values(),
-            *estimate.parameters.values(),
-            *estimate.state.values(),
-        ]
+        values = (one.initial_state, one.parameters, one.state)
+        found = [value for group in values for value in group.values()]
         deviation = [
-            *(estimate.initial_stddev[name] for name in STATES),
-            *(estimate.stddev[name] for name in (*PARAMETERS, *STATES)),
+            *(one.initial_stddev[name] for name in STATES),
+            *(one.stddev[name] for name in (*PARAMETERS, *STATES)),
         ]
-        error = np.array(found) - np.concatenate([truth, levels[-1]])
+        error = np.array(found) - np.concatenate([truth, drawn.levels[-1]])
         rows.append((error, deviation, bounds(truth, drawn.sigma), drawn.crossing))
     return Informed(*(np.array(column) for column in zip(*rows, strict=True)))
 
@@ -136,22 +109,21 @@ def groups(cells: Mapping[float, Informed]) -> dict[str, Informed]:
 
 def coverage_table(cells: Mapping[float, Informed]) -> str:
     """Tell the coverage of every value."""
-    rows = [
-        (
-            name,
-            f'± {binomial(0.95, len(own.error)):.3f}',
-            *(f'{c:.3f}' for c in own.coverage),
-            f'{np.mean(np.isnan(own.deviation)):.4f}',
-        )
+    return table(
+        {
+            'windows': name,
+            'margin': f'± {binomial(0.95, len(own.error)):.3f}',
+            **dict(zip(VALUES, (f'{share:.3f}' for share in own.coverage), strict=True)),
+            'withheld': f'{np.mean(np.isnan(own.deviation)):.4f}',
+        }
         for name, own in groups(cells).items()
-    ]
-    return markdown(('windows', 'margin', *VALUES, 'withheld'), rows)
+    )
 
 
 def efficiency_table(cells: Mapping[float, Informed]) -> str:
     """Tell the errors of every value against the bound."""
     rows = []
     for name, own in groups(cells).items():
-        value, margin = own.efficiency
-        rows.append((name, *(f'{v:.3f} ± {m:.3f}' for v, m in zip(value, margin, strict=True))))
-    return markdown(('windows', *VALUES), rows)
+        ratios = (f'{v:.3f} ± {m:.3f}' for v, m in zip(*own.efficiency, strict=True))
+        rows.append({'windows': name, **dict(zip(VALUES, ratios, strict=True))})
+    return table(rows)

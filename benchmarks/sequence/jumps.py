@@ -5,8 +5,8 @@ from typing import NamedTuple
 
 import numpy as np
 
-from benchmarks.common import quantiles
-from benchmarks.common import table as markdown
+from benchmarks.report import quantiles, slashed
+from benchmarks.report import table as markdown
 from benchmarks.sequence.plants import PLANTS
 from benchmarks.sequence.scenes import SIZES
 from benchmarks.sequence.scores import Share, binomial
@@ -17,7 +17,7 @@ Tracks = Mapping[str, Sequence[Track]]
 
 
 class Found(NamedTuple):
-    """What became of one jump of `size` boxes.
+    """One jump of `size` boxes, as the windows report it.
 
     `alarm`: in time, that is in a window that holds at most one period of samples after the jump,
     or in the first that holds more; `delay` counts windows, 1 = the first that holds a sample after
@@ -64,11 +64,6 @@ def found(track: Track) -> Found:
     )
 
 
-def of_class(jumps: Sequence[Found], least: float, most: float) -> list[Found]:
-    """Return the jumps of such a size."""
-    return [jump for jump in jumps if least <= jump.size < most]
-
-
 def part(jumps: Sequence[Found], what: str) -> Share:
     """Return the share of jumps that have a property."""
     value = float(np.mean([getattr(jump, what) for jump in jumps])) if jumps else np.nan
@@ -82,42 +77,37 @@ def time_errors(jumps: Sequence[Found]) -> list[float]:
 
 def table(tracks: Tracks) -> str:
     """Tell of every plant and SNR, and of each size class."""
-    rows = []
-    for cell, own in tracks.items():
-        jumps = [found(track) for track in own]
-        sizes = [(SIZES[0][0], SIZES[-1][1] + 1e-9), *SIZES]
-        for label, (least, most) in zip(('all', *SIZES), sizes, strict=True):
-            chosen = of_class(jumps, least, most)
-            if chosen:
-                name = label if isinstance(label, str) else f'{least:g} to {most:g}'
-                rows.append((cell, name, *_row(chosen)))
-    head = (
-        'plant', 'size (box)', 'jumps', 'alarm in time', 'right set', 'right or alternative',
-        'time error, s: median / 95 %', 'time in 2 sd', 'size in 2 sd', 'windows: median / 95 %',
-        'never', 'further alarms',
-    )  # fmt: skip
-    return markdown(head, rows)
-
-
-def _row(jumps: Sequence[Found]) -> tuple[object, ...]:
-    errors, delays = time_errors(jumps), [jump.delay for jump in jumps]
-    told = [jump for jump in jumps if jump.right]
-    inside = {
-        what: np.mean([abs(getattr(jump, what)) <= 2.0 for jump in told]) if told else np.nan
-        for what in ('time_z', 'size_z')
-    }
-    return (
-        len(jumps),
-        str(part(jumps, 'alarm')),
-        str(part(jumps, 'right')),
-        f'{part(jumps, "named").value:.3f}',
-        '{:.2f} / {:.2f}'.format(*quantiles(errors)) if errors else '-',
-        f'{inside["time_z"]:.2f}',
-        f'{inside["size_z"]:.2f}',
-        f'{np.median(delays):g} / {np.quantile(delays, 0.95, method="higher"):g}',
-        sum(np.isinf(delay) for delay in delays),
-        sum(jump.extra for jump in jumps),
+    classes = {'all': (SIZES[0][0], SIZES[-1][1] + 1e-9)}
+    classes |= {f'{least:g} to {most:g}': (least, most) for least, most in SIZES}
+    return markdown(
+        {'plant': cell, 'size (box)': label} | _row(chosen)
+        for cell, own in tracks.items()
+        for jumps in ([found(track) for track in own],)
+        for label, (least, most) in classes.items()
+        if (chosen := [jump for jump in jumps if least <= jump.size < most])
     )
+
+
+def _row(jumps: Sequence[Found]) -> dict[str, object]:
+    errors, delays = time_errors(jumps), [jump.delay for jump in jumps]
+    late = np.quantile(delays, 0.95, method='higher')
+    right = [jump for jump in jumps if jump.right]
+    inside = {
+        name: np.mean([abs(getattr(jump, name)) <= 2.0 for jump in right]) if right else np.nan
+        for name in ('time_z', 'size_z')
+    }
+    return {
+        'jumps': len(jumps),
+        'alarm in time': part(jumps, 'alarm'),
+        'right set': part(jumps, 'right'),
+        'right or alternative': f'{part(jumps, "named").value:.3f}',
+        'time error, s: median / 95 %': slashed(quantiles(errors)) if errors else '-',
+        'time in 2 sd': f'{inside["time_z"]:.2f}',
+        'size in 2 sd': f'{inside["size_z"]:.2f}',
+        'windows: median / 95 %': slashed((np.median(delays), late), 'g'),
+        'never': sum(np.isinf(delay) for delay in delays),
+        'further alarms': sum(jump.extra for jump in jumps),
+    }
 
 
 def missed(tracks: Tracks) -> str:

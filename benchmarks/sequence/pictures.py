@@ -1,23 +1,19 @@
-"""Pictures of the benchmark; needs matplotlib."""
+"""Pictures of windows in sequence; needs Matplotlib."""
 
 from collections.abc import Mapping, Sequence
-from pathlib import Path
+from typing import Any
 
-import matplotlib
 import numpy as np
-from matplotlib.axes import Axes
-from matplotlib.figure import Figure
-from matplotlib.ticker import NullLocator
 
-from benchmarks.sequence.acceptance import Measured
+from benchmarks.report import panels
 from benchmarks.sequence.contestants import EKF, OURS
 from benchmarks.sequence.jumps import found
 from benchmarks.sequence.plants import PLANTS, Run
+from benchmarks.sequence.run import Measured
 from benchmarks.sequence.scenes import Scene, run_of
 from benchmarks.sequence.scores import coverage
-from benchmarks.sequence.track import Task, Track, tracked
+from benchmarks.sequence.track import Track, tracked
 
-matplotlib.use('Agg')
 COLOURS = {
     OURS: 'tab:blue',
     'no prior': 'tab:orange',
@@ -31,14 +27,13 @@ STORY_WINDOWS, STORY_SNR = 12, 20.0
 Z = np.linspace(-4.0, 4.0, 201)
 
 
-def draw_story(path: Path, seed: int) -> None:
+def draw_story(seed: int) -> Any:
     """Draw one run: parameters and hidden level beside the truth, ours and windows alone."""
     scene = Scene('tanks', STORY_SNR, 'jump and rest', seed, STORY_WINDOWS)
     run = run_of(scene)
-    figure = Figure(figsize=(13.0, 9.0), layout='constrained')
-    grid = figure.subplots(4, 2, sharex=True, sharey='row')
+    figure, grid = panels(4, 2, (13.0, 9.0), sharex=True, sharey='row')
     for column, contestant in zip(grid.T, (OURS, 'no prior'), strict=True):
-        track = tracked(Task(scene, False, contestant))
+        track = tracked(scene, False, contestant)
         for i, axes in enumerate(column[:3]):
             truth = run.parameters.before(run.t)[:, i]
             _told(axes, run, truth, track, track.p[:, i], track.p_sd[:, i], COLOURS[contestant])
@@ -55,11 +50,11 @@ def draw_story(path: Path, seed: int) -> None:
     figure.suptitle(
         f'p1 jumps, later the feeds rest (shaded): {STORY_SNR:g} dB, seed {seed}', fontsize=12
     )
-    figure.savefig(path, dpi=110)
+    return figure
 
 
 def _told(
-    axes: Axes, run: Run, truth: np.ndarray, track: Track, value: np.ndarray, sd: np.ndarray,
+    axes: Any, run: Run, truth: np.ndarray, track: Track, value: np.ndarray, sd: np.ndarray,
     colour: str,
 ) -> None:  # fmt: skip
     """Draw one value against time."""
@@ -80,10 +75,9 @@ def _told(
     axes.set_xlim(run.plant.duration, float(run.t[-1]))
 
 
-def draw_calibration(path: Path, measured: Measured) -> None:
+def draw_calibration(measured: Measured) -> Any:
     """Draw coverage by cell and contestant, and how ours's errors over sd are distributed."""
-    figure = Figure(figsize=(13.5, 4.6), layout='constrained')
-    bars, histogram = figure.subplots(1, 2, width_ratios=(2.0, 1.0))
+    figure, ((bars, histogram),) = panels(1, 2, (13.5, 4.6), width_ratios=(2.0, 1.0))
     cells = list(dict.fromkeys(cell for cell, _ in measured.clean))
     contestants = list(dict.fromkeys(contestant for _, contestant in measured.clean))
     middle, width = np.arange(len(cells)), 0.8 / len(contestants)
@@ -104,10 +98,10 @@ def draw_calibration(path: Path, measured: Measured) -> None:
     bars.set_ylim(LEAST_COVERAGE, 1.02)
     bars.legend(fontsize=9, loc='lower left', ncols=3)
     _histogram(histogram, measured)
-    figure.savefig(path, dpi=110)
+    return figure
 
 
-def _histogram(axes: Axes, measured: Measured) -> None:
+def _histogram(axes: Any, measured: Measured) -> None:
     edges = np.linspace(-4.0, 4.0, 33).tolist()
     for plant, colour in (('tanks', 'tab:blue'), ('lag', 'tab:orange')):
         own = [
@@ -129,12 +123,11 @@ def _histogram(axes: Axes, measured: Measured) -> None:
     axes.legend(fontsize=9, loc='upper center')
 
 
-def draw_jumps(path: Path, tracks: Mapping[str, Sequence[Track]]) -> None:
+def draw_jumps(tracks: Mapping[str, Sequence[Track]]) -> Any:
     """Draw the error of each jump's time against its size."""
-    figure = Figure(figsize=(12.0, 4.6), layout='constrained')
-    panels = figure.subplots(1, 2)
+    figure, (both,) = panels(1, 2, (12.0, 4.6))
     for cell, own in tracks.items():
-        axes = panels[0 if cell in SNR_COLOURS else 1]
+        axes = both[0 if cell in SNR_COLOURS else 1]
         colour = SNR_COLOURS.get(cell, 'tab:blue')
         step = PLANTS[own[0].scene.plant].step
         jumps = [found(track) for track in own]
@@ -150,14 +143,14 @@ def draw_jumps(path: Path, tracks: Mapping[str, Sequence[Track]]) -> None:
             [jump.size for jump in rest], np.full(len(rest), rank), 'x', color=colour, ms=5,
             transform=axes.get_xaxis_transform(),
         )  # fmt: skip
-    for axes, title in zip(panels, ('three tanks', 'first-order lag'), strict=True):
+    for axes, title in zip(both, ('three tanks', 'first-order lag'), strict=True):
         axes.set(xscale='log', yscale='log', xlabel='size of the jump (box)')
         axes.set_title(f'{title} (crosses: not found in time, or not rightly)', fontsize=10)
         low, high = axes.get_ylim()
         axes.set_ylim(low / 3.0, 8.0 * high)
         axes.set_ylabel('error of its time (s)')
         axes.set_xticks([0.03, 0.05, 0.1, 0.2, 0.4], ['.03', '.05', '.1', '.2', '.4'])
-        axes.xaxis.set_minor_locator(NullLocator())
+        axes.set_xticks([], minor=True)
         axes.grid(alpha=0.3)
         axes.legend(fontsize=9, loc='lower left')
-    figure.savefig(path, dpi=110)
+    return figure

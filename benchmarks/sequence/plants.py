@@ -6,7 +6,8 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from benchmarks.tank_windows import TRUE_STEP
+from benchmarks.tanks import TRUE_STEP
+from benchmarks.zoo.output import first_state
 from obs_ros import Model, Record, Variable
 from obs_ros.core.typing import Array
 from obs_ros.integration.backends import kernels_for
@@ -20,11 +21,6 @@ def lag_dynamics(t: Any, x: Any, u: Any, p: Any) -> tuple[Any]:
     return ((k * u[0] - x[0]) / tau,)
 
 
-def lag_output(t: Any, x: Any, u: Any, p: Any) -> tuple[Any]:
-    """Return the state, which is measured."""
-    return (x[0],)
-
-
 LAG = Model(
     name='first_order_lag',
     states=(Variable('x', lower=-10.0, upper=10.0),),
@@ -35,7 +31,7 @@ LAG = Model(
         Variable('tau', unit='s', lower=1.0, upper=20.0, nominal=5.0),
     ),
     dynamics=lag_dynamics,
-    output=lag_output,
+    output=first_state,
     max_step=0.1,
 )
 
@@ -76,7 +72,7 @@ PLANTS = {
 
 
 class Change(NamedTuple):
-    """What parameter `place` jumps by, in its unit, at `time` (s)."""
+    """A jump of parameter `place` by `size`, in its unit, at `time` (s)."""
 
     time: float
     place: int

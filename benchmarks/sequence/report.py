@@ -1,124 +1,51 @@
-"""What the report says of everything measured."""
+"""The report on everything measured."""
 
-from benchmarks.common import table as markdown
+from benchmarks.report import filled, requirements, table
 from benchmarks.sequence import acceptance, cost, information, jumps, rest, tables
-from benchmarks.sequence.acceptance import Measured
-from benchmarks.sequence.contestants import CONTESTANTS, EKF, TIKHONOV
+from benchmarks.sequence.contestants import TIKHONOV
 from benchmarks.sequence.plants import PLANTS
+from benchmarks.sequence.run import Measured
 from benchmarks.sequence.scenes import LAG_NOISE
 
-PLANT_HEAD = ('plant', 'sample', 'window', 'every', 'inputs', 'noise')
 
-
-def parts(measured: Measured, seed: int) -> list[str]:
-    """Return the report's parts."""
-    alone = list(measured.information.values())
-    crossings = ', '.join(
-        f'{part.crossing.mean():.1%} at {snr:g} dB' for snr, part in measured.information.items()
+def report(measured: Measured, seed: int, drawn: str) -> str:
+    """Return the report, with the pictures at its end."""
+    alone = measured.information
+    crossings = (f'{part.crossing.mean():.1%} at {snr:g} dB' for snr, part in alone.items())
+    return filled(
+        'sequence/report',
+        seed=seed,
+        second=seed + 1,
+        plants=plants_table(),
+        tikhonov=TIKHONOV,
+        acceptance=requirements(acceptance.asked(measured)),
+        clean=tables.clean_table(measured.clean),
+        suspects=tables.suspects(measured.clean),
+        rest=rest.table(measured.rest),
+        jumps=jumps.table(measured.jumps),
+        missed=jumps.missed(measured.jumps),
+        hard=tables.hard_table(measured.hard),
+        noise=tables.noise_table(measured.noise),
+        count=len(next(iter(alone.values())).error),
+        crossings=', '.join(crossings),
+        coverage=information.coverage_table(alone),
+        efficiency=information.efficiency_table(alone),
+        cost=cost.table(measured.cost),
+        pictures=drawn,
     )
-    return [
-        introduction(seed),
-        '## Acceptance\n\n' + acceptance.table(measured),
-        '## 1. Clean sequences\n\n' + CLEAN + '\n\n' + tables.clean_table(measured.clean),
-        '### Ours confidently wrong, or alarmed though nothing jumped\n\n'
-        + tables.suspects(measured.clean),
-        '![calibration](sequence_calibration.png)',
-        '## 2. Rest\n\n' + REST + '\n\n' + rest.table(measured.rest),
-        '![a run with a jump and a rest](sequence_story.png)',
-        '## 3. Jumps\n\n' + JUMPS + '\n\n' + jumps.table(measured.jumps),
-        '![jumps](sequence_jumps.png)',
-        '### Not found in time, or not rightly: seeds (and sizes)\n\n'
-        + jumps.missed(measured.jumps),
-        '## 4. What the windows do not expect\n\n' + HARD + '\n\n'
-        + tables.hard_table(measured.hard),
-        '## 5. The noise given wrongly\n\n' + NOISE + '\n\n' + tables.noise_table(measured.noise),
-        f'## 6. Windows alone\n\n{len(alone[0].error)} windows at each SNR; ' + ALONE
-        + f' Levels cross in {crossings} of them.\n\n### Coverage\n\n'
-        + information.coverage_table(measured.information)
-        + '\n\n### RMSE over the Cramér-Rao bound\n\n'
-        + information.efficiency_table(measured.information),
-        '## 7. Cost\n\n' + COST + '\n\n' + cost.table(measured.cost),
-    ]  # fmt: skip
 
 
-def introduction(seed: int) -> str:
-    """Say what was done."""
+def plants_table() -> str:
+    """Tell how the plants are watched."""
     rows = [
-        (
-            name,
-            f'{plant.step:g} s',
-            f'{plant.duration:g} s',
-            f'{plant.period:g} s, or abutting',
-            f'stepped at random every {plant.hold:g} s',
-            f'{LAG_NOISE:g}' if name == 'lag' else '1 cm at 0 dB, a tenth every 20 dB',
-        )
+        {
+            'plant': name,
+            'sample': f'{plant.step:g} s',
+            'window': f'{plant.duration:g} s',
+            'every': f'{plant.period:g} s, or abutting',
+            'inputs': f'stepped at random every {plant.hold:g} s',
+            'noise': f'{LAG_NOISE:g}' if name == 'lag' else '1 cm at 0 dB, a tenth every 20 dB',
+        }
         for name, plant in PLANTS.items()
     ]
-    return (
-        f'Runs have the seeds {seed}, {seed + 1} and so on in every cell; a seed draws other runs '
-        'for other scenes, and the same run for all contestants and SNRs. Parameters and initial '
-        'states are drawn anew for every run. Ours is not told the noise, unless a table says so; '
-        'all other contestants know it.\n\n' + markdown(PLANT_HEAD, rows) + '\n\n'
-        'Coverage: share of the 95 % intervals (1.96 sd) that hold the truth, among those given. '
-        '± is the half-width of the 95 % interval of a share, by the number of windows or by the '
-        'spread between runs, whichever is larger. cw, confidently wrong: share of windows in '
-        'which the error of a parameter or an end state is above both 3 sd and 2 % of its box, '
-        'though a standard deviation was given. Withheld: no standard deviation was given, as the '
-        'value is not determined (sd above a tenth of the box) or the window is not explained. '
-        'Alarm: a jump reported as new. Mismatch: the outcome `model_mismatch`.'
-    )
-
-
-CLEAN = (
-    'Nothing happens but that the inputs step. `no prior`: every window alone. `Tikhonov`: '
-    f'every parameter pulled to its previous estimate with a standard deviation of {TIKHONOV:g} '
-    'box. `MAP arrival cost`: the prior is the covariance of the window just before, with the same '
-    'random walk as ours: overlapping samples are counted twice. '
-    + (
-        '`EKF`: the extended Kalman filter on states and parameters with its own settings, looked '
-        'at when a window ends; its first windows are those in which it starts.'
-        if EKF in CONTESTANTS
-        else 'This version has no extended Kalman filter to compare with.'
-    )
-)
-REST = (
-    'After three windows of excitation all inputs stay constant; told of the windows that lie '
-    'wholly in this rest. Drift: the last estimate of a parameter less the first, of the parameter '
-    'of a run that drifts most; in boxes, and in the standard deviation last published when the '
-    'first of these windows was solved. A step goes from one window to the next, in the standard '
-    'deviation last published before it. The last column is the share of standard deviations '
-    'suddenly far smaller than in the rest of the run: nothing happens that could tell so much. '
-    '`Q1 = 0`: nothing flows between the tanks once they are '
-    'level, so that p1 and p3 have no influence any more.'
-)
-JUMPS = (
-    'One parameter jumps, at any time, by .03 to .4 of its box (a third of the runs in each class '
-    'of sizes). In time: in the first window that holds at least one period of samples (tanks '
-    '50 s, lag 5 s) after the jump, or before. Right set: that window reports one jump, of that '
-    'parameter alone. Errors are those of that report. Windows: until the alarm, 1 = the first '
-    'that holds a sample after the jump. Further alarms: new jumps reported after the first.'
-)
-HARD = (
-    'Tanks, windows every 50 s. Before and after: windows that end before or after it begins; '
-    'outliers (a tenth of the samples has ten times the noise) and wrong areas are there from the '
-    'start. The truth of a ramp is its value at the end of the window. Two jumps follow each other '
-    'within 100 s. A true pipe area 10 % larger than the model says is invisible by design: '
-    'openings 10 % larger have the same outputs, so nothing but knowledge of the pipes could tell; '
-    'its coverage is against the true openings. A true tank area 10 % larger is also a wrong '
-    'effect of the feeds, which shows when they step.'
-)
-NOISE = (
-    'Tanks, 20 dB, windows every 50 s: the same runs with the noise given rightly and wrongly, and '
-    '`learn_noise` on and off.'
-)
-ALONE = (
-    'solved by `solve_window`, noise not given; openings 0.3 to 0.9, levels 15 to 85 cm, 300 '
-    'samples 1 s apart. The bound is computed at the truth, with the true noise. Where two levels '
-    'cross, the square root in the flow has a kink: the model is not differentiable there, and 1 s '
-    'steps of integration err by some 0.003 cm.'
-)
-COST = (
-    'Medians of process times in ms of the same warm windows, solved in all ways in turn, in one '
-    'process. Ratios are medians of the ratio of each window. Race and gate are put out of action '
-    'for `without`; prior, noise, tests and standard deviations stay.'
-)
+    return table(rows)

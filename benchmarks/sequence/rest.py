@@ -5,7 +5,8 @@ from typing import NamedTuple
 
 import numpy as np
 
-from benchmarks.common import table as markdown
+from benchmarks.report import slashed
+from benchmarks.report import table as markdown
 from benchmarks.sequence.scores import confidently_wrong, coverage, share, withheld
 from benchmarks.sequence.track import Track
 from obs_ros.core.typing import Array, BoolArray
@@ -14,7 +15,7 @@ ABRUPT = 0.2
 
 
 class Drift(NamedTuple):
-    """How the parameters of one run move over the windows that lie wholly in the rest.
+    """The drift of the parameters of one run, over the windows that lie wholly in the rest.
 
     `box` and `deviations` (q,) are the last estimate less the first, in boxes and in the standard
     deviation that was the last published (not withheld) by then; `steps` (W - 1, q) those from
@@ -84,23 +85,18 @@ def table(tracks: Mapping[tuple[str, str], Sequence[Track]]) -> str:
     for (cell, contestant), own in tracks.items():
         each = worst(own)
         resting = [track.only(track.begin >= track.event) for track in own]
-        rows.append((
-            cell,
-            contestant,
-            sum(len(track.end) for track in resting),
-            ' / '.join(f'{value:.3f}' for value in each.box),
-            ' / '.join(f'{value:.2f}' for value in each.deviations),
-            f'{each.large_steps:.3f}',
-            f'{each.largest_step:.2f}',
-            coverage(resting, 'p'),
-            coverage(resting, 'x'),
-            confidently_wrong(resting),
-            f'{withheld(resting, "p").value:.3f}',
-            f'{share(resting, abrupt).value:.3f}',
-        ))  # fmt: skip
-    head = (
-        'rest', 'contestant', 'windows', 'drift, boxes: median / 95 % / most of the runs',
-        'drift, sd: median / 95 % / most', 'steps > 1 sd', 'largest step, sd', 'coverage p',
-        'coverage end state', 'cw', 'withheld p', 'sd < 1/5 of its median',
-    )  # fmt: skip
-    return markdown(head, rows)
+        rows.append({
+            'rest': cell,
+            'contestant': contestant,
+            'windows': sum(len(track.end) for track in resting),
+            'drift, boxes: median / 95 % / most of the runs': slashed(each.box, '.3f'),
+            'drift, sd: median / 95 % / most': slashed(each.deviations),
+            'steps > 1 sd': f'{each.large_steps:.3f}',
+            'largest step, sd': f'{each.largest_step:.2f}',
+            'coverage p': coverage(resting, 'p'),
+            'coverage end state': coverage(resting, 'x'),
+            'cw': confidently_wrong(resting),
+            'withheld p': f'{withheld(resting, "p").value:.3f}',
+            'sd < 1/5 of its median': f'{share(resting, abrupt).value:.3f}',
+        })  # fmt: skip
+    return markdown(rows)

@@ -1,4 +1,4 @@
-"""What happens in a run: nothing, rest, jumps, and what the windows do not expect."""
+"""Events in a run: none, rest, jumps, and others that the windows do not expect."""
 
 from collections.abc import Callable, Mapping
 from dataclasses import replace
@@ -7,7 +7,7 @@ from typing import NamedTuple
 import numpy as np
 
 from benchmarks.sequence.plants import PLANTS, Change, Parameters, Plant, Run, simulated
-from benchmarks.tank_windows import noise_of
+from benchmarks.tanks import noise_of
 from obs_ros.core.typing import Array
 
 RUN_STREAM = 2  # what a run is drawn from; searches must not draw the same numbers
@@ -21,7 +21,7 @@ WRONG = 1.1  # true area over the model's
 
 
 class Scene(NamedTuple):
-    """One run to simulate: `snr` in dB (tanks only), what happens, and for how many windows."""
+    """One run to simulate: `snr` in dB (tanks only), the event, and the number of windows."""
 
     plant: str
     snr: float
@@ -70,7 +70,7 @@ def measured(
     event: float = np.inf,
     wrong_area: bool = False,
 ) -> Run:
-    """Simulate what was drawn; `shape` (K, 1) multiplies the noise."""
+    """Simulate the run that was drawn; `shape` (K, 1) multiplies the noise."""
     plant, rng = drawn.plant, drawn.rng
     x0 = rng.uniform(*plant.x0, len(plant.model.states))
     truth = Parameters.of(drawn.p, changes) if parameters is None else parameters

@@ -1,14 +1,14 @@
-"""What is counted over the windows of several runs."""
+"""Shares counted over the windows of several runs."""
 
 from collections.abc import Callable, Sequence
 from typing import NamedTuple
 
 import numpy as np
 
+from benchmarks.intervals import COVERED, covered
+from benchmarks.report import rms as root_mean_square
 from benchmarks.sequence.track import Track
 from obs_ros.core.typing import BoolArray
-
-COVERED = 1.96  # standard deviations, 95 %
 
 
 class Share(NamedTuple):
@@ -26,7 +26,7 @@ class Share(NamedTuple):
 
 
 def share(tracks: Sequence[Track], of: Callable[[Track], tuple[BoolArray, BoolArray]]) -> Share:
-    """Return the share of hits among what counts; `of` tells both (W, any) of a run."""
+    """Return the share of hits among those that count; `of` tells both (W, any) of a run."""
     pairs = [of(track) for track in tracks]
     hits = np.array([np.sum(hit & counts) for hit, counts in pairs], dtype=float)
     totals = np.array([np.sum(counts) for _, counts in pairs], dtype=float)
@@ -52,7 +52,7 @@ def coverage(tracks: Sequence[Track], what: str) -> Share:
 
     def held(track: Track) -> tuple[BoolArray, BoolArray]:
         error, sd = getattr(track, f'{what}_error'), getattr(track, f'{what}_sd')
-        return np.abs(error) <= COVERED * sd, np.isfinite(sd)
+        return covered(error, sd), np.isfinite(sd)
 
     return share(tracks, held)
 
@@ -80,7 +80,7 @@ def mismatched(tracks: Sequence[Track]) -> Share:
 def rms(tracks: Sequence[Track], what: str) -> float:
     """Return the errors' root mean square in % of the box; of `p` or of end states."""
     errors = [getattr(track, f'{what}_error') for track in tracks]
-    return 100.0 * float(np.sqrt(np.mean(np.concatenate(errors) ** 2))) if errors else np.nan
+    return 100.0 * float(root_mean_square(np.concatenate(errors)))
 
 
 def every(hit: BoolArray) -> tuple[BoolArray, BoolArray]:

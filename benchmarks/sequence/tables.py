@@ -5,7 +5,7 @@ from collections.abc import Mapping, Sequence
 
 import numpy as np
 
-from benchmarks.common import table as markdown
+from benchmarks.report import slashed, table
 from benchmarks.sequence.contestants import OURS
 from benchmarks.sequence.scores import (
     after,
@@ -18,32 +18,26 @@ from benchmarks.sequence.scores import (
     windows,
     withheld,
 )
-from benchmarks.sequence.track import Track
-
-Cells = Mapping[tuple[str, str], Sequence[Track]]
+from benchmarks.sequence.track import Cells, Track
 
 
 def clean_table(cells: Cells) -> str:
     """Tell of every clean cell and contestant."""
-    rows = []
-    for (cell, contestant), own in cells.items():
-        rows.append((
-            cell,
-            contestant,
-            windows(own),
-            coverage(own, 'p'),
-            coverage(own, 'x'),
-            confidently_wrong(own),
-            f'{withheld(own, "p").value:.3f} / {withheld(own, "x").value:.3f}',
-            f'{alarmed(own).value:.4f}',
-            f'{mismatched(own).value:.3f}',
-            f'{rms(own, "p"):.2f} / {rms(own, "x"):.2f}',
-        ))  # fmt: skip
-    head = (
-        'windows', 'contestant', 'number', 'coverage p', 'coverage end state', 'cw',
-        'withheld p / end state', 'false alarms', 'mismatch', 'RMS error p / end state, % of box',
-    )  # fmt: skip
-    return markdown(head, rows)
+    return table(
+        {
+            'windows': cell,
+            'contestant': contestant,
+            'number': windows(own),
+            'coverage p': coverage(own, 'p'),
+            'coverage end state': coverage(own, 'x'),
+            'cw': confidently_wrong(own),
+            'withheld p / end state': slashed((withheld(own, k).value for k in 'px'), '.3f'),
+            'false alarms': f'{alarmed(own).value:.4f}',
+            'mismatch': f'{mismatched(own).value:.3f}',
+            'RMS error p / end state, % of box': slashed(rms(own, kind) for kind in 'px'),
+        }
+        for (cell, contestant), own in cells.items()
+    )
 
 
 def suspects(cells: Cells) -> str:
@@ -74,48 +68,42 @@ def hard_table(cells: Cells) -> str:
     for (scene, snr), own in cells.items():
         early, late = [before(track) for track in own], [after(track) for track in own]
         calm = windows(early) > 0
-        rows.append((
-            scene,
-            snr,
-            windows(late),
-            f'{confidently_wrong(early).value:.3f}' if calm else '-',
-            confidently_wrong(late),
-            coverage(late, 'p'),
-            f'{withheld(late, "p").value:.3f}',
-            f'{mismatched(early).value:.3f}' if calm else '-',
-            mismatched(late),
-            f'{float(np.mean([track.alarms.sum() for track in late])):.2f}',
-        ))  # fmt: skip
-    head = (
-        'what', 'SNR', 'windows after', 'cw before', 'cw after', 'coverage p after',
-        'withheld p after', 'mismatch before', 'mismatch after', 'alarms per run after',
-    )  # fmt: skip
-    return markdown(head, rows)
+        rows.append({
+            'what': scene,
+            'SNR': snr,
+            'windows after': windows(late),
+            'cw before': f'{confidently_wrong(early).value:.3f}' if calm else '-',
+            'cw after': confidently_wrong(late),
+            'coverage p after': coverage(late, 'p'),
+            'withheld p after': f'{withheld(late, "p").value:.3f}',
+            'mismatch before': f'{mismatched(early).value:.3f}' if calm else '-',
+            'mismatch after': mismatched(late),
+            'alarms per run after': f'{float(np.mean([t.alarms.sum() for t in late])):.2f}',
+        })  # fmt: skip
+    return table(rows)
 
 
 def noise_table(cells: Mapping[tuple[float, bool], Sequence[Track]]) -> str:
-    """Tell what a wrong noise does, when it may be learned and when not."""
+    """Tell the effect of a wrong noise, when it may be learned and when not."""
     rows = []
     for (factor, learn), own in cells.items():
         outcomes = Counter(outcome for track in own for outcome in track.outcomes)
-        told = ', '.join(f'{name} {count / windows(own):.2f}' for name, count in sorted(
-            outcomes.items(), key=lambda item: -item[1]))  # fmt: skip
-        rows.append((
-            'on' if learn else 'off',
-            f'x {factor:g}',
-            windows(own),
-            coverage(own, 'p'),
-            coverage(own, 'x'),
-            *(f'{difference(cells, factor, learn, what):+.3f}' for what in ('p', 'x')),
-            confidently_wrong(own),
-            f'{withheld(own, "p").value:.3f}',
-            told,
-        ))  # fmt: skip
-    head = (
-        '`learn_noise`', 'noise given', 'windows', 'coverage p', 'coverage end state',
-        'against x 1, p', 'against x 1, end state', 'cw', 'withheld p', 'verdicts',
-    )  # fmt: skip
-    return markdown(head, rows)
+        change = {kind: f'{difference(cells, factor, learn, kind):+.3f}' for kind in 'px'}
+        rows.append({
+            '`learn_noise`': 'on' if learn else 'off',
+            'noise given': f'x {factor:g}',
+            'windows': windows(own),
+            'coverage p': coverage(own, 'p'),
+            'coverage end state': coverage(own, 'x'),
+            'against x 1, p': change['p'],
+            'against x 1, end state': change['x'],
+            'cw': confidently_wrong(own),
+            'withheld p': f'{withheld(own, "p").value:.3f}',
+            'verdicts': ', '.join(
+                f'{name} {count / windows(own):.2f}' for name, count in outcomes.most_common()
+            ),
+        })  # fmt: skip
+    return table(rows)
 
 
 def difference(

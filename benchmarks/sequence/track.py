@@ -1,10 +1,11 @@
-"""One run solved: what every window said, beside the truth."""
+"""One run solved: every window's estimate beside the truth."""
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from typing import Any, NamedTuple
 
 import numpy as np
 
+from benchmarks.intervals import confidently_wrong
 from benchmarks.sequence.contestants import CONTESTANTS, OURS, ours
 from benchmarks.sequence.plants import Change, Run
 from benchmarks.sequence.scenes import Scene, run_of
@@ -14,21 +15,11 @@ from obs_ros.core.model import names
 from obs_ros.core.typing import Array, BoolArray, IntArray
 
 
-class Task(NamedTuple):
-    """A scene to solve every `period` windows; `factor` and `learn_noise`: see `ours`."""
-
-    scene: Scene
-    abutting: bool
-    contestant: str = OURS
-    factor: float | None = None
-    learn_noise: bool = False
-
-
 class Track(NamedTuple):
     """The windows of one run (W of them), in boxes: parameters (W, q), end states (W, n).
 
     Errors are estimates less truth; a standard deviation that was withheld is NaN. `begin` and
-    `end` (W,) are the windows' times in s, `jumps` what each of them reports.
+    `end` (W,) are the windows' times in s, `jumps` the reports of each.
     """
 
     scene: Scene
@@ -52,14 +43,13 @@ class Track(NamedTuple):
 
     @property
     def mismatch(self) -> BoolArray:
-        """Whether the model was said to be wrong (W,)."""
+        """Windows (W,) that say the model is wrong."""
         return np.array([outcome is Outcome.MODEL_MISMATCH for outcome in self.outcomes])
 
     @property
     def confidently_wrong(self) -> BoolArray:
-        """Whether (W, q + n) an error is above 3 sd and 2 % of the box, and the sd was given."""
-        error, sd = np.abs(self.errors), self.deviations
-        return np.asarray((error > np.maximum(3.0 * sd, 0.02)) & np.isfinite(sd))
+        """Errors (W, q + n) above 3 sd and 2 % of the box though the sd was given."""
+        return confidently_wrong(self.errors, self.deviations)
 
     @property
     def errors(self) -> Array:
@@ -86,15 +76,27 @@ class Track(NamedTuple):
         )
 
 
-def tracked(task: Task) -> Track:
-    """Simulate a scene, solve its windows, and put the truth beside them."""
-    run = run_of(task.scene)
-    period = run.plant.duration if task.abutting else run.plant.period
-    if task.contestant == OURS:
-        estimates = ours(run, period, task.factor, task.learn_noise)
+Cells = Mapping[tuple[str, str], Sequence[Track]]  # by cell and contestant
+
+
+def tracked(
+    scene: Scene,
+    abutting: bool,
+    contestant: str = OURS,
+    factor: float | None = None,
+    learn_noise: bool = False,
+) -> Track:
+    """Simulate a scene, solve its windows, abutting or not, and put the truth beside them.
+
+    `factor` and `learn_noise`: see `ours`.
+    """
+    run = run_of(scene)
+    period = run.plant.duration if abutting else run.plant.period
+    if contestant == OURS:
+        estimates = ours(run, period, factor, learn_noise)
     else:
-        estimates = CONTESTANTS[task.contestant](run, period)
-    return beside_truth(task.scene, run, estimates)
+        estimates = CONTESTANTS[contestant](run, period)
+    return beside_truth(scene, run, estimates)
 
 
 def beside_truth(scene: Scene, run: Run, estimates: Sequence[Estimate]) -> Track:

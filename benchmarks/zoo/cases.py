@@ -1,19 +1,19 @@
 """The kinds of windows: a plant, how long it is watched, and how its truth is drawn."""
 
+import functools
 from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
 
-from benchmarks.zoo.double_well import DOUBLE_WELL
-from benchmarks.zoo.duffing import DUFFING, PERIOD
+from benchmarks.zoo.duffing import DOUBLE_WELL, DUFFING, PERIOD
 from benchmarks.zoo.glycolysis import GLYCOLYSIS
 from benchmarks.zoo.jet import JET
 from benchmarks.zoo.lorenz63 import LORENZ63
 from benchmarks.zoo.lotka_volterra import LOTKA_VOLTERRA
 from benchmarks.zoo.pendulum import PENDULUM
 from benchmarks.zoo.quarter_car import QUARTER_CAR
-from benchmarks.zoo.tank_chain import TANK_CHAIN_4, TANK_CHAIN_8
+from benchmarks.zoo.tank_chain import tank_chain
 from obs_ros import Model, load_model
 from obs_ros.core.typing import Array
 
@@ -61,7 +61,7 @@ def wander(deviation: float, time_constant: float) -> Inputs:
     return inputs
 
 
-def cosines(t: Array) -> Array:
+def cosines(rng: np.random.Generator, t: Array) -> Array:
     """Return the feed of Porter & Passino's glycolytic oscillator (K, 1)."""
     return (0.999 + 0.42 * np.cos(1.75 * t) + 0.32 * np.cos(4.5 * t))[:, None]
 
@@ -69,6 +69,13 @@ def cosines(t: Array) -> Array:
 def tanks(name: str, samples: int, snr_db: float) -> Case:
     """Three tanks, sampled every second."""
     return Case(name, THREE_TANK, samples, 1.0, snr_db, inputs=steady(30.0, 30.0), unit_power=True)
+
+
+@functools.cache
+def chain(n: int) -> Case:
+    """Tanks in a row, sampled every second."""
+    model = tank_chain(n)
+    return Case(f'chain of {n}', model, 1000, 1.0, 20.0, inputs=steady(30.0), unit_power=True)
 
 
 def lorenz(units: int) -> Case:
@@ -97,9 +104,9 @@ CASES = {
         lorenz(2),
         lorenz(5),
         lorenz(10),
-        Case('chain of 4', TANK_CHAIN_4, 1000, 1.0, 20.0, inputs=steady(30.0), unit_power=True),
-        Case('chain of 8', TANK_CHAIN_8, 1000, 1.0, 20.0, inputs=steady(30.0), unit_power=True),
-        Case('glycolysis', GLYCOLYSIS, 1000, 0.02, 40.0, inputs=lambda rng, t: cosines(t)),
+        chain(4),
+        chain(8),
+        Case('glycolysis', GLYCOLYSIS, 1000, 0.02, 40.0, inputs=cosines),
         # The throttle wanders about 1.4, where the compressor is stable.
         Case('jet', JET, 1000, 0.02, 20.0, inputs=lambda rng, t: 1.4 + wander(0.3, 2.0)(rng, t)),
         Case('Lotka-Volterra', LOTKA_VOLTERRA, 1000, 0.03, 40.0),

@@ -2,6 +2,7 @@
 
 from typing import Any
 
+from benchmarks.zoo.output import first_state
 from obs_ros import Model, Variable
 
 
@@ -13,17 +14,9 @@ def dynamics(t: Any, x: Any, u: Any, p: Any) -> tuple[Any, Any]:
     return u[0] - turned, turned - removal * product
 
 
-def output(t: Any, x: Any, u: Any, p: Any) -> tuple[Any]:
-    """Return the substrate."""
-    return (x[0],)
-
-
 GLYCOLYSIS = Model(
     name='glycolysis',
-    states=(
-        Variable('substrate', lower=0.1, upper=3.0),
-        Variable('product', lower=0.1, upper=3.0),
-    ),
+    states=(Variable('substrate', lower=0.1, upper=3.0), Variable('product', lower=0.1, upper=3.0)),
     inputs=(Variable('feed', unit='1/s', interpolation='linear'),),
     outputs=(Variable('substrate'),),
     parameters=(
@@ -31,7 +24,7 @@ GLYCOLYSIS = Model(
         Variable('removal', unit='1/s', lower=0.5, upper=2.0, nominal=1.0),
     ),
     dynamics=dynamics,
-    output=output,
+    output=first_state,
     max_step=0.05,
     reference='Porter & Passino 1995',
 )

@@ -2,6 +2,7 @@
 
 from typing import Any
 
+from benchmarks.zoo.output import first_state
 from obs_ros import Model, Variable
 
 
@@ -10,16 +11,7 @@ def dynamics(t: Any, x: Any, u: Any, p: Any) -> tuple[Any, Any, Any]:
     pressure, stall, flow = x
     offset, linear, cubic, loss, plenum, growth = p
     rise = offset + linear * flow - cubic * flow * flow * flow - loss * flow * stall
-    return (
-        plenum * (flow - u[0]),
-        growth * stall * (1.0 - flow * flow - stall),
-        rise - pressure,
-    )
-
-
-def output(t: Any, x: Any, u: Any, p: Any) -> tuple[Any]:
-    """Return the pressure rise."""
-    return (x[0],)
+    return (plenum * (flow - u[0]), growth * stall * (1.0 - flow * flow - stall), rise - pressure)
 
 
 _RANGES = {
@@ -41,7 +33,7 @@ JET = Model(
     outputs=(Variable('pressure'),),
     parameters=tuple(Variable(name, lower=a, upper=b) for name, (a, b) in _RANGES.items()),
     dynamics=dynamics,
-    output=output,
+    output=first_state,
     max_step=0.02,
     reference='Gremling & Passino 2000, eqs. 17-19',
 )

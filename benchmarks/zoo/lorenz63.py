@@ -2,6 +2,7 @@
 
 from typing import Any
 
+from benchmarks.zoo.output import first_state
 from obs_ros import Model, Variable
 
 
@@ -10,11 +11,6 @@ def dynamics(t: Any, x: Any, u: Any, p: Any) -> tuple[Any, Any, Any]:
     a, b, c = x
     sigma, rho, beta = p
     return sigma * (b - a), a * (rho - c) - b, a * b - beta * c
-
-
-def output(t: Any, x: Any, u: Any, p: Any) -> tuple[Any]:
-    """Return the convection's intensity."""
-    return (x[0],)
 
 
 LORENZ63 = Model(
@@ -31,7 +27,7 @@ LORENZ63 = Model(
         Variable('beta', lower=1.0, upper=4.0, nominal=8.0 / 3.0),
     ),
     dynamics=dynamics,
-    output=output,
+    output=first_state,
     max_step=0.01,
     reference='Lorenz 1963, eqs. 25-27',
 )

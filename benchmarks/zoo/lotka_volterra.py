@@ -1,10 +1,11 @@
 """Prey and predators: Lotka 1925, Volterra 1926; only the prey is counted.
 
-Predators are counted in units of what they eat, which prey alone cannot tell.
+The predators' unit is their appetite, which prey alone cannot tell.
 """
 
 from typing import Any
 
+from benchmarks.zoo.output import first_state
 from obs_ros import Model, Variable
 
 
@@ -15,17 +16,9 @@ def dynamics(t: Any, x: Any, u: Any, p: Any) -> tuple[Any, Any]:
     return birth * prey - prey * predators, growth * prey * predators - death * predators
 
 
-def output(t: Any, x: Any, u: Any, p: Any) -> tuple[Any]:
-    """Return the number of prey."""
-    return (x[0],)
-
-
 LOTKA_VOLTERRA = Model(
     name='lotka_volterra',
-    states=(
-        Variable('prey', lower=0.1, upper=5.0),
-        Variable('predators', lower=0.1, upper=5.0),
-    ),
+    states=(Variable('prey', lower=0.1, upper=5.0), Variable('predators', lower=0.1, upper=5.0)),
     outputs=(Variable('prey'),),
     parameters=(
         Variable('birth', unit='1/s', lower=0.3, upper=2.0, nominal=1.0),
@@ -33,7 +26,7 @@ LOTKA_VOLTERRA = Model(
         Variable('death', unit='1/s', lower=0.3, upper=2.0, nominal=1.0),
     ),
     dynamics=dynamics,
-    output=output,
+    output=first_state,
     max_step=0.05,
     reference='Volterra 1926',
 )

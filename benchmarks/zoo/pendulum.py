@@ -4,6 +4,7 @@ from typing import Any
 
 import numpy as np
 
+from benchmarks.zoo.output import first_state
 from obs_ros import Model, Variable
 
 
@@ -12,11 +13,6 @@ def dynamics(t: Any, x: Any, u: Any, p: Any) -> tuple[Any, Any]:
     angle, rate = x
     stiffness, friction, gain = p
     return rate, gain * u[0] - stiffness * np.sin(angle) - friction * rate
-
-
-def output(t: Any, x: Any, u: Any, p: Any) -> tuple[Any]:
-    """Return the angle."""
-    return (x[0],)
 
 
 PENDULUM = Model(
@@ -33,6 +29,6 @@ PENDULUM = Model(
         Variable('gain', unit='1/(kg m2)', lower=0.2, upper=3.0, nominal=1.0),
     ),
     dynamics=dynamics,
-    output=output,
+    output=first_state,
     max_step=0.05,
 )

@@ -14,12 +14,7 @@ def dynamics(t: Any, x: Any, u: Any, p: Any) -> tuple[Any, ...]:
     spring, damper, tyre = p
     force = 1e3 * (spring * travel + damper * (body_speed - wheel_speed))
     road = 1e3 * tyre * deflection
-    return (
-        body_speed - wheel_speed,
-        -force / BODY,
-        wheel_speed - u[0],
-        (force - road) / WHEEL,
-    )
+    return (body_speed - wheel_speed, -force / BODY, wheel_speed - u[0], (force - road) / WHEEL)
 
 
 def output(t: Any, x: Any, u: Any, p: Any) -> tuple[Any, ...]:

@@ -7,9 +7,10 @@ from patience import patience
 
 pytest.importorskip('rclpy')
 
-from benchmarks.fuzz import fuzzed
+from benchmarks.fuzz.run import fuzzed
 from benchmarks.live import Live
-from benchmarks.soak import GROWTH, soaked
+from benchmarks.soak.report import GROWTH
+from benchmarks.soak.run import soaked
 from demo.domain import Domain
 
 pytestmark = pytest.mark.slow

@@ -1,0 +1,114 @@
+"""The compiled three-tank rollout, hand-written C and NumPy, timed in turn."""
+
+import ctypes
+import shutil
+import subprocess
+import tempfile
+from collections.abc import Callable
+from pathlib import Path
+from typing import NamedTuple
+
+import numpy as np
+
+from benchmarks.runner import cpu_seconds, repeats_for
+from benchmarks.tanks import random_window
+from obs_ros.core.typing import Array
+from obs_ros.integration.backends import kernels_for
+from obs_ros.integration.grid import Grid
+from obs_ros.models.three_tank import THREE_TANK
+
+LANES = (1, 16, 32, 64)
+CHUNK = 16
+C_OPTIONS = ('-O3', '-march=native', '-ffast-math')
+MEASUREMENT = 0.005  # s of process time
+NUMPY_ROUNDS = 3
+
+Rollout = Callable[[Array, Array], Array]  # x0 (3, B), p (3, B) -> squares (2, B)
+
+
+class Row(NamedTuple):
+    """Medians at one number of lanes: ns per candidate-step, ratio to C, s per call of ours."""
+
+    lanes: int
+    ours: float
+    c: float
+    numpy: float
+    ratio: float
+    call: float
+
+
+def rows_of(samples: int, rounds: int) -> list[Row]:
+    """Measure every number of lanes on a random window of so many samples."""
+    grid = Grid.of(THREE_TANK, random_window(1, samples, 20.0).record, np.ones(2))
+    prefixes = np.array([samples])
+    compiled, vectorised = kernels_for(THREE_TANK), kernels_for(THREE_TANK, 'numpy')
+
+    def ours(x0: Array, p: Array) -> Array:
+        return compiled.squares(grid, prefixes, x0, p)[0]
+
+    def numpy(x0: Array, p: Array) -> Array:
+        return vectorised.squares(grid, prefixes, x0, p)[0]
+
+    with tempfile.TemporaryDirectory() as folder:
+        c = c_rollout(grid, Path(folder))
+        return [measured(lanes, samples, rounds, ours, c, numpy) for lanes in LANES]
+
+
+def gcc_version() -> str | None:
+    """Return gcc's version, or None where there is no gcc."""
+    if shutil.which('gcc') is None:
+        return None
+    command = ['gcc', '-dumpfullversion']
+    return subprocess.run(command, capture_output=True, text=True, check=True).stdout.strip()
+
+
+def c_rollout(grid: Grid, folder: Path) -> Rollout | None:
+    """Compile kernel.c and return it as a function; None, with a message, where there is no gcc."""
+    if gcc_version() is None:
+        print('no gcc: the comparison with C is skipped')
+        return None
+    path, compiled = folder / 'kernel.so', folder / 'kernel.o'
+    source = Path(__file__).with_name('kernel.c')
+    subprocess.run(['gcc', *C_OPTIONS, '-fPIC', '-c', source, '-o', compiled], check=True)
+    # Linked without -ffast-math, which would turn denormals to zero in this whole process.
+    subprocess.run(['gcc', '-shared', compiled, '-o', path, '-lm'], check=True)
+    function = ctypes.CDLL(str(path)).squares
+    function.restype = None
+    pointer = ctypes.c_void_p
+    function.argtypes = [ctypes.c_long, ctypes.c_long, ctypes.c_double, *[pointer] * 5]
+    y, u = np.ascontiguousarray(grid.y), np.ascontiguousarray(grid.u)
+    h = float(grid.t[1] - grid.t[0])
+
+    def rollout(x0: Array, p: Array) -> Array:
+        out = np.empty((2, x0.shape[1]))
+        addresses = (array.ctypes.data for array in (y, u, x0, p, out))
+        function(len(y), x0.shape[1], h, *addresses)
+        return out
+
+    return rollout
+
+
+def measured(
+    lanes: int, samples: int, rounds: int, ours: Rollout, c: Rollout | None, numpy: Rollout
+) -> Row:
+    """Interleave the measurements of all at one number of lanes, after checking that they agree."""
+    rng = np.random.default_rng(lanes)
+    x0, p = rng.uniform(5.0, 95.0, (3, lanes)), rng.uniform(0.2, 1.0, (3, lanes))
+    expected = numpy(x0, p)
+    np.testing.assert_allclose(ours(x0, p), expected, rtol=1e-9)
+    count = repeats_for(lambda: ours(x0, p), MEASUREMENT)
+    times: dict[str, list[float]] = {'ours': [], 'c': [], 'numpy': []}
+    if c is not None:
+        # C gets its lanes padded beforehand, as its caller would keep them.
+        wide = tuple(np.pad(a, ((0, 0), (0, -lanes % CHUNK)), 'edge') for a in (x0, p))
+        np.testing.assert_allclose(c(*wide)[:, :lanes], expected, rtol=1e-6)
+    for number in range(rounds):
+        times['ours'].append(cpu_seconds(lambda: ours(x0, p), count))
+        if c is not None:
+            times['c'].append(cpu_seconds(lambda: c(*wide), count))
+        if number < NUMPY_ROUNDS:
+            times['numpy'].append(cpu_seconds(lambda: numpy(x0, p)))
+    unit = 1e9 / (lanes * (samples - 1))
+    ours_s, c_s, numpy_s = (float(np.median(t)) if t else np.nan for t in times.values())
+    ratio = float(np.median(np.divide(times['ours'], times['c']))) if c else np.nan
+    return Row(lanes, ours_s * unit, c_s * unit, numpy_s * unit, ratio, ours_s)

@@ -1,0 +1,42 @@
+"""Tables of the observers' costs and of the valves that they find."""
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from benchmarks.observer_costs.run import Cost, Valves
+from benchmarks.report import table
+
+RIGHT = 0.02  # of an opening
+
+
+def costs_table(costs: Sequence[Cost]) -> str:
+    """Tell process times; the sliding window's is that of one solve, and absorbing beside it."""
+    return table(
+        {
+            'observer': one.observer,
+            'scenario': one.scenario,
+            'absorb (us)': f'{one.absorb:.1f}',
+            'with an estimate (us)': f'{one.estimate:.0f}',
+            'estimates per sample': f'{one.due:.2f}',
+        }
+        for one in costs
+    )
+
+
+def valves_table(found: Sequence[Valves], seeds: int) -> str:
+    """Tell the errors of valves that have stood for 1000 s, and the share within 2 sd."""
+    rows = []
+    for name, errors, sd in found:
+        within = (errors <= 2.0 * sd)[np.isfinite(sd)]
+        rows.append(
+            {
+                'observer': name,
+                'seeds': seeds,
+                f'right within {RIGHT}': f'{np.mean(errors <= RIGHT):.2f}',
+                'median error': f'{np.median(errors):.3f}',
+                'largest': f'{errors.max():.3f}',
+                'within 2 sd': f'{within.mean():.2f}' if within.size else '-',
+            }
+        )
+    return table(rows)

@@ -1,0 +1,28 @@
+"""Our `solve_window` with its defaults: it gets no oracle, it decides itself."""
+
+import numpy as np
+
+from benchmarks.judge import values_of
+from benchmarks.peers.problem import Oracle, Problem
+from benchmarks.peers.registry import Solve
+from obs_ros import solve_window
+from obs_ros.core.model import names
+
+
+def noise_unknown(problem: Problem) -> Solve:
+    """Let it find the noise out."""
+    return lambda oracle, seed: solve(oracle, seed, None)
+
+
+def noise_given(problem: Problem) -> Solve:
+    """Tell it the noise."""
+    noise = dict(zip(names(problem.model.outputs), problem.noise.tolist(), strict=True))
+    return lambda oracle, seed: solve(oracle, seed, noise)
+
+
+def solve(oracle: Oracle, seed: int, noise: dict[str, float] | None) -> None:
+    """Solve one window."""
+    problem = oracle.problem
+    estimate = solve_window(problem.model, problem.record, seed=seed, noise=noise)
+    oracle.note(problem.objective.unknowns.point(values_of(estimate))[None])
+    assert np.isfinite(oracle.least)
