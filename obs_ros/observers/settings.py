@@ -24,7 +24,8 @@ class Settings:
 
     longest_gap: float = setting(
         0.0,
-        'stamps that go further at once start it anew; 0: 2000 s, or 10 mean intervals if longer',
+        'stamps that go further at once start it anew; 0: 2000 s, 1e5 steps of the model at most; '
+        'or 10 mean intervals if these are longer',
         's',
         lower=0.0,
         upper=10_000.0,

@@ -44,8 +44,9 @@ class GateSettings:
     - `default_reach`: a window of 1000 s, and 1000 s to the next.
     - `reach_intervals`: of a plant sampled by the hour so many samples in a row may be lost;
       up to 200 s from sample to sample `default_reach` is more.
-    - `most_steps`: integration steps within the default reach: a second, of one compiled candidate.
-      Nothing can interrupt the way from one sample to the next.
+    - `most_steps`: integration steps within the default reach of a recursive observer, as nothing
+      can interrupt the way from one sample to the next: 2 s of the costliest, `h_infinity`. A model
+      whose steps are of 20 ms or more has the full reach, one of 1 ms 100 s.
     - `at_once`, `intervals_at_once`: the longer of the two is the gap that one sample may prove;
       it is the reach until two outputs have shown the pace.
     - `believed`: samples in a row, two at least, that prove a longer gap or a new timeline:
@@ -55,7 +56,7 @@ class GateSettings:
     reach: float = 0.0
     default_reach: float = 2000.0
     reach_intervals: float = 10.0
-    most_steps: float = 1e7
+    most_steps: float = 1e5
     at_once: float = 10.0
     intervals_at_once: float = 1000.0
     believed: int = 5

@@ -308,8 +308,8 @@ class TestGate:
         outputs(gate, 1, 2, 4.4, 7)
         assert store.stamps == [1, 2, 4.4]
 
-    def test_no_gap_takes_a_model_of_small_steps_for_longer_than_a_second(self) -> None:
-        model = replace(VESSEL, max_step=1e-5)
+    def test_a_model_of_small_steps_has_a_shorter_default_reach(self) -> None:
+        model = replace(VESSEL, max_step=1e-3)
         assert GateSettings().within_steps(model).default_reach == pytest.approx(100.0)
         assert GateSettings().within_steps(THREE_TANK) == GateSettings()
 
