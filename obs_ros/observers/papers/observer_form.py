@@ -1,4 +1,4 @@
-"""Plants of order n in observer form, one input and one output: what their observers share.
+"""Plants of order n in observer form, one input and one output, and the base of their observers.
 
 x' = [-a | I; 0] x + b u, y = x1, with a = (a_{n-1}, ..., a_0) and b = (b_{n-1}, ..., b_0) unknown
 (Gremling & Passino 2000, eqs. 12-13). Filtered by 1 / Lambda(s), Lambda monic and Hurwitz, the
@@ -20,8 +20,6 @@ from obs_ros.integration.path import Path
 from obs_ros.observers import settings as table
 from obs_ros.observers.recursive import Instant, RecursiveObserver
 from obs_ros.observers.settings import setting
-
-CHECKED = 8  # random points at which a model is compared with the form
 
 
 @dataclass(frozen=True)
@@ -69,6 +67,7 @@ class ObserverFormObserver(RecursiveObserver):
     """
 
     Settings: ClassVar[type[table.Settings]] = ObserverFormSettings
+    compared: ClassVar[int] = 8  # random points at which a model must be like the form
 
     def __init__(self, model: Model | str, **arguments: Any) -> None:
         super().__init__(model, **arguments)
@@ -107,7 +106,7 @@ class ObserverFormObserver(RecursiveObserver):
                 f'twice the {n} states, a then b'
             )
         rng = np.random.default_rng(0)
-        for _ in range(CHECKED):
+        for _ in range(cls.compared):
             x, u, a, b = rng.normal(size=n), rng.normal(), rng.normal(size=n), rng.normal(size=n)
             rates = model.dynamics(0.0, tuple(x), (u,), (*a, *b))
             if not (
@@ -124,7 +123,6 @@ class ObserverFormObserver(RecursiveObserver):
         self._s[:] = 0.0
         self._s[:n] = self.x
         self._s[3 * n : 4 * n], self._s[4 * n :] = self.p[n:], self.p[:n]
-        self._regressor = np.zeros(2 * n)
         self.innovation[:] = now.y - self.x[:1]
 
     def _step(self, before: Instant, now: Instant, path: Path) -> None:

@@ -21,8 +21,6 @@ from obs_ros.observers.papers.flow import (
 from obs_ros.observers.recursive import Instant
 from obs_ros.observers.settings import setting
 
-_STEP = 0.1  # of the shortest time constant
-
 
 @dataclass(frozen=True)
 class UnknownInputSettings(FlowSettings):
@@ -50,7 +48,7 @@ class UnknownInputObserver(FlowObserver):
     Settings = UnknownInputSettings
 
     def _observer(self) -> Model:
-        return inversion_model(self.model, _STEP * float(self._tuning().min()))
+        return inversion_model(self.model, self.settings.step * float(self._tuning().min()))
 
     def _tuning(self) -> Array:
         count, tau = len(self.model.flows), self.settings.tau
