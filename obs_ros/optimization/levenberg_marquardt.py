@@ -14,7 +14,7 @@ import numpy as np
 
 from obs_ros.core.deadline import Deadline
 from obs_ros.core.typing import AnyArray, Array, BoolArray
-from obs_ros.optimization.lm_linalg import NOTHING, damped_steps, judged
+from obs_ros.optimization.lm_linalg import TINY, damped_steps, judged
 from obs_ros.optimization.problem import Linearised, Problem
 
 
@@ -185,7 +185,7 @@ class _Batch:
     def difference_steps(self, variance: float) -> Array:
         """Return steps (P, d) of finite differences for noise of this variance."""
         s, curvature = self.settings, np.diagonal(self.hessian, axis1=1, axis2=2)
-        h = s.step_share * np.sqrt(variance / np.maximum(curvature, NOTHING))
+        h = s.step_share * np.sqrt(variance / np.maximum(curvature, TINY))
         return np.minimum(np.maximum(h, s.least_step), s.most_step)
 
     def take(self, chosen: BoolArray) -> '_Batch':
