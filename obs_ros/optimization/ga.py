@@ -56,6 +56,7 @@ class GASettings:
         check_count('generations', self.generations, 0)
         check_breeding(self.population, self.parents, self.elite, self.mutation)
         check_count('digits', self.digits, 2)
+        check_count('polish_iterations', self.polish_iterations, 1)
         if not isinstance(self.polish, bool):
             raise ValueError(f'polish must be true or false, not {self.polish!r}')
 

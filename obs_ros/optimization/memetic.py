@@ -73,10 +73,12 @@ class MemeticSettings:
     def __post_init__(self) -> None:
         check_population(self.chaos)
         check_settings(self.population, self.strategy, self.differential_weight, self.crossover)
-        check_count('generations', self.generations, 0)
+        for name in ('generations', 'unevolved', 'short_window', 'round_rollouts'):
+            check_count(name, getattr(self, name), 0)
+        for name in ('max_rounds', 'elite', 'full_iterations', 'direct_iterations', 'patience'):
+            check_count(name, getattr(self, name), 1)
         if self.acceptance not in ('fast', 'safe'):
             raise ValueError(f"acceptance {self.acceptance!r} is neither 'fast' nor 'safe'")
-        check_count('max_rounds', self.max_rounds, 1)
 
 
 def memetic_search(
@@ -127,7 +129,7 @@ class Rounds:
         self.rounds += 1
         if self.deadline.passed:
             return
-        # Half of them: where the data tell little, two may well agree on a false minimum.
+        # Half of them: where the data say little, two may well agree on a false minimum.
         enough = partial(self._enough, max(2, len(candidates) // 2))
         last = levenberg_marquardt(
             self.objective,
@@ -171,7 +173,7 @@ class Rounds:
             z[-1] = self.warm
             unevolved = np.vstack([unevolved, self.warm])
         if nodes <= settings.short_window or not self.deadline.never:
-            # Whatever happens later, there is an answer; and it tells what a round will take.
+            # Whatever happens later, there is an answer; and its time foretells that of a round.
             begin = self.deadline.elapsed
             costs = costs_in_time(self.objective, z, self.deadline)
             self._remember(z, costs)

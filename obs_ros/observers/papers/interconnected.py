@@ -14,7 +14,7 @@ class InterconnectedSettings(HighGainSettings):
     """Settings of the interconnected observer."""
 
     l1: float = setting(
-        0.0, 'pulls openings to what the flows tell; hides faults', '1/s', lower=0.0, upper=1e6
+        0.0, 'pulls openings to those of the flows; hides faults', '1/s', lower=0.0, upper=1e6
     )
     l2: float = setting(
         0.0, "the same for the openings' rates; hides faults", '1/s2', lower=0.0, upper=1e6

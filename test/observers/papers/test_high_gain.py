@@ -12,11 +12,11 @@ def test_with_valves_in_motion_knowing_them_pays() -> None:
     """Case 3, seed 2: at most a third of the errors of the plain observer."""
     instants = played('heat_exchanger_case3', 20.0)
     noise, truth = coloured(len(instants), seed=2), true_flows(instants)
-    told, plain = (
+    informed, plain = (
         rms_percent(
             watched(kind('heat_exchanger'), instants, 'flows', noise)[10000:], truth[10000:]
         )
         for kind in (InterconnectedObserver, HighGainObserver)
     )
-    assert (told <= plain / 3.0).all()
+    assert (informed <= plain / 3.0).all()
     assert (plain > 4.0).all()
