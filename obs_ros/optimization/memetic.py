@@ -217,8 +217,9 @@ class Rounds:
 
     def _stuck(self, trail: Trail, squares: float) -> bool:
         """Whether the least squares are far above noise and hardly fall any more."""
+        gain = trail.gain(squares)
         far = squares > self.settings.horizon.bad_noise * self._freedom
-        return trail.gain(squares) < self._width(squares) and far
+        return far and gain < self._width(squares)
 
     def _width(self, squares: float) -> float:
         """Return how far apart squares of one and the same optimum may be."""
