@@ -116,11 +116,7 @@ def ga_search(
 
 
 def _begun(
-    objective: Problem,
-    z: Array,
-    settings: GASettings,
-    rng: np.random.Generator,
-    deadline: Deadline,
+    objective: Problem, z: Array, settings: GASettings, rng: np.random.Generator, deadline: Deadline
 ) -> tuple['_Strings | _Reals', Array]:
     """Return the population of points (N, d) and their costs: of as many as there is time for."""
     coded = _Strings if settings.coding == 'base10' else _Reals

@@ -62,12 +62,7 @@ def solved(hessian: Array, scale: Array, damping: float, right: Array, free: Boo
 
 @accelerated
 def damped_steps(
-    z: Array,
-    gradient: Array,
-    hessian: Array,
-    damping: Array,
-    limits: Array,
-    least_curvature: float,
+    z: Array, gradient: Array, hessian: Array, damping: Array, limits: Array, least_curvature: float
 ) -> tuple[Array, Array, Array]:
     """Return damped steps (P, d), their predicted gains (P,) and those of undamped steps (P,).
 

@@ -65,37 +65,25 @@ class KalmanSettings(table.Settings):
     """Standard deviations, as shares of the box that a state or parameter lies in."""
 
     initial_state: float = setting(
-        0.3,
-        "sd of the states at the start, as a share of their bounds' distance",
-        lower=0.0,
+        0.3, "sd of the states at the start, as a share of their bounds' distance", lower=0.0,
         upper=1e3,
-    )
+    )  # fmt: skip
     initial_parameter: float = setting(
-        0.3,
-        "sd of the parameters at the start, as a share of their bounds' distance",
-        lower=0.0,
+        0.3, "sd of the parameters at the start, as a share of their bounds' distance", lower=0.0,
         upper=1e3,
-    )
+    )  # fmt: skip
     state_walk: float = setting(
-        1e-4,
-        "sd that the model may err by within 1 s, as a share of the states' bounds' distance",
-        '1/sqrt(s)',
-        lower=0.0,
-        upper=1e3,
-    )
+        1e-4, "sd that the model may err by within 1 s, as a share of the states' bounds' distance",
+        '1/sqrt(s)', lower=0.0, upper=1e3,
+    )  # fmt: skip
     parameter_walk: float = setting(
-        1e-3,
-        "sd that the parameters drift by within 1 s, as a share of their bounds' distance",
-        '1/sqrt(s)',
-        lower=0.0,
-        upper=1e3,
-    )
+        1e-3, "sd that the parameters drift by within 1 s, as a share of their bounds' distance",
+        '1/sqrt(s)', lower=0.0, upper=1e3,
+    )  # fmt: skip
     output_noise: float = setting(
-        1e-3,
-        'sd of outputs whose noise is not given, as a share of the range that they have',
-        positive=True,
-        upper=1e3,
-    )
+        1e-3, 'sd of outputs whose noise is not given, as a share of the range that they have',
+        positive=True, upper=1e3,
+    )  # fmt: skip
 
 
 class KalmanObserver(RecursiveObserver):

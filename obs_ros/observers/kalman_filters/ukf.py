@@ -40,11 +40,9 @@ class UnscentedSettings(KalmanSettings):
 
     alpha: float = setting(1.0, 'spread of the sigma points', lower=1e-4, upper=10.0)
     beta: float = setting(
-        2.0,
-        'weight of the mean in the covariance; 2 for normal distributions',
-        lower=0.0,
+        2.0, 'weight of the mean in the covariance; 2 for normal distributions', lower=0.0,
         upper=1e3,
-    )
+    )  # fmt: skip
     kappa: float = setting(0.0, 'secondary spread of the sigma points', lower=0.0, upper=1e3)
 
 

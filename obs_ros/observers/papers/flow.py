@@ -32,11 +32,9 @@ class FlowSettings(Settings):
     step: ClassVar[float] = 0.1  # of the observer's shortest time constant: its longest RK4 step
     least_flow: ClassVar[float] = 1e-3  # of its upper bound, which residuals are relative to
     start_flow: float = setting(
-        1.0,
-        "share of the actuators' flow that the estimates start from; the paper starts from 0",
-        lower=0.0,
-        upper=5.0,
-    )
+        1.0, "share of the actuators' flow that the estimates start from; the paper starts from 0",
+        lower=0.0, upper=5.0,
+    )  # fmt: skip
 
 
 class FlowObserver(RecursiveObserver):

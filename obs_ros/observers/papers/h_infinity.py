@@ -60,11 +60,9 @@ class HInfinitySettings(Settings):
         0.05, 'rate at which the filtered regressor forgets', '1/s', lower=0.0, upper=1e6
     )
     covariance: float = setting(
-        1e9,
-        'largest covariance of the filtered regressor, and its first',
-        positive=True,
+        1e9, 'largest covariance of the filtered regressor, and its first', positive=True,
         upper=1e18,
-    )
+    )  # fmt: skip
 
 
 class HInfinityObserver(RecursiveObserver):

@@ -27,17 +27,13 @@ class ObserverFormSettings(table.Settings):
     """The paper's choices for order 3; a plant of order n takes n entries in each."""
 
     observer: tuple[float, ...] = setting(
-        (12.0, 47.0, 60.0),
-        "coefficients a* of the observer's polynomial, s^(n-1) first",
-        lower=-1e9,
-        upper=1e9,
-    )
+        (12.0, 47.0, 60.0), "coefficients a* of the observer's polynomial, s^(n-1) first",
+        lower=-1e9, upper=1e9,
+    )  # fmt: skip
     filter: tuple[float, ...] = setting(
-        (3.0, 3.0, 1.0),
-        'coefficients of the filter Lambda(s), s^(n-1) first',
-        lower=-1e9,
+        (3.0, 3.0, 1.0), 'coefficients of the filter Lambda(s), s^(n-1) first', lower=-1e9,
         upper=1e9,
-    )
+    )  # fmt: skip
     a: tuple[float, ...] = setting(
         (3.0, 3.0, 1.0), 'a at the start, where no initial value is given', lower=-1e9, upper=1e9
     )

@@ -27,12 +27,9 @@ class UnknownInputSettings(FlowSettings):
     """Settings of the unknown-input observer."""
 
     tau: tuple[float, ...] = setting(
-        (0.5,),
-        'time constant of both filters: one for all flows, or one for each',
-        's',
-        lower=1e-6,
-        upper=1e6,
-    )
+        (0.5,), 'time constant of both filters: one for all flows, or one for each', 's',
+        lower=1e-6, upper=1e6,
+    )  # fmt: skip
 
 
 class UnknownInputObserver(FlowObserver):
