@@ -140,13 +140,9 @@ def _polished(
 ) -> Found:
     """Take the starts (P, d) to their optima, and believe in the best if half of them end there."""
     ends = levenberg_marquardt(
-        objective,
-        starts,
-        objective.nodes,
-        settings.polish_iterations,
-        deadline,
+        objective, starts, objective.nodes, settings.polish_iterations, deadline,
         settings=settings.local,
-    )
+    )  # fmt: skip
     squares, converged = float(ends.squares[0]), bool(ends.converged[0])
     agreeing = ends.agreeing(squares, optimum_width(objective, squares, settings.local))
     agree = converged and 2 * agreeing >= len(starts) and not deadline.passed

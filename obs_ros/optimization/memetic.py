@@ -131,16 +131,11 @@ class Rounds:
             return
         # Half of them: where the data say little, two may well agree on a false minimum.
         enough = partial(self._enough, max(2, len(candidates) // 2))
+        hopeless = partial(self._stuck, Trail(settings.patience))
         last = levenberg_marquardt(
-            self.objective,
-            candidates,
-            self.objective.nodes,
-            settings.full_iterations,
-            self.deadline,
-            enough,
-            partial(self._stuck, Trail(settings.patience)),
-            settings.local,
-        )
+            self.objective, candidates, self.objective.nodes, settings.full_iterations,
+            self.deadline, enough, hopeless, settings.local,
+        )  # fmt: skip
         self._remember(last.z, last.squares)
         self.bests.append(float(last.squares[0]))
         if self.squares == last.squares[0]:
@@ -161,13 +156,9 @@ class Rounds:
         """Return starts (P, d) for the whole window."""
         settings, nodes = self.settings, self.objective.nodes
         z = first_population(
-            settings.chaos,
-            settings.population,
-            self.objective.dimension,
-            self.rng,
-            even=True,
+            settings.chaos, settings.population, self.objective.dimension, self.rng, even=True,
             deadline=self.deadline,
-        )
+        )  # fmt: skip
         unevolved = z[self.rng.permutation(len(z))[: settings.unevolved]]
         if self.warm is not None:
             z[-1] = self.warm
@@ -187,14 +178,9 @@ class Rounds:
         prefix = first_prefix(self.objective, number, settings.horizon)
         starts = np.vstack([self._evolve(z, prefix), unevolved])
         return grown(
-            self.objective,
-            starts,
-            prefix,
-            self.deadline,
-            self._remember,
-            settings.horizon,
+            self.objective, starts, prefix, self.deadline, self._remember, settings.horizon,
             settings.local,
-        )
+        )  # fmt: skip
 
     def _evolve(self, z: Array, nodes: int) -> Array:
         settings = self.settings
