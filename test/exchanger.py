@@ -14,6 +14,7 @@ from plant_sim.signals import Noise
 from plant_sim.simulation import Instant, Simulation
 
 FLOWS = np.array([4.17e-6, 4.22e-5])  # nominal Fp, Fu
+COLD = {'start_flow': 0.0, 'initial': {'Tp': 30.0, 'Tu': 30.0}}  # the paper's start
 
 
 Fault = tuple[float, str, float]  # from when on (s), parameter, value

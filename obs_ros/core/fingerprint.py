@@ -94,6 +94,8 @@ def _hash_function(digest: Any, function: FunctionType, seen: set[int]) -> None:
     seen.add(id(function))
     digest.update(f'{function.__module__}.{function.__qualname__}'.encode())
     _hash_value(digest, function.__code__, seen)
+    for kind in function.__annotations__.values():
+        _hash_layout(digest, kind)
     _hash_value(digest, function.__defaults__, seen)
     _hash_value(digest, sorted((function.__kwdefaults__ or {}).items()), seen)
     attributes = used_attributes(function)
@@ -104,6 +106,14 @@ def _hash_function(digest: Any, function: FunctionType, seen: set[int]) -> None:
             _hash_module(digest, used, attributes, seen)
         else:
             _hash_value(digest, used, seen)
+
+
+def _hash_layout(digest: Any, kind: Any) -> None:
+    """Hash a named tuple's fields: compiled code knows them by their places."""
+    if hasattr(kind, '_fields'):
+        digest.update(f'{kind!r} {kind._fields}'.encode())
+        for inner in getattr(kind, '__annotations__', {}).values():
+            _hash_layout(digest, inner)
 
 
 def _hash_module(digest: Any, module: ModuleType, attributes: list[str], seen: set[int]) -> None:

@@ -29,3 +29,18 @@ def accelerated(function: Function, elsewhere: Function | None = None) -> Functi
 
     compiled = numba.njit(**OPTIONS)(function)
     return cast(Function, stored(compiled, name, announce=lambda: None))
+
+
+def bound(function: Function, *arguments: Any) -> Function:
+    """Return an accelerated function for arguments of just these types, whatever their shapes.
+
+    A call skips Numba's look at each argument, which for a workspace of a dozen arrays takes longer
+    than many a kernel. Nothing refuses arrays of another type or layout: they are misread.
+    """
+    compile_for = getattr(function, 'compile', None)
+    if compile_for is None:
+        return function
+    import numba
+
+    typeof: Callable[[Any], Any] = numba.typeof
+    return cast(Function, compile_for(tuple(map(typeof, arguments))))

@@ -9,7 +9,7 @@ from obs_ros.core.estimate import Estimate, Outcome
 from obs_ros.core.model import Model, names
 from obs_ros.core.record import Record
 from obs_ros.core.typing import Array
-from obs_ros.inference.assessment.fit import NEGLIGIBLE
+from obs_ros.optimization.memetic import MemeticSettings
 from obs_ros.samples.stuck_sensor import stuck, words
 
 EARNED = 20  # windows in a row that fit: fewer happen by chance near rest
@@ -34,7 +34,9 @@ def without_stuck(
     noisy = np.array([name in given for name in names(model.outputs)])
     if scale is not None:
         # Below that the noise is but rounding, as in a simulation.
-        noisy = scale > NEGLIGIBLE * np.nanmax(np.abs(record.y), axis=0, initial=0.0)
+        noisy = scale > MemeticSettings.negligible * np.nanmax(
+            np.abs(record.y), axis=0, initial=0.0
+        )
     repeated = stuck(record.y, noisy)
     if not repeated.any():
         return Sound(record, 0, '')

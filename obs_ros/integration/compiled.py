@@ -129,7 +129,7 @@ def padded(x0: Array, p: Array) -> tuple[Array, Array]:
 def load_module(model: Model) -> ModuleType:
     """Return the model's generated module, whose functions compile when they are first called.
 
-    Its name tells the model's code and constants, so another model or an edited one never meets a
+    Its name is a hash of the model's code and constants, so another or edited model never meets a
     stale kernel. Without a writable cache folder everything works, but compiles in every process.
     """
     text = source(model)

@@ -72,6 +72,7 @@ class RecursiveObserver:
     Settings: ClassVar[type[table.Settings]] = table.Settings
     estimates_parameters: ClassVar[bool] = True  # False: they are given, all of them
     rehearsal: ClassVar[int] = 3  # outputs, until all is compiled
+    difference: ClassVar[float] = 6e-6  # of a range, in central differences: eps^(1/3)
     reasons: ClassVar[tuple[str, ...]] = ()  # for which a subclass counts more
 
     def __init__(

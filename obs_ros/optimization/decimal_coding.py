@@ -21,7 +21,7 @@ ROUNDING = 4.0 * float(np.finfo(np.float64).eps)  # of a product, relative
 
 @dataclass(frozen=True, eq=False)
 class Base10:
-    """How T traits are written, each in its range.
+    """The writing of T traits, each in its range.
 
     lower, upper (T,) in the traits' units; lowest, highest (T,) are the same ends as whole numbers
     of the last digit, of which `scale` (T,) make one unit; signed (T,) says who has a sign gene.
@@ -48,8 +48,8 @@ class Base10:
 
         There is one digit or more before the point where a range reaches 0.1, and as many as the
         largest number in it needs; below 0.1 the first digit is the largest number's. All traits
-        get more digits where those of one would tell less than `fewest_values` numbers of its range
-        apart. `signed` None gives a sign gene to the ranges with negative numbers.
+        get more digits where those of one could write less than `fewest_values` numbers of its
+        range. `signed` None gives a sign gene to the ranges with negative numbers.
 
         Raises ValueError for ranges that are not finite, crossed, or too narrow for 15 digits, and
         for fewer than one digit.

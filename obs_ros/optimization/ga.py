@@ -56,6 +56,7 @@ class GASettings:
         check_count('generations', self.generations, 0)
         check_breeding(self.population, self.parents, self.elite, self.mutation)
         check_count('digits', self.digits, 2)
+        check_count('polish_iterations', self.polish_iterations, 1)
         if not isinstance(self.polish, bool):
             raise ValueError(f'polish must be true or false, not {self.polish!r}')
 
@@ -115,11 +116,7 @@ def ga_search(
 
 
 def _begun(
-    objective: Problem,
-    z: Array,
-    settings: GASettings,
-    rng: np.random.Generator,
-    deadline: Deadline,
+    objective: Problem, z: Array, settings: GASettings, rng: np.random.Generator, deadline: Deadline
 ) -> tuple['_Strings | _Reals', Array]:
     """Return the population of points (N, d) and their costs: of as many as there is time for."""
     coded = _Strings if settings.coding == 'base10' else _Reals
@@ -143,13 +140,9 @@ def _polished(
 ) -> Found:
     """Take the starts (P, d) to their optima, and believe in the best if half of them end there."""
     ends = levenberg_marquardt(
-        objective,
-        starts,
-        objective.nodes,
-        settings.polish_iterations,
-        deadline,
+        objective, starts, objective.nodes, settings.polish_iterations, deadline,
         settings=settings.local,
-    )
+    )  # fmt: skip
     squares, converged = float(ends.squares[0]), bool(ends.converged[0])
     agreeing = ends.agreeing(squares, optimum_width(objective, squares, settings.local))
     agree = converged and 2 * agreeing >= len(starts) and not deadline.passed

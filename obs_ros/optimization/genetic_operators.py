@@ -110,7 +110,7 @@ def bred_until_inside(
 
 
 class Draws(NamedTuple):
-    """What one generation of Gremling & Passino hangs on: P pairs, C children, T traits, G genes.
+    """The random numbers of a generation: P pairs, C children, T traits, G genes.
 
     Whole numbers of 32 bits, of which a gene needs no more, and of 64 bits where a value is drawn.
     """
@@ -153,20 +153,9 @@ def offspring(
     of range becomes a random value inside.
     """
     size, traits, count = genes.shape
-    return _offspring(
-        genes,
-        order,
-        best,
-        elite,
-        probability,
-        coding.lowest,
-        coding.highest,
-        coding.signed,
-        coding.lower,
-        coding.upper,
-        coding.scale,
-        *Draws.of(size - elite, traits, count, rng),
-    )
+    c, draws = coding, Draws.of(size - elite, traits, count, rng)
+    return _offspring(genes, order, best, elite, probability, c.lowest, c.highest, c.signed,
+                      c.lower, c.upper, c.scale, *draws)  # fmt: skip
 
 
 def _site(genes: int, first_gene: IntArray, sites: Array) -> IntArray:
@@ -174,22 +163,10 @@ def _site(genes: int, first_gene: IntArray, sites: Array) -> IntArray:
 
 
 def _offspring_on_arrays(
-    genes: Genes,
-    order: IntArray,
-    best: int,
-    elite: int,
-    probability: float,
-    lowest: IntArray,
-    highest: IntArray,
-    signed: BoolArray,
-    lower: Array,
-    upper: Array,
-    scale: Array,
-    parents: AnyArray,
-    sites: AnyArray,
-    alleles: AnyArray,
-    fresh: AnyArray,
-) -> tuple[Genes, Array]:
+    genes: Genes, order: IntArray, best: int, elite: int, probability: float, lowest: IntArray,
+    highest: IntArray, signed: BoolArray, lower: Array, upper: Array, scale: Array,
+    parents: AnyArray, sites: AnyArray, alleles: AnyArray, fresh: AnyArray,
+) -> tuple[Genes, Array]:  # fmt: skip
     """One operator after the other, on the whole population."""
     first_gene = np.where(signed, 0, 1)
     pairs = among_best(order, best, parents * UNIT)
@@ -211,23 +188,12 @@ def _offspring_on_arrays(
 
 
 def _offspring_in_loops(
-    genes: Genes,
-    order: IntArray,
-    best: int,
-    elite: int,
-    probability: float,
-    lowest: IntArray,
-    highest: IntArray,
-    signed: BoolArray,
-    lower: Array,
-    upper: Array,
-    scale: Array,
-    parents: AnyArray,
-    sites: AnyArray,
-    alleles: AnyArray,
-    fresh: AnyArray,
-) -> tuple[Genes, Array]:
+    genes: Genes, order: IntArray, best: int, elite: int, probability: float, lowest: IntArray,
+    highest: IntArray, signed: BoolArray, lower: Array, upper: Array, scale: Array,
+    parents: AnyArray, sites: AnyArray, alleles: AnyArray, fresh: AnyArray,
+) -> tuple[Genes, Array]:  # fmt: skip
     """The same gene by gene, which takes a tenth of the time where it is compiled."""
+    # Arrays one by one: Numba takes longer to look at tuples of them.
     size, traits, count = genes.shape
     pairs = len(parents)
     width, below = UNIT * 10.0 / probability, probability / UNIT

@@ -16,7 +16,7 @@ from obs_ros.optimization.problem import Problem
 
 @dataclass(frozen=True)
 class HorizonSettings:
-    """Where a horizon begins, how far it grows at each step, and when it is given up."""
+    """Begin of a horizon, its growth at each step, and when it is given up."""
 
     shares: tuple[int, ...] = (16, 8, 32, 4)  # the window over the first prefix, by round
     smallest: int = 16  # nodes of a prefix

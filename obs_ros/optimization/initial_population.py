@@ -18,7 +18,7 @@ from obs_ros.optimization.problem import Problem
 
 @dataclass(frozen=True)
 class BlockSettings:
-    """How many points are drawn or rolled out between two looks at the clock."""
+    """Points that are drawn or rolled out between two looks at the clock."""
 
     points: int = 1024  # no more of them are in memory than that
     share: float = 1.0 / 3.0  # of the time that is left, which drawing points may have taken

@@ -14,7 +14,7 @@ import numpy as np
 
 from obs_ros.core.deadline import Deadline
 from obs_ros.core.typing import AnyArray, Array, BoolArray
-from obs_ros.optimization.lm_linalg import NOTHING, damped_steps, judged
+from obs_ros.optimization.lm_linalg import TINY, damped_steps, judged
 from obs_ros.optimization.problem import Linearised, Problem
 
 
@@ -127,35 +127,29 @@ def optimum_width(problem: Problem, squares: float, settings: LMSettings = LM_DE
 
 @dataclass
 class _Batch:
-    """Starts under way: z (P, d), squares (P,), J'r (P, d), J'J (P, d, d) and damping (P,)."""
+    """Starts under way."""
 
     settings: LMSettings
-    z: Array
-    squares: Array
-    gradient: Array
-    hessian: Array
-    damping: Array
-    growth: Array
-    rejections: AnyArray
-    converged: BoolArray
-    mark: Array  # squares (P,) some rollouts ago
+    z: Array  # (P, d)
+    squares: Array  # (P,)
+    gradient: Array  # (P, d) J'r
+    hessian: Array  # (P, d, d) J'J
+    damping: Array  # (P,) mu
+    growth: Array  # (P,) factor of mu at the next rejection
+    rejections: AnyArray  # (P,) in a row
+    converged: BoolArray  # (P,)
+    mark: Array  # (P,) squares some rollouts ago
 
     @classmethod
     def of(
         cls, z: Array, squares: Array, gradient: Array, hessian: Array, settings: LMSettings
     ) -> '_Batch':
+        count = len(z)
         return cls(
-            settings=settings,
-            z=z,
-            squares=squares,
-            gradient=gradient,
-            hessian=hessian,
-            damping=np.full(len(z), settings.damping),
-            growth=np.full(len(z), 2.0),
-            rejections=np.zeros(len(z), dtype=np.int64),
-            converged=np.zeros(len(z), dtype=bool),
-            mark=np.full(len(z), np.inf),
-        )
+            settings, z, squares, gradient, hessian, np.full(count, settings.damping),
+            np.full(count, 2.0), np.zeros(count, dtype=np.int64), np.zeros(count, dtype=bool),
+            np.full(count, np.inf),
+        )  # fmt: skip
 
     def propose(
         self, limits: Array, variance: float, iteration: int
@@ -185,24 +179,17 @@ class _Batch:
     def difference_steps(self, variance: float) -> Array:
         """Return steps (P, d) of finite differences for noise of this variance."""
         s, curvature = self.settings, np.diagonal(self.hessian, axis1=1, axis2=2)
-        h = s.step_share * np.sqrt(variance / np.maximum(curvature, NOTHING))
+        h = s.step_share * np.sqrt(variance / np.maximum(curvature, TINY))
         return np.minimum(np.maximum(h, s.least_step), s.most_step)
 
     def take(self, chosen: BoolArray) -> '_Batch':
         """Return the chosen starts."""
         # Field by field: fields() would take longer than the linear algebra of small windows.
         return _Batch(
-            self.settings,
-            self.z[chosen],
-            self.squares[chosen],
-            self.gradient[chosen],
-            self.hessian[chosen],
-            self.damping[chosen],
-            self.growth[chosen],
-            self.rejections[chosen],
-            self.converged[chosen],
-            self.mark[chosen],
-        )
+            self.settings, self.z[chosen], self.squares[chosen], self.gradient[chosen],
+            self.hessian[chosen], self.damping[chosen], self.growth[chosen],
+            self.rejections[chosen], self.converged[chosen], self.mark[chosen],
+        )  # fmt: skip
 
     def move(
         self, trial: Array, gain: Array, squares: Array, gradient: Array, hessian: Array
@@ -216,13 +203,8 @@ class _Batch:
         if won.all():
             self.z, self.squares, self.gradient, self.hessian = trial, squares, gradient, hessian
         else:
-            for mine, theirs in (
-                (self.z, trial),
-                (self.squares, squares),
-                (self.gradient, gradient),
-                (self.hessian, hessian),
-            ):
-                mine[won] = theirs[won]
+            self.z[won], self.squares[won] = trial[won], squares[won]
+            self.gradient[won], self.hessian[won] = gradient[won], hessian[won]
 
 
 def usable(squares: Array, hessian: Array) -> BoolArray:

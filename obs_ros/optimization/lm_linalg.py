@@ -12,7 +12,7 @@ from obs_ros.core.jit import accelerated
 from obs_ros.core.typing import AnyArray, Array, BoolArray
 
 TINY_DAMPING = 1e-11  # keeps a singular matrix solvable
-NOTHING = 1e-200  # keeps the scale of an unknown without influence positive
+TINY = 1e-200  # guards divisions by the scale of an unknown without influence
 
 
 @functools.cache
@@ -62,12 +62,7 @@ def solved(hessian: Array, scale: Array, damping: float, right: Array, free: Boo
 
 @accelerated
 def damped_steps(
-    z: Array,
-    gradient: Array,
-    hessian: Array,
-    damping: Array,
-    limits: Array,
-    least_curvature: float,
+    z: Array, gradient: Array, hessian: Array, damping: Array, limits: Array, least_curvature: float
 ) -> tuple[Array, Array, Array]:
     """Return damped steps (P, d), their predicted gains (P,) and those of undamped steps (P,).
 
@@ -84,7 +79,7 @@ def damped_steps(
         for i in range(d):
             most = max(most, hessian[s, i, i])
         for i in range(d):
-            scale[i] = max(hessian[s, i, i], least_curvature * most) + NOTHING
+            scale[i] = max(hessian[s, i, i], least_curvature * most) + TINY
             outward = (z[s, i] <= limits[0, i] and gradient[s, i] > 0.0) or (
                 z[s, i] >= limits[1, i] and gradient[s, i] < 0.0
             )

@@ -73,10 +73,12 @@ class MemeticSettings:
     def __post_init__(self) -> None:
         check_population(self.chaos)
         check_settings(self.population, self.strategy, self.differential_weight, self.crossover)
-        check_count('generations', self.generations, 0)
+        for name in ('generations', 'unevolved', 'short_window', 'round_rollouts'):
+            check_count(name, getattr(self, name), 0)
+        for name in ('max_rounds', 'elite', 'full_iterations', 'direct_iterations', 'patience'):
+            check_count(name, getattr(self, name), 1)
         if self.acceptance not in ('fast', 'safe'):
             raise ValueError(f"acceptance {self.acceptance!r} is neither 'fast' nor 'safe'")
-        check_count('max_rounds', self.max_rounds, 1)
 
 
 def memetic_search(
@@ -127,18 +129,13 @@ class Rounds:
         self.rounds += 1
         if self.deadline.passed:
             return
-        # Half of them: where the data tell little, two may well agree on a false minimum.
+        # Half of them: where the data say little, two may well agree on a false minimum.
         enough = partial(self._enough, max(2, len(candidates) // 2))
+        hopeless = partial(self._stuck, Trail(settings.patience))
         last = levenberg_marquardt(
-            self.objective,
-            candidates,
-            self.objective.nodes,
-            settings.full_iterations,
-            self.deadline,
-            enough,
-            partial(self._stuck, Trail(settings.patience)),
-            settings.local,
-        )
+            self.objective, candidates, self.objective.nodes, settings.full_iterations,
+            self.deadline, enough, hopeless, settings.local,
+        )  # fmt: skip
         self._remember(last.z, last.squares)
         self.bests.append(float(last.squares[0]))
         if self.squares == last.squares[0]:
@@ -159,19 +156,15 @@ class Rounds:
         """Return starts (P, d) for the whole window."""
         settings, nodes = self.settings, self.objective.nodes
         z = first_population(
-            settings.chaos,
-            settings.population,
-            self.objective.dimension,
-            self.rng,
-            even=True,
+            settings.chaos, settings.population, self.objective.dimension, self.rng, even=True,
             deadline=self.deadline,
-        )
+        )  # fmt: skip
         unevolved = z[self.rng.permutation(len(z))[: settings.unevolved]]
         if self.warm is not None:
             z[-1] = self.warm
             unevolved = np.vstack([unevolved, self.warm])
         if nodes <= settings.short_window or not self.deadline.never:
-            # Whatever happens later, there is an answer; and it tells what a round will take.
+            # Whatever happens later, there is an answer; and its time foretells that of a round.
             begin = self.deadline.elapsed
             costs = costs_in_time(self.objective, z, self.deadline)
             self._remember(z, costs)
@@ -185,14 +178,9 @@ class Rounds:
         prefix = first_prefix(self.objective, number, settings.horizon)
         starts = np.vstack([self._evolve(z, prefix), unevolved])
         return grown(
-            self.objective,
-            starts,
-            prefix,
-            self.deadline,
-            self._remember,
-            settings.horizon,
+            self.objective, starts, prefix, self.deadline, self._remember, settings.horizon,
             settings.local,
-        )
+        )  # fmt: skip
 
     def _evolve(self, z: Array, nodes: int) -> Array:
         settings = self.settings
@@ -215,8 +203,9 @@ class Rounds:
 
     def _stuck(self, trail: Trail, squares: float) -> bool:
         """Whether the least squares are far above noise and hardly fall any more."""
+        gain = trail.gain(squares)
         far = squares > self.settings.horizon.bad_noise * self._freedom
-        return trail.gain(squares) < self._width(squares) and far
+        return far and gain < self._width(squares)
 
     def _width(self, squares: float) -> float:
         """Return how far apart squares of one and the same optimum may be."""

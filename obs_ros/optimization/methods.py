@@ -18,7 +18,7 @@ from obs_ros.optimization.result import Found
 
 
 class Search(Protocol):
-    """A function that looks for the least cost, by the deadline, and tells the best point."""
+    """A function that looks for the point of the least cost until the deadline."""
 
     def __call__(
         self,

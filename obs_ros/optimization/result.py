@@ -21,7 +21,7 @@ class Acceptance(StrEnum):
 
 
 class Effort(NamedTuple):
-    """How much a search spent, such as 2 rounds."""
+    """Effort of a search, such as 2 rounds."""
 
     number: int
     unit: str

@@ -6,7 +6,7 @@ import sys
 from collections import namedtuple
 from collections.abc import Callable
 from types import ModuleType
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 import pytest
@@ -118,6 +118,22 @@ def test_constants_in_lists_and_the_fields_of_named_tuples_count() -> None:
         def f(x: float, pair: Any = pair, table: Any = table) -> float:
             return float(table[0][0] * pair(x, 1.0).a)
 
+        prints.add(fingerprint('', f))
+    assert len(prints) == 3
+
+
+def test_the_order_of_the_fields_of_a_workspace_counts_also_of_one_inside_it() -> None:
+    """Compiled code knows them by their places."""
+    prints = set()
+    for outer, inner in (('aw', 'bc'), ('aw', 'cb'), ('wa', 'bc')):
+        parts = NamedTuple('parts', [(name, float) for name in inner])
+        kinds = {'a': float, 'w': parts}
+        workspace = NamedTuple('workspace', [(name, kinds[name]) for name in outer])
+
+        def f(w: Any) -> Any:
+            return w.a + w.w.b
+
+        f.__annotations__['w'] = workspace
         prints.add(fingerprint('', f))
     assert len(prints) == 3
 

@@ -15,8 +15,7 @@ from obs_ros.core.residual_tests import (
 )
 from obs_ros.core.typing import Array
 from obs_ros.inference.objective import Objective
-
-NEGLIGIBLE = 1e-6  # of the signal, root mean square: a smaller residual is rounding, not noise
+from obs_ros.optimization.memetic import MemeticSettings
 
 
 @dataclass(frozen=True)
@@ -57,7 +56,7 @@ class Fit:
             colour=whiteness(residuals),
             inflation=inflation_by(residuals, correlation),
             noise_known=noise_known,
-            negligible=squares <= NEGLIGIBLE**2 * objective.signal * freedom,
+            negligible=squares <= MemeticSettings.negligible**2 * objective.signal * freedom,
         )
 
     @property

@@ -13,7 +13,7 @@ import numpy as np
 from obs_ros.core.typing import Array
 from obs_ros.inference.jumps.hypothesis import Hypothesis
 from obs_ros.inference.prior import Posterior
-from obs_ros.optimization.lm_linalg import NOTHING, solved
+from obs_ros.optimization.lm_linalg import TINY, solved
 
 
 @dataclass(frozen=True)
@@ -90,7 +90,7 @@ def _optimised(
                 continue
             free = np.ones(points.shape[1], dtype=np.bool_)
             free[hold] = False
-            scale = np.diagonal(hessians[k]) + NOTHING
+            scale = np.diagonal(hessians[k]) + TINY
             step = solved(hessians[k], scale, settings.damping, -gradients[k], free)
             steps[k] = np.clip(points[k] + step, *posterior.limits) - points[k]
             points[k] += steps[k]

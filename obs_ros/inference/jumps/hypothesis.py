@@ -19,8 +19,7 @@ from obs_ros.core.residual_tests import inflation_by
 from obs_ros.core.typing import Array
 from obs_ros.inference.jumps.piecewise import Layout, Linearisation, PiecewiseProblem
 from obs_ros.inference.prior import BOX_VARIANCE
-
-TINY = 1e-200  # guards a division
+from obs_ros.optimization.lm_linalg import TINY
 
 
 @dataclass(frozen=True)

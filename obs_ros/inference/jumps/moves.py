@@ -8,9 +8,10 @@ from typing import NamedTuple
 import numpy as np
 
 from obs_ros.core.typing import Array
-from obs_ros.inference.jumps.hypothesis import TINY, Hypothesis
+from obs_ros.inference.jumps.hypothesis import Hypothesis
 from obs_ros.inference.jumps.piecewise import PiecewiseProblem, may_jump
 from obs_ros.inference.jumps.screening import gain_of_earlier_jump, screen, values_at, widened
+from obs_ros.optimization.lm_linalg import TINY
 
 
 class Start(NamedTuple):

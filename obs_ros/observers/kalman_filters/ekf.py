@@ -1,91 +1,86 @@
 """The extended Kalman filter on states and parameters together.
 
 The model is linearised along the way by central differences: the mean and two perturbed candidates
-for each of the D joint states are carried in one go, which costs no more than the mean alone.
+for each of the D joint states are propagated in one go, which costs no more than the mean alone.
 """
 
 import math
-from typing import Any
+from typing import NamedTuple
 
 import numpy as np
 
 from obs_ros.core.jit import accelerated
-from obs_ros.core.model import Model
-from obs_ros.core.typing import Array, IntArray
-from obs_ros.observers.kalman_filters.joint import KalmanObserver, clip, limit, place, report, root
+from obs_ros.core.typing import Array
+from obs_ros.observers.kalman_filters.joint import (
+    Joint,
+    KalmanObserver,
+    Kernels,
+    clip,
+    limit,
+    place,
+    report,
+    root,
+)
 
-DIFFERENCE = 6e-6  # of the box: the cube root of the floats' resolution
+
+class Workspace(NamedTuple):
+    """The joint state, and the differences that linearise the model about it."""
+
+    joint: Joint
+    steps: Array  # (D,) wanted distances of the perturbed candidates from the mean
+    gaps: Array  # (D,) distances of the two of each pair, which bounds may shorten
 
 
 class ExtendedKalmanObserver(KalmanObserver):
-    """Extended Kalman filter; see `KalmanObserver`.
+    """Extended Kalman filter (Jazwinski 1970, section 8.3) on the model of `KalmanObserver`.
 
-    With F and H the derivatives of step and output at the mean, Q and R the covariances of walk
-    and noise:
+        z' = f(z, u) + w,  w ~ N(0, Q);   y = h(z, u) + v,  v ~ N(0, R)
 
-        C <- F C F' + Q;   K = C H' / (H C H' + R);   z <- z + K (y - h(z));
+    With F and H the derivatives of step and output at the mean, dt s apart:
+
+        z <- f(z);   C <- F C F' + Q dt
+        K = C H' / (H C H' + R);   z <- z + K (y - h(z));
         C <- (I - K H) C (I - K H)' + K R K'
 
-    the last three, Joseph's form, for one output after the other.
+    the last line, Joseph's form, and the one before for one output after the other.
     """
 
-    def __init__(self, model: Model | str, **arguments: Any) -> None:
-        super().__init__(model, **arguments)
-        self._differences = DIFFERENCE * self._width
-        self._gaps = np.empty(self.z.size)
+    def _workspace(self) -> Workspace:
+        return Workspace(self.joint, self.difference * self._width, np.empty(self.joint.z.size))
 
-    def _spread(self) -> None:
-        spread(self.z, self._differences, self._low, self._high, self._rows, self._x, self._p,
-               self._gaps)  # fmt: skip
-
-    def _predict(self, interval: float) -> bool:
-        predict(
-            self.z, self.covariance, interval, self._walk, self._differences, self._low,
-            self._high, self._rows, self._x, self._p, self._gaps,
-        )  # fmt: skip
-        return True  # F C F' + Q is one if C was, and _update looks again
-
-    def _update(self, y: Array) -> bool:
-        return update(
-            self.z, self.covariance, y, self._noise, self._y, self._most, self._differences,
-            self._low, self._high, self._rows, self._x, self._p, self._gaps,
-            self.innovation, self._surprise, self.x, self.p, self.stddev,
-        )  # fmt: skip
+    def _kernels(self) -> Kernels:
+        return Kernels(spread, predict, update)
 
 
 @accelerated
-def spread(
-    z: Array, step: Array, low: Array, high: Array, rows: IntArray, x: Array, p: Array, gaps: Array
-) -> None:
-    """Lay out z in lane 0 and wherever no other is, and z_i +- step_i, within bounds, in two more.
-
-    gaps (D,) are the distances of the two.
-    """
-    for lane in range(x.shape[1]):
-        place(z, lane, rows, x, p)
-    n = x.shape[0]
+def spread(kf: Workspace) -> bool:
+    """Lay out z in lane 0 and wherever no other is, and z_i +- a step, in bounds, in two more."""
+    steps, gaps, z, rows = kf.steps, kf.gaps, kf.joint.z, kf.joint.rows
+    low, high, xs, ps = kf.joint.low, kf.joint.high, kf.joint.xs, kf.joint.ps
+    n = xs.shape[0]
+    for lane in range(xs.shape[1]):
+        place(z, lane, rows, xs, ps)
     for i in range(z.size):
-        reach = max(step[i], 1e-10 * abs(z[i]))
+        reach = max(steps[i], 1e-10 * abs(z[i]))
         above, below = min(z[i] + reach, high[i]), max(z[i] - reach, low[i])
         gaps[i] = above - below
         if i < n:
-            x[i, 1 + 2 * i], x[i, 2 + 2 * i] = above, below
+            xs[i, 1 + 2 * i], xs[i, 2 + 2 * i] = above, below
         else:
-            p[rows[i - n], 1 + 2 * i], p[rows[i - n], 2 + 2 * i] = above, below
+            ps[rows[i - n], 1 + 2 * i], ps[rows[i - n], 2 + 2 * i] = above, below
+    return True
 
 
 @accelerated
-def predict(
-    z: Array, c: Array, interval: float, walk: Array, step: Array, low: Array, high: Array,
-    rows: IntArray, x: Array, p: Array, gaps: Array,
-) -> None:  # fmt: skip
-    """Take mean and covariance from the carried candidates."""
-    d, n = z.size, x.shape[0]
+def predict(kf: Workspace, interval: float) -> bool:
+    """Take mean and covariance from the propagated candidates: F C F' + Q is one if C was."""
+    gaps, walk, z, c, xs = kf.gaps, kf.joint.walk, kf.joint.z, kf.joint.covariance, kf.joint.xs
+    d, n = z.size, xs.shape[0]
     f = np.zeros((d, d))
     for i in range(n):
-        z[i] = x[i, 0]
+        z[i] = xs[i, 0]
         for j in range(d):
-            f[i, j] = (x[i, 1 + 2 * j] - x[i, 2 + 2 * j]) / gaps[j]
+            f[i, j] = (xs[i, 1 + 2 * j] - xs[i, 2 + 2 * j]) / gaps[j]
     for i in range(n, d):
         f[i, i] = 1.0
     fc = np.zeros((d, d))
@@ -101,46 +96,44 @@ def predict(
                 total += fc[i, k] * f[j, k]
             c[i, j] = c[j, i] = total
         c[i, i] += walk[i] * interval
-    clip(z, low, high)
-    spread(z, step, low, high, rows, x, p, gaps)
+    clip(z, kf.joint.low, kf.joint.high)
+    return spread(kf)
 
 
 @accelerated
-def update(
-    z: Array, c: Array, y: Array, noise: Array, yhat: Array, most: Array, step: Array, low: Array,
-    high: Array, rows: IntArray, xs: Array, ps: Array, gaps: Array,
-    innovation: Array, surprise: Array, x: Array, p: Array, stddev: Array,
-) -> bool:  # fmt: skip
+def update(kf: Workspace, y: Array) -> bool:
     """Correct by one output after the other; False if no covariance is left."""
+    gaps, z, c, ys = kf.gaps, kf.joint.z, kf.joint.covariance, kf.joint.ys
+    noise, innovation = kf.joint.noise, kf.joint.innovation
     d = z.size
     h, ch, gain, shift = np.empty(d), np.empty(d), np.empty(d), np.zeros(d)
-    surprise[0], measured = 0.0, 0
+    surprise, measured = 0.0, 0
     for i in range(y.size):
-        innovation[i] = y[i] - yhat[i, 0]
+        innovation[i] = y[i] - ys[i, 0]
         if math.isnan(y[i]):
             continue
         error, s = innovation[i], noise[i]
         for j in range(d):
-            h[j] = (yhat[i, 1 + 2 * j] - yhat[i, 2 + 2 * j]) / gaps[j]
+            h[j] = (ys[i, 1 + 2 * j] - ys[i, 2 + 2 * j]) / gaps[j]
             error -= h[j] * shift[j]  # the earlier outputs have moved the mean by that
         for j in range(d):
             ch[j] = 0.0
             for k in range(d):
                 ch[j] += c[j, k] * h[k]
             s += h[j] * ch[j]
-        surprise[0] += error * error / s
+        surprise += error * error / s
         measured += 1
         for j in range(d):
             gain[j] = ch[j] / s
             shift[j] += gain[j] * error
         joseph(c, h, ch, gain, noise[i])
-    surprise[0] /= max(measured, 1)
+    kf.joint.surprise[0] = surprise / max(measured, 1)
     for j in range(d):
         z[j] += shift[j]
-    clip(z, low, high)
-    limit(c, most)
-    report(z, c, rows, x, p, stddev)
-    spread(z, step, low, high, rows, xs, ps, gaps)
+    clip(z, kf.joint.low, kf.joint.high)
+    limit(c, kf.joint.most)
+    report(kf.joint)
+    spread(kf)
     return root(c, np.empty((d, d)))
 
 

@@ -1,16 +1,22 @@
-"""What the Kalman filters on the joint state (x, theta) share: noises, bounds, covariance, lanes.
+"""Kalman filters on states and parameters together: noises, bounds, covariance, candidates.
 
-z (D,) holds the n states, then the estimated parameters, which walk at random; C (D, D) is its
-covariance. The candidates that a filter carries, perturbed means or sigma points, lie in lanes.
+The joint state z = (x, theta) has the n states, then the estimated parameters, D in all:
+
+    x' = f(x, u, theta) + w,   theta' = w_theta,   (w, w_theta) ~ N(0, Q)
+    y = h(x, u, theta) + v,    v ~ N(0, R)
+
+with Q and R diagonal (Ljung 1979). C is the covariance of z. The candidates that a filter
+propagates, perturbed means or sigma points, lie in lanes.
 """
 
 import math
+from collections.abc import Callable
 from dataclasses import dataclass
-from typing import Any, ClassVar
+from typing import Any, ClassVar, NamedTuple
 
 import numpy as np
 
-from obs_ros.core.jit import accelerated
+from obs_ros.core.jit import accelerated, bound
 from obs_ros.core.model import Model, inside
 from obs_ros.core.typing import Array, IntArray
 from obs_ros.inference.parameterisation import Unknowns
@@ -20,7 +26,38 @@ from obs_ros.observers.recursive import Instant, RecursiveObserver
 from obs_ros.observers.settings import setting
 
 SLACK = 1e-9  # of a correlation: less is rounding
-CORNERS = 64  # points of the box that outputs are compared over
+
+
+class Joint(NamedTuple):
+    """The arrays of a filter on D joint states: of n states, q parameters, r outputs, L lanes."""
+
+    z: Array  # (D,) mean
+    covariance: Array  # (D, D)
+    walk: Array  # (D,) diagonal of Q, per s
+    noise: Array  # (r,) diagonal of R
+    low: Array  # (D,) bounds of the mean
+    high: Array  # (D,)
+    most: Array  # (D,) largest variances
+    rows: IntArray  # (D - n,) places of the estimated parameters among all
+    xs: Array  # (n, L) candidates: states,
+    ps: Array  # (q, L) parameters
+    ys: Array  # (r, L) and outputs
+    x: Array  # (n,) the estimate, where all read it
+    p: Array  # (q,)
+    stddev: Array  # (n + q,)
+    innovation: Array  # (r,)
+    surprise: Array  # (1,) mean squared innovation, in units of what C and R let expect
+
+
+class Kernels(NamedTuple):
+    """The steps of a filter on its workspace; each lays the candidates out anew.
+
+    False stands for a covariance that is none any more.
+    """
+
+    spread: Callable[[Any], bool]  # about mean and covariance
+    predict: Callable[[Any, float], bool]  # take both from the candidates, some s later
+    update: Callable[[Any, Array], bool]  # correct by outputs y (r,), and write the estimate
 
 
 @dataclass(frozen=True)
@@ -28,43 +65,31 @@ class KalmanSettings(table.Settings):
     """Standard deviations, as shares of the box that a state or parameter lies in."""
 
     initial_state: float = setting(
-        0.3,
-        "sd of the states at the start, as a share of their bounds' distance",
-        lower=0.0,
+        0.3, "sd of the states at the start, as a share of their bounds' distance", lower=0.0,
         upper=1e3,
-    )
+    )  # fmt: skip
     initial_parameter: float = setting(
-        0.3,
-        "sd of the parameters at the start, as a share of their bounds' distance",
-        lower=0.0,
+        0.3, "sd of the parameters at the start, as a share of their bounds' distance", lower=0.0,
         upper=1e3,
-    )
+    )  # fmt: skip
     state_walk: float = setting(
-        1e-4,
-        "sd that the model may err by within 1 s, as a share of the states' bounds' distance",
-        '1/sqrt(s)',
-        lower=0.0,
-        upper=1e3,
-    )
+        1e-4, "sd that the model may err by within 1 s, as a share of the states' bounds' distance",
+        '1/sqrt(s)', lower=0.0, upper=1e3,
+    )  # fmt: skip
     parameter_walk: float = setting(
-        1e-3,
-        "sd that the parameters drift by within 1 s, as a share of their bounds' distance",
-        '1/sqrt(s)',
-        lower=0.0,
-        upper=1e3,
-    )
+        1e-3, "sd that the parameters drift by within 1 s, as a share of their bounds' distance",
+        '1/sqrt(s)', lower=0.0, upper=1e3,
+    )  # fmt: skip
     output_noise: float = setting(
-        1e-3,
-        'sd of outputs whose noise is not given, as a share of the range that they have',
-        positive=True,
-        upper=1e3,
-    )
+        1e-3, 'sd of outputs whose noise is not given, as a share of the range that they have',
+        positive=True, upper=1e3,
+    )  # fmt: skip
 
 
 class KalmanObserver(RecursiveObserver):
     """A Kalman filter on (x, theta), nonlinear by way of the candidates in its lanes.
 
-    The mean is clipped to the bounds, with the covariance left as it is: clipping tells nothing
+    The mean is clipped to the bounds, with the covariance left as it is: clipping says nothing
     about the others. No variance exceeds that of the box. Where the covariance ceases to be one,
     for rounding or overflow, it is that of the start again, counted as `reset_covariance`.
 
@@ -81,82 +106,88 @@ class KalmanObserver(RecursiveObserver):
         unknowns, n, q = self.unknowns, self.x.size, self.p.size
         free = [i - n for i in unknowns.index if i >= n]
         joint = np.array([*range(n), *(n + row for row in free)])
-        self._rows = np.array(free, dtype=np.int64)  # of the estimated parameters
-        self._low, self._high = self.lower[joint], self.upper[joint]
-        width = np.array([_width(unknowns, i) for i in joint])
-        estimated = np.isin(joint, unknowns.index)
-        states = joint < n
-        s = self.settings
-        start = np.where(states, s.initial_state, s.initial_parameter) * width * estimated
-        walk = np.where(states, s.state_walk, s.parameter_walk) * width
-        self._start_variance, self._walk = start**2, walk**2  # (D,) and per s
-        bounded = np.isfinite(self._low) & np.isfinite(self._high)
-        self._most = np.where(bounded, np.maximum(width, start) ** 2, np.inf)
-        self._noise = output_noise(unknowns, self.noise, s.output_noise) ** 2
-        self._width = width
-        d = joint.size
+        low, high = self.lower[joint], self.upper[joint]
+        self._width = width = np.array([_width(unknowns, i) for i in joint])
+        states, s = joint < n, self.settings
+        start = np.where(states, s.initial_state, s.initial_parameter) * width
+        start *= np.isin(joint, unknowns.index)
+        self._start_variance = start**2  # (D,)
+        bounded = np.isfinite(low) & np.isfinite(high)
+        d, r = joint.size, self.innovation.size
         count = lanes(1 + 2 * d)  # the mean, and two for each joint state
-        self.z, self.covariance = np.empty(d), np.empty((d, d))
-        self._x, self._p = np.empty((n, count)), np.empty((q, count))
-        self._y = np.empty((self.innovation.size, count))
-        self._surprise = np.zeros(1)
+        self.joint = Joint(
+            z=np.empty(d),
+            covariance=np.empty((d, d)),
+            walk=(np.where(states, s.state_walk, s.parameter_walk) * width) ** 2,
+            noise=output_noise(unknowns, self.noise, s.output_noise) ** 2,
+            low=low,
+            high=high,
+            most=np.where(bounded, np.maximum(width, start) ** 2, np.inf),
+            rows=np.array(free, dtype=np.int64),
+            xs=np.empty((n, count)),
+            ps=np.empty((q, count)),
+            ys=np.empty((r, count)),
+            x=self.x,
+            p=self.p,
+            stddev=self.stddev,
+            innovation=self.innovation,
+            surprise=np.zeros(1),
+        )
+        self.workspace = self._workspace()
+
+    def _workspace(self) -> Any:
+        """Return the joint state with all else that the kernels take."""
+        raise NotImplementedError
+
+    def _kernels(self) -> Kernels:
+        """Return the filter's kernels."""
+        raise NotImplementedError
 
     def _start(self, now: Instant) -> None:
-        n = self.x.size
+        joint, n = self.joint, self.x.size
         self._stepper = self.stepper
-        self._p[:] = self.p[:, None]
-        self.z[:n], self.z[n:] = self.x, self.p[self._rows]
-        self.covariance[:] = np.diag(self._start_variance)
-        self._spread()
+        spread, predict, update = self._kernels()
+        self._spread = bound(spread, self.workspace)
+        self._predict = bound(predict, self.workspace, 0.0)
+        self._update = bound(update, self.workspace, now.y)
+        joint.ps[:] = self.p[:, None]
+        joint.z[:n], joint.z[n:] = self.x, self.p[joint.rows]
+        joint.covariance[:] = np.diag(self._start_variance)
+        self._spread(self.workspace)
         self._correct(now)
 
     def _step(self, before: Instant, now: Instant, path: Path) -> None:
-        self._stepper.propagate(path, self._x, self._p)
-        if not self._predict((now.stamp - before.stamp) / 1e9):
+        self._stepper.propagate(path, self.joint.xs, self.joint.ps)
+        if not self._predict(self.workspace, (now.stamp - before.stamp) / 1e9):
             self._restart_covariance(now)
         self._correct(now)
 
     def _correct(self, now: Instant) -> None:
-        self._stepper.measure(now.t, now.u, self._x, self._p, self._y)
-        if not self._update(now.y):
+        joint = self.joint
+        self._stepper.measure(now.t, now.u, joint.xs, joint.ps, joint.ys)
+        if not self._update(self.workspace, now.y):
             self._restart_covariance(now)
-        self.figures['normalised_innovation'] = float(self._surprise[0])
+        self.figures['normalised_innovation'] = float(joint.surprise[0])
 
     def _restart_covariance(self, now: Instant) -> None:
         self._remark_on(
             'reset_covariance',
             f'covariance started again at {now.t:g} s, because it was not positive any more',
         )
-        self.covariance[:] = np.diag(self._start_variance)
-        self._spread()
-
-    def _spread(self) -> None:
-        """Lay out the candidates about mean and covariance."""
-        raise NotImplementedError
-
-    def _predict(self, interval: float) -> bool:
-        """Take mean and covariance after `interval` s from the candidates; lay them out anew.
-
-        False where no covariance is left.
-        """
-        raise NotImplementedError
-
-    def _update(self, y: Array) -> bool:
-        """Correct by the outputs y (r,), write the estimate, and lay the candidates out anew.
-
-        False where no covariance is left.
-        """
-        raise NotImplementedError
+        self.joint.covariance[:] = np.diag(self._start_variance)
+        self._spread(self.workspace)
 
 
-def output_noise(unknowns: Unknowns, noise: dict[str, float], share: float) -> Array:
+def output_noise(
+    unknowns: Unknowns, noise: dict[str, float], share: float, points: int = 64
+) -> Array:
     """Return standard deviations (r,): those given, else a share of each output's range.
 
-    That is the distance of its bounds where they are finite, else what the box makes of it.
+    That is the distance of its bounds where they are finite, else the one over so many random
+    points of the box.
     """
     model = unknowns.model
-    points = np.random.default_rng(0).random((CORNERS, unknowns.dimension))
-    x, p = unknowns.values(points)
+    x, p = unknowns.values(np.random.default_rng(0).random((points, unknowns.dimension)))
     u = tuple(inside(variable) for variable in model.inputs)
     with np.errstate(all='ignore'):
         outputs = model.output(0.0, tuple(x), u, tuple(p))
@@ -182,13 +213,13 @@ def _width(unknowns: Unknowns, i: int) -> float:
 
 
 @accelerated
-def place(z: Array, lane: int, rows: IntArray, x: Array, p: Array) -> None:
-    """Write a joint state into one lane."""
-    n = x.shape[0]
+def place(z: Array, lane: int, rows: IntArray, xs: Array, ps: Array) -> None:
+    """Write a joint state z (D,) into one lane."""
+    n = xs.shape[0]
     for i in range(n):
-        x[i, lane] = z[i]
+        xs[i, lane] = z[i]
     for j in range(rows.size):
-        p[rows[j], lane] = z[n + j]
+        ps[rows[j], lane] = z[n + j]
 
 
 @accelerated
@@ -239,8 +270,10 @@ def root(c: Array, lower: Array) -> bool:
 
 
 @accelerated
-def report(z: Array, c: Array, rows: IntArray, x: Array, p: Array, stddev: Array) -> None:
-    """Write states, estimated parameters and standard deviations (n + q,) where all read them."""
+def report(joint: Joint) -> None:
+    """Write states, estimated parameters and standard deviations where all read them."""
+    z, c, rows = joint.z, joint.covariance, joint.rows
+    x, p, stddev = joint.x, joint.p, joint.stddev
     n = x.size
     for i in range(n):
         x[i] = z[i]

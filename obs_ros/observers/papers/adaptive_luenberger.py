@@ -29,8 +29,8 @@ class AdaptiveLuenbergerObserver(ObserverFormObserver):
 
     theta' = Gamma eps phi,   eps = (z - theta' phi) / m^2.
 
-    For plants in observer form of order n, with one input and one output. It has no standard
-    deviations to tell.
+    For plants in observer form of order n, with one input and one output, see `observer_form`. It
+    has no standard deviations.
     """
 
     Settings: ClassVar[type[table.Settings]] = AdaptiveLuenbergerSettings

@@ -1,4 +1,4 @@
-"""What the genetic observers do from one sample to the next: one step of forward Euler."""
+"""One step of forward Euler from sample to sample, as the genetic observers take it."""
 
 import numpy as np
 

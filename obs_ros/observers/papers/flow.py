@@ -1,8 +1,13 @@
-"""What the observers of an interconnected plant have in common: flows that nobody measures."""
+"""Observers of flows that nobody measures, in an interconnected plant (Zhang et al. 2020).
+
+    T_i' = f_i(T, u) + g_i(T, u) F_i,   F = c X,   y = T
+
+with the process states T, the flows F and the actuators' states X, which have a model of their own.
+"""
 
 from collections.abc import Callable
 from dataclasses import dataclass
-from typing import Any
+from typing import Any, ClassVar
 
 import numpy as np
 
@@ -15,8 +20,6 @@ from obs_ros.observers.papers.channels import products
 from obs_ros.observers.recursive import Instant, RecursiveObserver
 from obs_ros.observers.settings import Settings, setting
 
-NO_FLOW = 1e-3  # of its upper bound: what residuals count from at least
-
 # Rates of F and of the filters, from t, F, the filters, inputs u, y, weights of y (0: not
 # measured), the feed c X' of the actuators, p and the observer's settings.
 FlowRates = Callable[[Any, Any, Any, Any, Any, Any, Any, Any, Any], tuple[Any, ...]]
@@ -26,12 +29,12 @@ FlowRates = Callable[[Any, Any, Any, Any, Any, Any, Any, Any, Any], tuple[Any, .
 class FlowSettings(Settings):
     """Settings of all observers of flows."""
 
+    step: ClassVar[float] = 0.1  # of the observer's shortest time constant: its longest RK4 step
+    least_flow: ClassVar[float] = 1e-3  # of its upper bound, which residuals are relative to
     start_flow: float = setting(
-        1.0,
-        "share of the actuators' flow that the estimates start from; the paper starts from 0",
-        lower=0.0,
-        upper=5.0,
-    )
+        1.0, "share of the actuators' flow that the estimates start from; the paper starts from 0",
+        lower=0.0, upper=5.0,
+    )  # fmt: skip
 
 
 class FlowObserver(RecursiveObserver):
@@ -133,12 +136,12 @@ class FlowObserver(RecursiveObserver):
 
     def _report(self) -> None:
         modelled = np.array(self.model.flow_gain(self.p)) * self.x[self._opening]
-        for flow, estimated, told in zip(
+        for flow, estimated, expected in zip(
             self.model.flows, self.flows.tolist(), modelled.tolist(), strict=True
         ):
             self.figures[flow.name] = estimated
-            beside = max(estimated, NO_FLOW * flow.upper)
-            self.figures[f'residual_{flow.name}'] = told / beside - 1.0
+            beside = max(estimated, self.settings.least_flow * flow.upper)
+            self.figures[f'residual_{flow.name}'] = expected / beside - 1.0
 
 
 def observer_model(

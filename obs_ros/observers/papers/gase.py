@@ -9,7 +9,7 @@ In the paper the state estimate takes one step with the best candidate's paramet
 runs under the input u(k-1) at its begin (mode `paper`); one that runs on between samples then comes
 half a sample late. In mode `window_end` the inputs are at their mean over each step, which is
 u(k-1) where they are held, and the state is where the best candidate ends in the window, so that
-what older parameters gave is not carried on. Window errors leave directions of theta all but free
+errors of older parameters are not propagated. Window errors leave directions of theta all but free
 at 50 samples: more search does not help there, longer windows do.
 """
 
@@ -29,19 +29,16 @@ from obs_ros.optimization.decimal_coding import Base10
 from obs_ros.optimization.ga import check_breeding
 from obs_ros.optimization.genetic_operators import offspring
 
-MOST_STEPS = 10_000_000  # of all candidates, for one sample: some tenths of a second
-
-MODES = ('window_end', 'paper')
-
 
 @dataclass(frozen=True)
 class GaseSettings(Settings):
     """The paper's constants of section 4.2."""
 
+    most_steps: ClassVar[int] = 10_000_000  # of all candidates, a sample: tenths of a second
     mode: str = setting(
         'window_end',
         "the state is where the best candidate's window ends, or as in the paper one step on",
-        choices=MODES,
+        choices=('window_end', 'paper'),
     )
     population: int = setting(200, 'candidates N', lower=4, upper=10_000)
     parents: int = setting(70, 'how many of the best may be parents, D', lower=2, upper=10_000)
@@ -55,10 +52,10 @@ class GaseSettings(Settings):
         super().__post_init__()
         check_breeding(self.population, self.parents, self.elite, self.mutation)
         steps = self.population * self.window * self.generations
-        if steps > MOST_STEPS:
+        if steps > self.most_steps:
             raise ValueError(
                 f'population, window or generations must be smaller: their product {steps} is the '
-                f'steps for each sample, at most {MOST_STEPS}'
+                f'steps for each sample, at most {self.most_steps}'
             )
 
 
@@ -101,7 +98,7 @@ class GeneticAdaptiveStateEstimator(RecursiveObserver):
         self._genes = self._coding.first_population(draws)
         self._values = self._coding.decode(self._genes)
         self._generation = 0
-        # What parameters are written to, by its width: those of all candidates, or the children's.
+        # Arrays for parameters by their width: of all candidates, or of the children.
         count = self.settings.population
         self._lanes = {
             width: np.repeat(self.p[:, None], width, axis=1)

@@ -2,11 +2,11 @@
 
 import math
 from dataclasses import dataclass
-from typing import Any
+from typing import Any, ClassVar, NamedTuple
 
 import numpy as np
 
-from obs_ros.core.jit import accelerated
+from obs_ros.core.jit import accelerated, bound
 from obs_ros.core.model import Model, inside, names
 from obs_ros.core.typing import Array
 from obs_ros.integration.path import Path, lanes
@@ -14,7 +14,30 @@ from obs_ros.observers.papers.adaptive_gains import GAINS
 from obs_ros.observers.recursive import Instant, RecursiveObserver
 from obs_ros.observers.settings import Settings, setting
 
-DIFFERENCE = 6e-6  # of a state's or the parameter's range, for derivatives
+
+class Workspace(NamedTuple):
+    """The arrays of the observer: n states, q parameters, r outputs."""
+
+    x: Array  # (n,) the estimate, where all read it
+    p: Array  # (q,)
+    U: Array  # (n,) filtered regressor: d x / d q
+    P: Array  # (1,) its covariance
+    adapted: int  # place of theta among the parameters
+    L: Array  # (n, r) gains
+    H: Array  # (r,)
+    B: Array  # (n,) model
+    C: Array  # (r, n)
+    lower: Array  # (n + q,) least values that the observer lets x and p have
+    upper: Array  # (n + q,)
+    differences: Array  # (n + 1,) steps of the states and of theta, for derivatives
+    xs: Array  # (n, lanes) candidates: states,
+    ps: Array  # (q, lanes) parameters
+    ys: Array  # (r, lanes) and outputs
+    filtered: bool  # the settings
+    scale: float
+    gamma: float
+    forgetting: float
+    covariance: float
 
 
 @dataclass(frozen=True)
@@ -37,16 +60,15 @@ class HInfinitySettings(Settings):
         0.05, 'rate at which the filtered regressor forgets', '1/s', lower=0.0, upper=1e6
     )
     covariance: float = setting(
-        1e9,
-        'largest covariance of the filtered regressor, and its first',
-        positive=True,
+        1e9, 'largest covariance of the filtered regressor, and its first', positive=True,
         upper=1e18,
-    )
+    )  # fmt: skip
 
 
 class HInfinityObserver(RecursiveObserver):
     """States by a fixed gain, one parameter by adaptation.
 
+        x' = A x + Psi(x, u) + B phi2(x, u) theta + N eta,   y = C x
         xhat' = f(xhat, u, theta) + L e,   e = y - C xhat
 
     `gradient` (eq. 4, theta = scale q):  q' = Gamma phi2(xhat, u) H e. The paper takes theta in
@@ -69,30 +91,42 @@ class HInfinityObserver(RecursiveObserver):
     """
 
     Settings = HInfinitySettings
+    beyond: ClassVar[float] = 4.5  # ranges beyond its bounds that a state may go, on each side
 
     def __init__(self, model: Model | str, **arguments: Any) -> None:
         super().__init__(model, **arguments)
         n, r = len(self.model.states), len(self.model.outputs)
         stored = GAINS[self.model.name]
-        self._adapted = self._index_of(stored.parameter)
-        self._L = _sized('L', stored.L[self.settings.gains], (n, r))
-        self._H, self._B = (
-            _sized('H', stored.H[self.settings.gains], (r,)),
-            _sized('B', stored.B, (n,)),
+        s, adapted = self.settings, self._index_of(stored.parameter)
+        width = np.append(
+            self.upper[:n] - self.lower[:n], self.upper[n + adapted] - self.lower[n + adapted]
         )
-        self._C = self._output_matrix()
+        lower, upper = self.lower.copy(), self.upper.copy()
+        lower[:n] -= self.beyond * width[:n]
+        upper[:n] += self.beyond * width[:n]
         count = lanes(1 + 2 * (n + 1))
-        self._x, self._p = np.zeros((n, count)), np.zeros((self.p.size, count))
-        j = n + self._adapted
-        width = np.concatenate(
-            [self.upper[:n] - self.lower[:n], self.upper[j : j + 1] - self.lower[j : j + 1]]
+        self.workspace = Workspace(
+            x=self.x,
+            p=self.p,
+            U=np.zeros(n),
+            P=np.zeros(1),
+            adapted=adapted,
+            L=_sized('L', stored.L[s.gains], (n, r)),
+            H=_sized('H', stored.H[s.gains], (r,)),
+            B=_sized('B', stored.B, (n,)),
+            C=self._output_matrix(),
+            lower=lower,
+            upper=upper,
+            differences=self.difference * width,
+            xs=np.zeros((n, count)),
+            ps=np.zeros((self.p.size, count)),
+            ys=np.zeros((r, count)),
+            filtered=s.adaptation == 'filtered',
+            scale=s.scale,
+            gamma=s.gamma,
+            forgetting=s.forgetting,
+            covariance=s.covariance,
         )
-        self._differences = DIFFERENCE * width
-        self._reach = self.lower.copy(), self.upper.copy()
-        self._reach[0][:n] -= 4.5 * width[:n]
-        self._reach[1][:n] += 4.5 * width[:n]
-        self._y = np.zeros((r, count))
-        self._U, self._P = np.zeros(n), np.zeros(1)
 
     @classmethod
     def suits(cls, model: Model) -> None:
@@ -126,27 +160,24 @@ class HInfinityObserver(RecursiveObserver):
         return np.ascontiguousarray(np.array(columns).T)
 
     def _start(self, now: Instant) -> None:
-        self._U[:] = 0.0
-        self._P[:] = self.settings.covariance
+        w = self.workspace
+        self._place, self._adapt = bound(place, w), bound(adapt, w, now.y, 0.0)
+        w.U[:] = 0.0
+        w.P[:] = self.settings.covariance
         self._innovate(now)
 
     def _step(self, before: Instant, now: Instant, path: Path) -> None:
-        s = self.settings
+        w = self.workspace
         begin = np.where(np.isnan(before.y), now.y, before.y)
         slope = (np.where(np.isnan(now.y), begin, now.y) - begin) / path.dt[: path.pieces].sum()
         elapsed = 0.0
         for piece in self._pieces(path):
-            t, dt, u = piece.t[0], piece.dt[0], piece.u[0]
-            place(self.x, self.p, self._adapted, self._differences, self._x, self._p)
-            self.stepper.measure(t, u, self._x, self._p, self._y)
-            e = begin + elapsed * slope - self._y[:, 0]
-            self.stepper.propagate(piece, self._x, self._p)
-            adapt(
-                self.x, self.p, self._adapted, self._U, self._P, e, dt, self._x,
-                self._differences, self._L, self._H, self._B, self._C, s.adaptation == 'filtered',
-                s.scale, s.gamma, s.forgetting, s.covariance, *self._reach,
-            )  # fmt: skip
-            elapsed += dt
+            self._place(w)
+            self.stepper.measure(piece.t[0], piece.u[0], w.xs, w.ps, w.ys)
+            e = begin + elapsed * slope - w.ys[:, 0]
+            self.stepper.propagate(piece, w.xs, w.ps)
+            self._adapt(w, e, piece.dt[0])
+            elapsed += piece.dt[0]
         self._innovate(now)
 
     def _pieces(self, path: Path) -> list[Path]:
@@ -163,17 +194,19 @@ class HInfinityObserver(RecursiveObserver):
         return pieces
 
     def _innovate(self, now: Instant) -> None:
-        place(self.x, self.p, self._adapted, self._differences, self._x, self._p)
-        self.stepper.measure(now.t, now.u, self._x, self._p, self._y)
-        self.innovation[:] = now.y - self._y[:, 0]
-        if self.settings.adaptation == 'filtered':
-            self.figures['excitation'] = float(np.linalg.norm(self._C @ self._U))
-            self.figures['covariance'] = float(self._P[0])
+        w = self.workspace
+        self._place(w)
+        self.stepper.measure(now.t, now.u, w.xs, w.ps, w.ys)
+        self.innovation[:] = now.y - w.ys[:, 0]
+        if w.filtered:
+            self.figures['excitation'] = float(np.linalg.norm(w.C @ w.U))
+            self.figures['covariance'] = float(w.P[0])
 
 
 @accelerated
-def place(x: Array, p: Array, j: int, difference: Array, xs: Array, ps: Array) -> None:
-    """Lay out x and p in lane 0 and, with one entry of (x, p_j) moved both ways, in the next."""
+def place(w: Workspace) -> None:
+    """Lay out x and p in lane 0 and, with one entry of (x, theta) moved both ways, in the next."""
+    x, p, xs, ps, differences = w.x, w.p, w.xs, w.ps, w.differences
     n = x.size
     for lane in range(xs.shape[1]):
         for i in range(n):
@@ -181,67 +214,77 @@ def place(x: Array, p: Array, j: int, difference: Array, xs: Array, ps: Array) -
         for i in range(p.size):
             ps[i, lane] = p[i]
     for i in range(n):
-        xs[i, 1 + 2 * i] += difference[i]
-        xs[i, 2 + 2 * i] -= difference[i]
-    ps[j, 1 + 2 * n] += difference[n]
-    ps[j, 2 + 2 * n] -= difference[n]
+        xs[i, 1 + 2 * i] += differences[i]
+        xs[i, 2 + 2 * i] -= differences[i]
+    ps[w.adapted, 1 + 2 * n] += differences[n]
+    ps[w.adapted, 2 + 2 * n] -= differences[n]
 
 
 @accelerated
-def adapt(
-    x: Array, p: Array, j: int, U: Array, P: Array, e: Array, dt: float, xs: Array,
-    difference: Array, L: Array, H: Array, B: Array, C: Array, filtered: bool, scale: float,
-    gamma: float, forgetting: float, largest: float, lower: Array, upper: Array,
-) -> None:  # fmt: skip
-    """Go dt seconds on: x, p_j, U (n,) and P (1,), from candidates xs carried over it.
+def adapt(w: Workspace, e: Array, dt: float) -> None:
+    """Go dt seconds on, from candidates propagated over them: x, theta, U and P.
 
     e (r,) is the error at the begin, NaN where nothing was measured.
     """
-    n, r = x.size, e.size
-    seen = np.zeros(r)  # C U, where measured
-    change = 0.0  # of theta / scale
-    for i in range(r):
+    x, p, U, L, C, xs, differences = w.x, w.p, w.U, w.L, w.C, w.xs, w.differences
+    lower, upper, filtered, scale, n = w.lower, w.upper, w.filtered, w.scale, w.x.size
+    seen = np.zeros(e.size)  # C U, where measured
+    for i in range(e.size):
         if not math.isnan(e[i]):
             for k in range(n):
                 seen[i] += C[i, k] * U[k]
-    direct = np.empty(n)  # what a unit of theta / scale adds to x in dt
+    direct = np.empty(n)  # effect of a unit of theta / scale on x in dt
     for k in range(n):
-        direct[k] = scale * (xs[k, 1 + 2 * n] - xs[k, 2 + 2 * n]) / (2.0 * difference[n])
-    if filtered:
-        squares = 0.0
-        for i in range(r):
-            squares += seen[i] * seen[i]
-        # Implicit in P: the explicit step overshoots below zero when much is learnt at once.
-        P[0] = min(P[0] * math.exp(forgetting * dt) / (1.0 + dt * P[0] * squares), largest)
-        for i in range(r):
-            if not math.isnan(e[i]):
-                change += dt * P[0] * seen[i] * e[i]
-    else:
-        size, along = 0.0, 0.0
-        for k in range(n):
-            size += B[k] * B[k]
-            along += B[k] * direct[k]
-        for i in range(r):
-            if not math.isnan(e[i]):
-                change += gamma * along / size * H[i] * e[i]
-    theta = min(max(p[j] + scale * change, lower[n + j]), upper[n + j])
-    change = (theta - p[j]) / scale
-    p[j] = theta
-    carried = np.empty(n)
+        difference = xs[k, 1 + 2 * n] - xs[k, 2 + 2 * n]
+        direct[k] = scale * difference / (2.0 * differences[n])
+    theta, j = p[w.adapted], n + w.adapted
+    change = filtered_change(w, seen, e, dt) if filtered else gradient_change(w, direct, e)
+    p[w.adapted] = min(max(theta + scale * change, lower[j]), upper[j])
+    change = (p[w.adapted] - theta) / scale
+    moved = np.empty(n)  # U, dt later
     for k in range(n):
-        carried[k] = direct[k]
+        moved[k] = direct[k]
         for i in range(n):
-            carried[k] += (xs[k, 1 + 2 * i] - xs[k, 2 + 2 * i]) / (2.0 * difference[i]) * U[i]
+            difference = xs[k, 1 + 2 * i] - xs[k, 2 + 2 * i]
+            moved[k] += difference / (2.0 * differences[i]) * U[i]
         x[k] = xs[k, 0]
-        for i in range(r):
+        for i in range(e.size):
             if not math.isnan(e[i]):
                 x[k] += dt * L[k, i] * e[i]
-                carried[k] -= dt * L[k, i] * seen[i]
+                moved[k] -= dt * L[k, i] * seen[i]
         if filtered:
             x[k] += U[k] * change
         x[k] = min(max(x[k], lower[k]), upper[k])
     for k in range(n):
-        U[k] = carried[k]
+        U[k] = moved[k]
+
+
+@accelerated
+def filtered_change(w: Workspace, seen: Array, e: Array, dt: float) -> float:
+    """Return the change of theta / scale in dt s by the filtered regressor; P goes on."""
+    P, squares, change = w.P, 0.0, 0.0
+    for i in range(e.size):
+        squares += seen[i] * seen[i]
+    # Implicit in P: the explicit step overshoots below zero when much is learnt at once.
+    grown = P[0] * math.exp(w.forgetting * dt)
+    P[0] = min(grown / (1.0 + dt * P[0] * squares), w.covariance)
+    for i in range(e.size):
+        if not math.isnan(e[i]):
+            change += dt * P[0] * seen[i] * e[i]
+    return change
+
+
+@accelerated
+def gradient_change(w: Workspace, direct: Array, e: Array) -> float:
+    """Return the change of theta / scale by the paper's gradient; phi2 from its effect on x."""
+    B, size, along, change = w.B, 0.0, 0.0, 0.0
+    for k in range(B.size):
+        size += B[k] * B[k]
+        along += B[k] * direct[k]
+    for i in range(e.size):
+        if not math.isnan(e[i]):
+            change += w.gamma * along / size * w.H[i] * e[i]
+    return change
 
 
 def _sized(name: str, values: Any, shape: tuple[int, ...]) -> Array:

@@ -20,8 +20,6 @@ from obs_ros.observers.papers.flow import (
 )
 from obs_ros.observers.settings import setting
 
-_STEP = 0.1  # of 1 / theta
-
 
 @dataclass(frozen=True)
 class HighGainSettings(FlowSettings):
@@ -48,7 +46,7 @@ class HighGainObserver(FlowObserver):
     fed = 0.0  # share of the actuators' F' = c X' that Fhat' takes over
 
     def _observer(self) -> Model:
-        return high_gain_model(self.model, self.fed, _STEP / self.settings.theta)
+        return high_gain_model(self.model, self.fed, self.settings.step / self.settings.theta)
 
     def _tuning(self) -> Array:
         return np.array([self.settings.theta])

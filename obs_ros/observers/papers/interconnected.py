@@ -14,7 +14,7 @@ class InterconnectedSettings(HighGainSettings):
     """Settings of the interconnected observer."""
 
     l1: float = setting(
-        0.0, 'pulls openings to what the flows tell; hides faults', '1/s', lower=0.0, upper=1e6
+        0.0, 'pulls openings to those of the flows; hides faults', '1/s', lower=0.0, upper=1e6
     )
     l2: float = setting(
         0.0, "the same for the openings' rates; hides faults", '1/s2', lower=0.0, upper=1e6
@@ -22,7 +22,7 @@ class InterconnectedSettings(HighGainSettings):
 
 
 class InterconnectedObserver(HighGainObserver):
-    """The high-gain observer, told by the actuators' model how fast the flows change.
+    """The high-gain observer, with the rates of the flows from the actuators' model.
 
         Fhat' = c Xhat' - theta^2 e / g(That)
         Xhat' = the actuators' model - l1 (Xhat - Fhat/c),   Xhat'' likewise with l2
@@ -39,8 +39,8 @@ class InterconnectedObserver(HighGainObserver):
         l1, l2 = self.settings.l1, self.settings.l2
         if not (l1 or l2):
             return
-        told = self.flows / np.array(self.model.flow_gain(self.p))
-        difference = self.x[self._opening] - told
+        implied = self.flows / np.array(self.model.flow_gain(self.p))
+        difference = self.x[self._opening] - implied
         # The first as a lag that is exact for any dt: it can overshoot with none.
         self.x[self._opening] -= -math.expm1(-l1 * dt) * difference
         if rates := self.model.rate_index:

@@ -1,4 +1,4 @@
-"""Plants of order n in observer form, one input and one output: what their observers share.
+"""Plants of order n in observer form, one input and one output, and the base of their observers.
 
 x' = [-a | I; 0] x + b u, y = x1, with a = (a_{n-1}, ..., a_0) and b = (b_{n-1}, ..., b_0) unknown
 (Gremling & Passino 2000, eqs. 12-13). Filtered by 1 / Lambda(s), Lambda monic and Hurwitz, the
@@ -21,25 +21,19 @@ from obs_ros.observers import settings as table
 from obs_ros.observers.recursive import Instant, RecursiveObserver
 from obs_ros.observers.settings import setting
 
-CHECKED = 8  # random points at which a model is compared with the form
-
 
 @dataclass(frozen=True)
 class ObserverFormSettings(table.Settings):
     """The paper's choices for order 3; a plant of order n takes n entries in each."""
 
     observer: tuple[float, ...] = setting(
-        (12.0, 47.0, 60.0),
-        "coefficients a* of the observer's polynomial, s^(n-1) first",
-        lower=-1e9,
-        upper=1e9,
-    )
+        (12.0, 47.0, 60.0), "coefficients a* of the observer's polynomial, s^(n-1) first",
+        lower=-1e9, upper=1e9,
+    )  # fmt: skip
     filter: tuple[float, ...] = setting(
-        (3.0, 3.0, 1.0),
-        'coefficients of the filter Lambda(s), s^(n-1) first',
-        lower=-1e9,
+        (3.0, 3.0, 1.0), 'coefficients of the filter Lambda(s), s^(n-1) first', lower=-1e9,
         upper=1e9,
-    )
+    )  # fmt: skip
     a: tuple[float, ...] = setting(
         (3.0, 3.0, 1.0), 'a at the start, where no initial value is given', lower=-1e9, upper=1e9
     )
@@ -69,6 +63,7 @@ class ObserverFormObserver(RecursiveObserver):
     """
 
     Settings: ClassVar[type[table.Settings]] = ObserverFormSettings
+    compared: ClassVar[int] = 8  # random points at which a model must be like the form
 
     def __init__(self, model: Model | str, **arguments: Any) -> None:
         super().__init__(model, **arguments)
@@ -107,7 +102,7 @@ class ObserverFormObserver(RecursiveObserver):
                 f'twice the {n} states, a then b'
             )
         rng = np.random.default_rng(0)
-        for _ in range(CHECKED):
+        for _ in range(cls.compared):
             x, u, a, b = rng.normal(size=n), rng.normal(), rng.normal(size=n), rng.normal(size=n)
             rates = model.dynamics(0.0, tuple(x), (u,), (*a, *b))
             if not (
@@ -124,7 +119,6 @@ class ObserverFormObserver(RecursiveObserver):
         self._s[:] = 0.0
         self._s[:n] = self.x
         self._s[3 * n : 4 * n], self._s[4 * n :] = self.p[n:], self.p[:n]
-        self._regressor = np.zeros(2 * n)
         self.innovation[:] = now.y - self.x[:1]
 
     def _step(self, before: Instant, now: Instant, path: Path) -> None:

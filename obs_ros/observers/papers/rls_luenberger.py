@@ -23,12 +23,9 @@ class RecursiveLeastSquaresSettings(ObserverFormSettings):
     """Those of the least squares, besides."""
 
     memory: float = setting(
-        0.0,
-        'time constant of forgetting; 0: what was measured once counts for ever',
-        's',
-        lower=0.0,
-        upper=1e9,
-    )
+        0.0, 'time constant of forgetting; 0: what was measured once counts for ever', 's',
+        lower=0.0, upper=1e9,
+    )  # fmt: skip
     covariance: float = setting(
         1e6, 'covariance of the parameters at the start, and at most, in squared noises',
         positive=True, upper=1e18,

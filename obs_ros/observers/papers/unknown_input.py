@@ -21,20 +21,15 @@ from obs_ros.observers.papers.flow import (
 from obs_ros.observers.recursive import Instant
 from obs_ros.observers.settings import setting
 
-_STEP = 0.1  # of the shortest time constant
-
 
 @dataclass(frozen=True)
 class UnknownInputSettings(FlowSettings):
     """Settings of the unknown-input observer."""
 
     tau: tuple[float, ...] = setting(
-        (0.5,),
-        'time constant of both filters: one for all flows, or one for each',
-        's',
-        lower=1e-6,
-        upper=1e6,
-    )
+        (0.5,), 'time constant of both filters: one for all flows, or one for each', 's',
+        lower=1e-6, upper=1e6,
+    )  # fmt: skip
 
 
 class UnknownInputObserver(FlowObserver):
@@ -50,7 +45,7 @@ class UnknownInputObserver(FlowObserver):
     Settings = UnknownInputSettings
 
     def _observer(self) -> Model:
-        return inversion_model(self.model, _STEP * float(self._tuning().min()))
+        return inversion_model(self.model, self.settings.step * float(self._tuning().min()))
 
     def _tuning(self) -> Array:
         count, tau = len(self.model.flows), self.settings.tau

@@ -18,9 +18,18 @@ from obs_ros.observers.papers.design.plants import LipschitzPlant, suspension
 
 STORED = Path(__file__).with_name('suspension_gains.py')
 
-# What counts as zero, in the plant's own units, where everything is of the order of one.
-_TOLERANCE = 1e-7
-_LEAST_P = 1e-6
+
+@dataclass(frozen=True)
+class DesignSettings:
+    """Tolerances of a solution, in the plant's own units, where everything is of order one."""
+
+    least_p: float = 1e-6  # least eigenvalue asked of P, which the solver may miss by half
+    tolerance: float = 1e-7  # by which the inequality may fail, of its largest entry
+    mismatch: float = 1e-4  # by which the equality may fail, of B'P
+    excess: float = 1e-6  # of the measured gain above the bound: its grid of frequencies
+
+
+DESIGN_DEFAULTS = DesignSettings()
 
 
 @dataclass(frozen=True, eq=False)
@@ -46,6 +55,7 @@ def design(
     noise: float = 0.0,
     fastest: float | None = None,
     equality: bool = False,
+    settings: DesignSettings = DESIGN_DEFAULTS,
 ) -> Gains:
     """Return the gains with the least beta that satisfy the theorem, checked after the solve.
 
@@ -75,42 +85,42 @@ def design(
     drift = drift + drift.T
     disturbed = cp.hstack([P @ n, -weight * S]) if weight else P @ n
     count = disturbed.shape[1]
-    inequality = cp.bmat(
-        [
-            [drift + c.T @ c + q * e.T @ e, disturbed, P @ b],
-            [disturbed.T, -squared * np.eye(count), np.zeros((count, 1))],
-            [b.T @ P, np.zeros((1, count)), -q * np.eye(1)],
-        ]
-    )
-    constraints = [P >> _LEAST_P * np.eye(order), 0.5 * (inequality + inequality.T) << 0]
+    inequality = cp.bmat([
+        [drift + c.T @ c + q * e.T @ e, disturbed, P @ b],
+        [disturbed.T, -squared * np.eye(count), np.zeros((count, 1))],
+        [b.T @ P, np.zeros((1, count)), -q * np.eye(1)],
+    ])  # fmt: skip
+    constraints = [P >> settings.least_p * np.eye(order), 0.5 * (inequality + inequality.T) << 0]
     if fastest is not None:
         constraints.append(drift + 2.0 * fastest * P >> 0)
     if equality:
         constraints.append(H @ c == b.T @ P)
-    problem = cp.Problem(cp.Minimize(squared), constraints)
-    status = _solve(cp, problem)
-    if status != cp.OPTIMAL:
-        raise ValueError(f'the matrix inequality has no solution: Clarabel says {status!r}')
-    return checked(
-        plant, P.value, S.value, float(np.sqrt(squared.value)), inequality.value, equality
-    )
+    _solve(cp, cp.Problem(cp.Minimize(squared), constraints))
+    bound = float(np.sqrt(squared.value))
+    return checked(plant, P.value, S.value, bound, inequality.value, equality, settings)
 
 
 def checked(
-    plant: LipschitzPlant, P: Array, S: Array, bound: float, inequality: Array, equality: bool
+    plant: LipschitzPlant,
+    P: Array,
+    S: Array,
+    bound: float,
+    inequality: Array,
+    equality: bool,
+    settings: DesignSettings = DESIGN_DEFAULTS,
 ) -> Gains:
-    """Return what a solver found, in the plant's units again, if it is what was asked for.
+    """Return a solver's solution in the plant's units again, if it is one.
 
     Raises ValueError when P is not positive definite, the inequality does not hold, A - L C is not
     stable, the equality fails or the measured gain is above the bound.
     """
     least = float(np.linalg.eigvalsh(P).min())
-    if not least > 0.5 * _LEAST_P:
+    if not least > 0.5 * settings.least_p:
         raise ValueError(
             f'the solver returned an indefinite P: its least eigenvalue is {least:.2g}'
         )
     worst = float(np.linalg.eigvalsh(0.5 * (inequality + inequality.T)).max())
-    if worst > _TOLERANCE * np.abs(inequality).max():
+    if worst > settings.tolerance * np.abs(inequality).max():
         raise ValueError(f'the matrix inequality does not hold: largest eigenvalue {worst:.2g}')
     to_plant = np.diag(plant.scale)
     L = to_plant @ np.linalg.solve(P, S)
@@ -119,10 +129,10 @@ def checked(
         raise ValueError(f'A - L C is not stable: a pole lies at {poles.real.max():.3g} 1/s')
     certificate = np.linalg.inv(to_plant) @ P @ np.linalg.inv(to_plant)
     H, mismatch = nearest_h(certificate, plant.B, plant.C)
-    if equality and mismatch > 1e-4:
+    if equality and mismatch > settings.mismatch:
         raise ValueError(f"B'P = HC does not hold: it is off by {100 * mismatch:.2g} %")
     beta, peak = bound / plant.disturbance, peak_gain(plant, L)
-    if peak > beta * (1.0 + 1e-6):
+    if peak > beta * (1.0 + settings.excess):
         raise ValueError(f'the gain reaches {peak:.4g}, above the bound beta = {beta:.4g}')
     return Gains(L, H, certificate, beta, peak, mismatch, poles)
 
@@ -165,12 +175,14 @@ def import_cvxpy() -> Any:
     return cvxpy
 
 
-def _solve(cp: Any, problem: Any) -> str:
+def _solve(cp: Any, problem: Any) -> None:
     try:
         problem.solve(solver=cp.CLARABEL)
+        status = str(problem.status)
     except cp.SolverError as error:
-        return f'failed: {error}'
-    return str(problem.status)
+        status = f'failed: {error}'
+    if status != cp.OPTIMAL:
+        raise ValueError(f'the matrix inequality has no solution: Clarabel says {status!r}')
 
 
 def _scaled(plant: LipschitzPlant) -> tuple[Array, Array, Array, Array, Array]:

@@ -1,4 +1,4 @@
-"""Tests of every search method of the registry."""
+"""Tests of obs_ros.optimization.methods: of every search method of the registry."""
 
 import re
 from typing import Any
@@ -94,6 +94,9 @@ def decay_arrays() -> tuple[Any, Any]:
         ('memetic', {'generations': -1}, 'generations must be an integer >= 0, not -1'),
         ('memetic', {'acceptance': 'slow'}, "acceptance 'slow' is neither 'fast' nor 'safe'"),
         ('memetic', {'max_rounds': 0}, 'max_rounds must be an integer >= 1, not 0'),
+        ('memetic', {'elite': 0}, 'elite must be an integer >= 1, not 0'),
+        ('memetic', {'unevolved': 0.5}, 'unevolved must be an integer >= 0, not 0.5'),
+        ('ga', {'polish_iterations': 0}, 'polish_iterations must be an integer >= 1, not 0'),
         ('chaotic_de', {'generations': -1}, 'generations must be an integer >= 0, not -1'),
         ('chaotic_de', {'chaos': 'henon'}, "unknown chaotic map 'henon'"),
         ('chaotic_de', {'strategy': 'best/2'}, "strategy 'best/2' is none of"),

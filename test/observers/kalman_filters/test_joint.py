@@ -65,7 +65,7 @@ def test_on_a_linear_plant_it_is_the_kalman_filter(kind: Any, p: Any) -> None:
         observer.absorb(Sample(round(k * T * 1e9), u=np.array([u]), y=y))
         np.testing.assert_allclose(observer.innovation[seen], innovation, atol=1e-9)
         np.testing.assert_allclose(observer.x, x, atol=1e-9)
-        np.testing.assert_allclose(observer.covariance[:3, :3], c, atol=1e-9)
+        np.testing.assert_allclose(observer.joint.covariance[:3, :3], c, atol=1e-9)
         held = u
     assert not any(observer.counts[reason] for reason in ('reset_covariance', 'all_nan'))
 
@@ -98,8 +98,8 @@ def test_errors_are_as_large_as_the_filter_says(kind: Any) -> None:
             y = y + np.array([0.02, 0.05]) * rng.standard_normal(2)
             observer.absorb(Sample(round(now * 1e9), u=np.array([0.4]), y=y))
             innovations.append(observer.figures['normalised_innovation'])
-        error = np.append(x, truth[2]) - observer.z
-        nees.append(error @ np.linalg.solve(observer.covariance, error))
+        error = np.append(x, truth[2]) - observer.joint.z
+        nees.append(error @ np.linalg.solve(observer.joint.covariance, error))
     low, high = chi2.ppf([0.0005, 0.9995], 40 * 3)
     assert low < sum(nees) < high
     assert 0.93 < np.mean(innovations) < 1.07
@@ -198,8 +198,8 @@ def test_no_variance_grows_beyond_that_of_the_box(kind: Any) -> None:
     )
     for k in range(10):
         observer.absorb(Sample(k * 10**9, y=np.array([1.0])))
-        assert (np.linalg.eigvalsh(observer.covariance) > 0.0).all()
-    deviations = np.sqrt(np.diag(observer.covariance))
+        assert (np.linalg.eigvalsh(observer.joint.covariance) > 0.0).all()
+    deviations = np.sqrt(np.diag(observer.joint.covariance))
     assert deviations[:2] == pytest.approx([2.0, 4.0])  # the widths of the box
     assert not observer.counts['reset_covariance']
 
@@ -223,7 +223,11 @@ def test_a_covariance_that_is_none_any_more_starts_again(kind: Any) -> None:
     feed, levels = np.array([30.0, 30.0]), np.array([50.0, 40.0])
     observer.absorb(Sample(0, u=feed, y=levels))
     # As rounding might: one filter goes on from the covariance, one from weighted sigma points.
-    spoilt = observer.covariance if kind is ExtendedKalmanObserver else observer._weights[2:3]
+    spoilt = (
+        observer.joint.covariance
+        if kind is ExtendedKalmanObserver
+        else observer.workspace.weights[2:3]
+    )
     kept = spoilt.copy()
     spoilt[:] = -100.0 * kept
     observer.absorb(Sample(10**9, u=feed, y=levels))
@@ -234,10 +238,10 @@ def test_a_covariance_that_is_none_any_more_starts_again(kind: Any) -> None:
     assert restarts == (1 if kind is ExtendedKalmanObserver else 2)  # predicting and correcting
     assert 'covariance started again at 1 s' in estimate.message
     assert estimate.usable
-    assert np.isfinite(observer.z).all()
+    assert np.isfinite(observer.joint.z).all()
     for k in range(2, 20):
         observer.absorb(Sample(k * 10**9, u=feed, y=levels))
-    assert np.linalg.eigvalsh(observer.covariance).min() > 0.0
+    assert np.linalg.eigvalsh(observer.joint.covariance).min() > 0.0
     assert observer.counts['reset_covariance'] == restarts
 
 
