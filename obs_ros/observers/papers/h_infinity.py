@@ -98,9 +98,7 @@ class HInfinityObserver(RecursiveObserver):
         n, r = len(self.model.states), len(self.model.outputs)
         stored = GAINS[self.model.name]
         s, adapted = self.settings, self._index_of(stored.parameter)
-        width = np.append(
-            self.upper[:n] - self.lower[:n], self.upper[n + adapted] - self.lower[n + adapted]
-        )
+        width = (self.upper - self.lower)[[*range(n), n + adapted]]
         lower, upper = self.lower.copy(), self.upper.copy()
         lower[:n] -= self.beyond * width[:n]
         upper[:n] += self.beyond * width[:n]
@@ -160,7 +158,7 @@ class HInfinityObserver(RecursiveObserver):
         return np.ascontiguousarray(np.array(columns).T)
 
     def _start(self, now: Instant) -> None:
-        w = self.workspace
+        w, self._stepper = self.workspace, self.stepper
         self._place, self._adapt = bound(place, w), bound(adapt, w, now.y, 0.0)
         w.U[:] = 0.0
         w.P[:] = self.settings.covariance
@@ -173,9 +171,9 @@ class HInfinityObserver(RecursiveObserver):
         elapsed = 0.0
         for piece in self._pieces(path):
             self._place(w)
-            self.stepper.measure(piece.t[0], piece.u[0], w.xs, w.ps, w.ys)
+            self._stepper.measure(piece.t[0], piece.u[0], w.xs, w.ps, w.ys)
             e = begin + elapsed * slope - w.ys[:, 0]
-            self.stepper.propagate(piece, w.xs, w.ps)
+            self._stepper.propagate(piece, w.xs, w.ps)
             self._adapt(w, e, piece.dt[0])
             elapsed += piece.dt[0]
         self._innovate(now)
@@ -196,7 +194,7 @@ class HInfinityObserver(RecursiveObserver):
     def _innovate(self, now: Instant) -> None:
         w = self.workspace
         self._place(w)
-        self.stepper.measure(now.t, now.u, w.xs, w.ps, w.ys)
+        self._stepper.measure(now.t, now.u, w.xs, w.ps, w.ys)
         self.innovation[:] = now.y - w.ys[:, 0]
         if w.filtered:
             self.figures['excitation'] = float(np.linalg.norm(w.C @ w.U))
