@@ -120,3 +120,19 @@ def test_a_benchmark_does_not_know_another() -> None:
         if parts[0] == 'benchmarks' and parts[1:2] and parts[1] in topics:
             found = {o.split('.')[1] for o in imported(name) if o.startswith('benchmarks.')}
             assert not found & topics - {parts[1]}, f'{name} imports {found}'
+
+
+def test_every_module_has_its_test_file() -> None:
+    """At the same place below test/; the tests of `ros/` are those of nodes."""
+    missing = []
+    for name, path in MODULES.items():
+        package, *parts = name.split('.')
+        tree = ast.parse(path.read_text())
+        defines = any(isinstance(n, ast.FunctionDef | ast.ClassDef) for n in ast.walk(tree))
+        if package in ('demo', 'benchmarks') or path.stem.startswith('__') or not defines:
+            continue
+        place = [{'ros': 'node'}.get(part, part) for part in parts[:-1]]
+        place = ['plant_sim', *place] if package == 'plant_sim' else place
+        if not ROOT.joinpath('test', *place, f'test_{parts[-1]}.py').is_file():
+            missing.append(name)
+    assert missing == []

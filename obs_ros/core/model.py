@@ -1,4 +1,4 @@
-"""What a plant is: named variables with units and bounds, and two plain functions."""
+"""The model of a plant: named variables with units and bounds, and two plain functions."""
 
 import contextlib
 import math

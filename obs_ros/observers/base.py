@@ -56,7 +56,7 @@ class Observer(Protocol):
 
     @property
     def counts(self) -> Mapping[str, int]:
-        """What was dropped, mended or skipped so far, by reason."""
+        """Counts of samples dropped, mended or skipped so far, by reason."""
 
     @property
     def collected(self) -> float | None:

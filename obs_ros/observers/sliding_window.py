@@ -124,7 +124,7 @@ class SlidingWindowObserver:
 
     @property
     def counts(self) -> Mapping[str, int]:
-        """What was dropped, mended or skipped so far, by reason."""
+        """Counts of samples dropped, mended or skipped so far, by reason."""
         counts = dict(self._window.counts)
         counts['huge'] += self._huge
         return {**counts, 'stuck': self._stuck, 'skipped': self._skipped + counts['skipped']}

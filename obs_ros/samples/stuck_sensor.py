@@ -18,7 +18,7 @@ Mask = NDArray[np.bool_]
 
 @dataclass(frozen=True)
 class StuckSettings:
-    """When a sensor is stuck: noise that rounds hardly ever repeats a value so often in a row."""
+    """Repeats that tell a stuck sensor: noise that rounds hardly ever repeats a value so often."""
 
     repeats: int = 10  # equal values in a row
 

@@ -11,7 +11,6 @@ from scipy.optimize import least_squares
 
 from obs_ros import Estimate, Model, Outcome, Record, Variable, solve_window
 from obs_ros.core.typing import Array
-from obs_ros.inference.noise import noise_guess
 
 TANKS = {'h1': 50.0, 'h2': 40.0, 'h3': 45.0, 'p1': 0.6, 'p2': 0.5, 'p3': 0.7}
 
@@ -183,17 +182,6 @@ class TestNoise:
         assert found.message == 'two survivors agree and the residual is white'
         assert values(found) == pytest.approx(TANKS, rel=1e-3)
         assert found.evaluations < 2000
-
-    @pytest.mark.parametrize('sigma', [1e-3, 1.0, 1e3])
-    def test_a_guess_of_white_noise_is_right(self, sigma: float) -> None:
-        t = np.linspace(0.0, 1.0, 2001)
-        y = 5.0 * sigma * np.sin(3.0 * t) + sigma * np.random.default_rng(1).standard_normal(2001)
-        y[::7] = NAN
-        assert noise_guess(y) == pytest.approx(sigma, rel=0.1)
-
-    def test_a_guess_is_positive_where_there_is_no_noise(self) -> None:
-        assert noise_guess(np.full(50, 3.0)) == 1.0
-        assert noise_guess(np.linspace(0.0, 1.0, 50)) > 0.01
 
 
 def mixed_units(factor: float) -> tuple[Model, Record]:

@@ -1,11 +1,12 @@
 """Tests of obs_ros.inference.noise."""
 
 import numpy as np
+import pytest
 from plants import INTEGRATOR, NAN, OSCILLATOR
 
 from obs_ros import Record
 from obs_ros.core.residual_tests import Whiteness, whiteness
-from obs_ros.inference.noise import LEARNING, Noise, variances_left
+from obs_ros.inference.noise import LEARNING, Noise, noise_guess, variances_left
 from obs_ros.integration.grid import Grid
 
 OUTPUTS = ('y1', 'y2')
@@ -134,3 +135,16 @@ def test_what_white_noise_may_well_show_is_no_correlation() -> None:
     for _ in range(50):
         noise.accept(variances(0.1, 0.1), whiteness(rng.standard_normal((50, 2))))
         assert noise.correlation == 0.0
+
+
+@pytest.mark.parametrize('sigma', [1e-3, 1.0, 1e3])
+def test_a_guess_of_white_noise_is_right(sigma: float) -> None:
+    t = np.linspace(0.0, 1.0, 2001)
+    y = 5.0 * sigma * np.sin(3.0 * t) + sigma * np.random.default_rng(1).standard_normal(2001)
+    y[::7] = NAN
+    assert noise_guess(y) == pytest.approx(sigma, rel=0.1)
+
+
+def test_a_guess_is_positive_where_there_is_no_noise() -> None:
+    assert noise_guess(np.full(50, 3.0)) == 1.0
+    assert noise_guess(np.linspace(0.0, 1.0, 50)) > 0.01

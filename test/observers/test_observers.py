@@ -263,11 +263,3 @@ class TestEveryImmediateObserver:
         assert prepared.estimate() is None and not any(prepared.counts.values())
         states = [[e.state for e in run(o, case.stream(30))] for o in (prepared, make(name))]
         assert states[0] == states[1]
-
-
-def test_observers_are_found_by_path_and_others_refused() -> None:
-    assert load_observer(OBSERVERS['sliding_window']) is load_observer('sliding_window')
-    with pytest.raises(ValueError, match="unknown observer 'slidin_window': did you mean"):
-        load_observer('slidin_window')
-    with pytest.raises(ValueError, match=r"observer 'math:pi' is 3\.14.*, not an observer class"):
-        load_observer('math:pi')

@@ -12,7 +12,6 @@ from obs_ros import Estimate, Outcome, Record
 from obs_ros.core.estimate import Jump
 from obs_ros.core.typing import Array
 from obs_ros.inference.assessment.assemble import empty, report
-from obs_ros.inference.assessment.fit import root_mean_square
 from obs_ros.inference.assessment.uncertainty import Uncertainty
 from obs_ros.inference.jumps.hypothesis import hypothesis_at
 from obs_ros.inference.jumps.piecewise import PiecewiseProblem
@@ -280,8 +279,3 @@ def test_an_empty_estimate_has_every_name_and_no_value() -> None:
     ):
         assert list(mapping) == names
         assert np.isnan(list(mapping.values())).all()
-
-
-def test_rms_of_an_output_never_measured_is_zero() -> None:
-    residuals = np.array([[3.0, NAN], [NAN, NAN], [4.0, NAN]])
-    np.testing.assert_allclose(root_mean_square(residuals), [np.sqrt(12.5), 0.0])
