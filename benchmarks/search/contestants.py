@@ -14,10 +14,11 @@ from scipy.optimize import least_squares
 from benchmarks.judge import finite
 from obs_ros.core.typing import Array
 from obs_ros.inference.objective import Objective
+from obs_ros.optimization.acceptance import Acceptance
 from obs_ros.optimization.initial_population import first_population
 from obs_ros.optimization.memetic import MemeticSettings, Rounds
 from obs_ros.optimization.methods import Method
-from obs_ros.optimization.result import Acceptance, Effort, Found
+from obs_ros.optimization.result import Effort, Found
 
 
 class DirectRounds(Rounds):

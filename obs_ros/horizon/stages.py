@@ -23,9 +23,10 @@ from obs_ros.inference.jumps.piecewise import PiecewiseProblem, may_jump
 from obs_ros.inference.noise import variances_left
 from obs_ros.inference.prior import Posterior, Prior
 from obs_ros.inference.window_state import WindowState
+from obs_ros.optimization.acceptance import Acceptance
 from obs_ros.optimization.levenberg_marquardt import levenberg_marquardt
 from obs_ros.optimization.memetic import MemeticSettings
-from obs_ros.optimization.result import Acceptance, Effort, Found
+from obs_ros.optimization.result import Effort, Found
 
 
 @dataclass(frozen=True)

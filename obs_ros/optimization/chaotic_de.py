@@ -6,6 +6,7 @@ import numpy as np
 
 from obs_ros.core.deadline import Deadline
 from obs_ros.core.typing import Array
+from obs_ros.optimization.acceptance import Acceptance
 from obs_ros.optimization.differential_evolution import (
     DifferentialEvolution,
     Strategy,
@@ -18,7 +19,7 @@ from obs_ros.optimization.initial_population import (
     first_population,
 )
 from obs_ros.optimization.problem import Problem
-from obs_ros.optimization.result import Acceptance, Effort, Found
+from obs_ros.optimization.result import Effort, Found
 
 
 @dataclass(frozen=True)

@@ -13,6 +13,7 @@ from obs_ros.core.deadline import Deadline
 from obs_ros.core.registry import suggest
 from obs_ros.core.typing import Array, IntArray
 from obs_ros.optimization import real_coded
+from obs_ros.optimization.acceptance import Acceptance
 from obs_ros.optimization.decimal_coding import Base10
 from obs_ros.optimization.differential_evolution import check_count
 from obs_ros.optimization.genetic_operators import among_best, offspring
@@ -24,7 +25,7 @@ from obs_ros.optimization.levenberg_marquardt import (
     optimum_width,
 )
 from obs_ros.optimization.problem import Problem
-from obs_ros.optimization.result import Acceptance, Effort, Found
+from obs_ros.optimization.result import Effort, Found
 
 Coding = Literal['base10', 'real']
 

@@ -12,8 +12,12 @@ from functools import partial
 import numpy as np
 
 from obs_ros.core.deadline import Deadline
-from obs_ros.core.residual_tests import is_white, like_noise
 from obs_ros.core.typing import Array
+from obs_ros.optimization.acceptance import (
+    Acceptance,
+    acceptance_with_noise,
+    acceptance_without_noise,
+)
 from obs_ros.optimization.differential_evolution import (
     DifferentialEvolution,
     Strategy,
@@ -40,7 +44,7 @@ from obs_ros.optimization.levenberg_marquardt import (
     optimum_width,
 )
 from obs_ros.optimization.problem import Problem
-from obs_ros.optimization.result import Acceptance, Effort, Found
+from obs_ros.optimization.result import Effort, Found
 
 
 @dataclass(frozen=True)
@@ -225,21 +229,18 @@ class Rounds:
         if not np.isfinite(self.squares):
             return
         same = self._width(self.squares)
-        agreeing = np.count_nonzero(np.array(self.bests) - self.squares <= same)
+        rounds = int(np.count_nonzero(np.array(self.bests) - self.squares <= same))
         if self.noise_known:
-            if self.converged and like_noise(self.squares, self._freedom):
-                self.accepted = Acceptance.LIKE_NOISE
-            elif agreeing >= 2:
-                self.accepted = Acceptance.ROUNDS
+            self.accepted = acceptance_with_noise(
+                self.squares, self._freedom, converged=self.converged, rounds=rounds
+            )
             return
-        fast = self.settings.acceptance == 'fast' and last.agreeing(self.squares, same) >= 2
-        if not fast and agreeing < 2:
-            return
-        # A residual too small to matter is not asked for its colour: rounding is not white.
-        values = self.objective.count(self.objective.nodes)
-        negligible = self.settings.negligible**2 * self.objective.signal * values
-        if self.squares <= negligible or is_white(self.objective.residuals(self.best)):
-            self.accepted = Acceptance.WHITE_SURVIVORS if fast else Acceptance.WHITE_ROUNDS
-        elif agreeing >= 2:
-            # More rounds would find it again: what is left is no fault of the search.
-            self.accepted = Acceptance.ROUNDS
+        fast = self.settings.acceptance == 'fast'
+        self.accepted = acceptance_without_noise(
+            self.objective,
+            self.best,
+            self.squares,
+            rounds=rounds,
+            survivors=last.agreeing(self.squares, same) if fast else 0,
+            negligible=self.settings.negligible,
+        )

@@ -1,23 +1,10 @@
 """The point that a search found, and why it is believed to be the optimum."""
 
 from dataclasses import dataclass
-from enum import StrEnum
 from typing import NamedTuple
 
 from obs_ros.core.typing import Array
-
-
-class Acceptance(StrEnum):
-    """The rule by which a point is believed to be the optimum, in words."""
-
-    LIKE_NOISE = 'the residual is as small as the noise'
-    KNOWN_JUMP = 'a known jump explains the window'
-    ROUNDS = 'two rounds agree'
-    WHITE_ROUNDS = 'two rounds agree and the residual is white'
-    WHITE_SURVIVORS = 'two survivors agree and the residual is white'
-    GATHERED = 'the population has gathered in one point'
-    POLISHED = 'half of the polished candidates agree'
-    METHOD = 'the search method has converged'
+from obs_ros.optimization.acceptance import Acceptance
 
 
 class Effort(NamedTuple):

@@ -14,7 +14,7 @@ from obs_ros.horizon.settings import EstimationSettings
 from obs_ros.horizon.solver import Solver
 from obs_ros.inference.prior import Prior
 from obs_ros.inference.window_state import WindowState
-from obs_ros.optimization.result import Acceptance
+from obs_ros.optimization.acceptance import Acceptance
 
 T = 0.1 * np.arange(400)
 SIGMA = 0.05

@@ -11,10 +11,11 @@ from plants import tank_outputs
 
 from obs_ros import Estimate, Outcome, Record, Sample, solve_window
 from obs_ros.observers.sliding_window import SlidingWindowObserver
+from obs_ros.optimization.acceptance import Acceptance
 from obs_ros.optimization.levenberg_marquardt import levenberg_marquardt
 from obs_ros.optimization.methods import METHODS, Method
 from obs_ros.optimization.problem import Problem
-from obs_ros.optimization.result import Acceptance, Effort, Found
+from obs_ros.optimization.result import Effort, Found
 from plant_sim.scenarios import load_scenario
 from plant_sim.simulation import Simulation
 

@@ -8,9 +8,10 @@ import pytest
 from problems import decay_problem, ripples_problem
 
 from obs_ros.core.deadline import Deadline
+from obs_ros.optimization.acceptance import Acceptance
 from obs_ros.optimization.ga import GASettings, ga_search
 from obs_ros.optimization.levenberg_marquardt import levenberg_marquardt
-from obs_ros.optimization.result import Acceptance, Found
+from obs_ros.optimization.result import Found
 
 NEVER = Deadline()
 

@@ -21,7 +21,8 @@ from obs_ros.inference.prior import Prior
 from obs_ros.inference.window_state import WindowState
 from obs_ros.integration.backends import kernels_for
 from obs_ros.integration.grid import Grid
-from obs_ros.optimization.result import Acceptance, Effort, Found
+from obs_ros.optimization.acceptance import Acceptance
+from obs_ros.optimization.result import Effort, Found
 
 T = np.linspace(0.0, 2.0, 31)
 SCALE = np.array([0.1, 10.0])

@@ -16,7 +16,8 @@ from obs_ros.inference.assessment.outcome import (
     unknowns_at_bound,
 )
 from obs_ros.inference.parameterisation import Unknowns
-from obs_ros.optimization.result import Acceptance, Effort, Found
+from obs_ros.optimization.acceptance import Acceptance
+from obs_ros.optimization.result import Effort, Found
 
 FOUND = Found(
     np.full(4, 0.5), 1.0, converged=True, accepted=Acceptance.METHOD, effort=Effort(2, 'round')
