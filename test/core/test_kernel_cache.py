@@ -317,9 +317,15 @@ def test_stopping_while_compiling_keeps_what_is_done(cache: Path, way: str) -> N
 
 SPREAD = """
 import numpy as np
-from obs_ros.observers.kalman_filters.ekf import spread
-x, p, gaps = np.zeros((1, 16)), np.zeros((0, 16)), np.zeros(1)
-spread(np.ones(1), np.ones(1), np.full(1, -9.0), np.full(1, 9.0), np.zeros(0, int), x, p, gaps)
+from obs_ros.observers.kalman_filters.ekf import Workspace, spread
+from obs_ros.observers.kalman_filters.joint import Joint
+one, none, x = np.ones(1), np.zeros(0), np.zeros((1, 16))
+joint = Joint(
+    z=one, covariance=np.eye(1), walk=one, noise=one, low=-9.0 * one, high=9.0 * one, most=one,
+    rows=np.zeros(0, int), xs=x, ps=np.zeros((0, 16)), ys=np.zeros((1, 16)), x=one.copy(), p=none,
+    stddev=one.copy(), innovation=one.copy(), surprise=one.copy(),
+)
+spread(Workspace(joint, one.copy(), one.copy()))
 print(x[0, 0], x[0, 1], sum(spread.stats.cache_hits.values()))
 """
 
@@ -329,14 +335,14 @@ def test_an_edited_function_of_another_module_is_never_stale(tmp_path: Path) -> 
     """To Numba, which looks at ekf.py alone, `spread` there is as new with the old `place`."""
     shutil.copytree(Path(obs_ros.__file__).parent, tmp_path / 'obs_ros')
     kalman = tmp_path / 'obs_ros' / 'observers' / 'kalman_filters' / 'joint.py'
-    text, line = kalman.read_text(), '        x[i, lane] = z[i]\n'
+    text, line = kalman.read_text(), '        xs[i, lane] = z[i]\n'
     assert text.count(line) == 1
 
     def spread() -> list[str]:
         return output_of(start(SPREAD, tmp_path / 'cache', tmp_path))
 
     assert spread() == ['1.0', '2.0', '0']
-    kalman.write_text(text.replace(line, '        x[i, lane] = 5.0 * z[i]\n'))
+    kalman.write_text(text.replace(line, '        xs[i, lane] = 5.0 * z[i]\n'))
     assert spread() == ['5.0', '2.0', '0']
     kalman.write_text(f'{text}\n# a comment')  # whose change means nothing
     assert spread() == ['1.0', '2.0', '1']
