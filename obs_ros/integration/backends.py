@@ -14,6 +14,7 @@ import numpy as np
 from obs_ros.core.model import Model, inside
 from obs_ros.core.record import Record
 from obs_ros.core.typing import Array, IntArray
+from obs_ros.integration.filter_pass import FilterPass
 from obs_ros.integration.grid import Grid
 from obs_ros.integration.vectorised import NumpyKernels
 
@@ -49,7 +50,29 @@ class Kernels(Protocol):
         """
 
     def trajectories(self, grid: Grid, x0: Array, p: Array) -> tuple[Array, Array]:
-        """Return states (K, n, B) and outputs (K, r, B) at every node."""
+        """Return states (K, n, B) and outputs (K, r, B) at every node.
+
+        With an injection (see `Injection`) the states are those after the updates, and outputs that
+        were measured those from which the innovations are: y - e.
+        """
+
+    def paths(self, grid: Grid, x0: Array, p: Array) -> tuple[Array, Array, Array]:
+        """Return states (K, n, B), parameters (K, q, B) and outputs (K, r, B) at every node.
+
+        As `trajectories`, for parameters that move along the window.
+        """
+
+    def filter(
+        self, grid: Grid, x0: Array, p: Array, walks: Array, noise: Array,
+        P0: Array | None = None, moving: IntArray | None = None,
+    ) -> FilterPass:  # fmt: skip
+        """Run the extended Kalman filter along the grid from one candidate x0 (n,), p (q,).
+
+        walks (n + q,), finite, are in units of the variables per square root of a second; noise
+        (r,) are the outputs' standard deviations, above 0; P0 (n + q, n + q) is the covariance
+        before the first node's outputs, none where missing. Parameters `moving` (w,) are linearised
+        as states; missing, those that have a walk or a variance. An injection is left aside.
+        """
 
 
 def kernels_for(model: Model, backend: Backend | None = None) -> Kernels:

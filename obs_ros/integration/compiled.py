@@ -17,10 +17,12 @@ from obs_ros.core.jit import OPTIONS
 from obs_ros.core.kernel_cache import stored
 from obs_ros.core.model import Model
 from obs_ros.core.typing import AnyArray, Array, IntArray
+from obs_ros.integration.filter_pass import FilterPass
 from obs_ros.integration.functions import Rebuilder
 from obs_ros.integration.grid import Grid
 from obs_ros.integration.path import LANES, Path, Stretch, lanes
 from obs_ros.integration.selects import SELECTS
+from obs_ros.integration.vectorised import NumpyKernels
 
 BLOCK_VALUES = 4096  # 32 kB: the outputs of one time block stay in the first-level cache
 
@@ -43,9 +45,12 @@ class CompiledKernels:
     def __init__(self, model: Model) -> None:
         self.model = model
         self.module = load_module(model)
+        self._oracle = NumpyKernels(model)
 
     def squares(self, grid: Grid, prefixes: IntArray, x0: Array, p: Array) -> Array:
         """See `Kernels.squares`."""
+        if grid.injection is not None:
+            return self._oracle.squares(grid, prefixes, x0, p)
         x, q, count = *padded(x0, p), x0.shape[1]
         out = np.empty((prefixes.size, len(self.model.outputs), x.shape[1]))
         self.module.squares(*axis(grid), *measurements(grid), prefixes, x, q, out)
@@ -53,6 +58,8 @@ class CompiledKernels:
 
     def grams(self, grid: Grid, nodes: int, x0: Array, p: Array, width: int) -> Array:
         """See `Kernels.grams`."""
+        if grid.injection is not None:
+            return self._oracle.grams(grid, nodes, x0, p, width)
         x, q = padded(x0, p)
         out = np.empty((x0.shape[1] // width, width, width))
         self.module.grams(*axis(grid), *measurements(grid), nodes, x, q, out)
@@ -60,11 +67,24 @@ class CompiledKernels:
 
     def trajectories(self, grid: Grid, x0: Array, p: Array) -> tuple[Array, Array]:
         """See `Kernels.trajectories`."""
+        if grid.injection is not None:
+            return self._oracle.trajectories(grid, x0, p)
         x, q, count = *padded(x0, p), x0.shape[1]
         states = np.empty((grid.t.size, *x.shape))
         outputs = np.empty((grid.t.size, len(self.model.outputs), x.shape[1]))
         self.module.trajectories(*axis(grid), x, q, states, outputs)
         return states[..., :count], outputs[..., :count]
+
+    def paths(self, grid: Grid, x0: Array, p: Array) -> tuple[Array, Array, Array]:
+        """See `Kernels.paths`."""
+        return self._oracle.paths(grid, x0, p)
+
+    def filter(
+        self, grid: Grid, x0: Array, p: Array, walks: Array, noise: Array,
+        P0: Array | None = None, moving: IntArray | None = None,
+    ) -> FilterPass:  # fmt: skip
+        """See `Kernels.filter`."""
+        return self._oracle.filter(grid, x0, p, walks, noise, P0, moving)
 
 
 class CompiledStepper:

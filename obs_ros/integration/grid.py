@@ -11,13 +11,34 @@ from obs_ros.core.typing import Array, BoolArray, IntArray
 
 
 @dataclass(frozen=True)
+class Injection:
+    """Gains that do not depend on the candidate, by which measurements correct every rollout.
+
+    At node k the outputs y_i that were measured correct the predicted state one after the other,
+    with the model's outputs h evaluated once, at the prediction:
+
+        e_i = y_i - h_i(x) - sum over j < i of cross[k, i, j] e_j;    x <- x + gain[k, i] e_i
+
+    gain (K, r, n + q), in units of the variable per unit of the output, and cross (K, r, r), the
+    effect C_i K_j of the update by output j on output i, are 0 where nothing was measured. Of a
+    gain's last q entries only those of the parameters `moving` (w,) differ from 0: these are states
+    without dynamics. Anderson & Moore 1979, section 6.4, for updates in sequence.
+    """
+
+    gain: Array
+    cross: Array
+    moving: IntArray
+
+
+@dataclass(frozen=True)
 class Grid:
     """The nodes of a window.
 
     t (K,) in s; steps (K-1,) integration steps from each node to the next; the input at node k plus
     s seconds is u[k] + s * slope[k], with u and slope (K, m); y (K, r) measured outputs with 0
     where nothing was measured; weight (K, r) one over the output's scale, 0 where not measured;
-    scale (r,) those scales; measured (K,) whether a node has any measured output.
+    scale (r,) those scales; measured (K,) whether a node has any measured output. With an injection
+    the weights are one over the innovations' standard deviations.
     """
 
     t: Array
@@ -28,6 +49,7 @@ class Grid:
     weight: Array
     measured: BoolArray
     scale: Array
+    injection: Injection | None = None
 
     @classmethod
     def of(cls, model: Model, record: Record, scale: Array) -> 'Grid':
@@ -64,9 +86,25 @@ class Grid:
         """Return the same grid with the outputs' scales (r,) multiplied by `factor` (r,)."""
         return replace(self, weight=self.weight / factor, scale=self.scale * factor)
 
-    def stretch(self, first: int, last: int) -> 'Grid':
-        """Return the nodes from `first` to `last`, both included."""
+    def injected(self, injection: Injection, S: Array) -> 'Grid':
+        """Return the same grid with rollouts corrected, for innovations of variance S (K, r)."""
+        weight = np.divide(1.0, np.sqrt(S), out=np.zeros_like(S), where=self.weight > 0.0)
+        return replace(self, weight=weight, injection=injection)
+
+    def stretch(self, first: int, last: int, corrected: bool = False) -> 'Grid':
+        """Return the nodes from `first` to `last`, both included.
+
+        With `corrected`, rollouts begin at a state that the outputs of node `first` have corrected
+        already: its gains are 0, and its residuals those of that state.
+        """
         nodes, intervals = slice(first, last + 1), slice(first, last)
+        injection = self.injection
+        if injection is not None:
+            gain, cross = injection.gain[nodes], injection.cross[nodes]
+            if corrected:
+                gain, cross = gain.copy(), cross.copy()
+                gain[0] = cross[0] = 0.0
+            injection = Injection(gain, cross, injection.moving)
         return replace(
             self,
             t=self.t[nodes],
@@ -76,6 +114,7 @@ class Grid:
             y=self.y[nodes],
             weight=self.weight[nodes],
             measured=self.measured[nodes],
+            injection=injection,
         )
 
     def measured_values(self, nodes: int) -> int:

@@ -1,12 +1,14 @@
 """Rollouts on NumPy: the same results as the compiled ones, one array entry per candidate."""
 
+from functools import partial
 from typing import Any
 
 import numpy as np
 
 from obs_ros.core.model import Model
 from obs_ros.core.typing import Array, IntArray
-from obs_ros.integration.grid import Grid
+from obs_ros.integration.filter_pass import FilterPass, run
+from obs_ros.integration.grid import Grid, Injection
 from obs_ros.integration.steps import STEPS
 
 
@@ -24,7 +26,7 @@ class NumpyKernels:
         """See `Kernels.squares`."""
         total = np.zeros((prefixes.size, len(self.model.outputs), x0.shape[1]))
         block = np.searchsorted(prefixes, np.arange(prefixes[-1]), side='right')
-        for k, _, y in self._nodes(grid, int(prefixes[-1]), x0, p):
+        for k, _, _, y in self._nodes(grid, int(prefixes[-1]), x0, p):
             if grid.measured[k]:
                 for i, yi in enumerate(y):
                     total[block[k], i] += (grid.weight[k, i] * (yi - grid.y[k, i])) ** 2
@@ -34,7 +36,7 @@ class NumpyKernels:
         """See `Kernels.grams`."""
         starts = x0.shape[1] // width
         total = np.zeros((starts, width, width))
-        for k, _, y in self._nodes(grid, nodes, x0, p):
+        for k, _, _, y in self._nodes(grid, nodes, x0, p):
             if grid.measured[k]:
                 for i, yi in enumerate(y):
                     lanes = grid.weight[k, i] * np.broadcast_to(yi, x0.shape[1:])
@@ -46,23 +48,41 @@ class NumpyKernels:
 
     def trajectories(self, grid: Grid, x0: Array, p: Array) -> tuple[Array, Array]:
         """See `Kernels.trajectories`."""
-        states = np.empty((grid.t.size, *x0.shape))
-        outputs = np.empty((grid.t.size, len(self.model.outputs), x0.shape[1]))
-        for k, x, y in self._nodes(grid, grid.t.size, x0, p):
-            for i, xi in enumerate(x):
-                states[k, i] = xi
-            for i, yi in enumerate(y):
-                outputs[k, i] = yi
+        states, _, outputs = self.paths(grid, x0, p)
         return states, outputs
 
+    def paths(self, grid: Grid, x0: Array, p: Array) -> tuple[Array, Array, Array]:
+        """See `Kernels.paths`."""
+        states = np.empty((grid.t.size, *x0.shape))
+        parameters = np.empty((grid.t.size, *p.shape))
+        outputs = np.empty((grid.t.size, len(self.model.outputs), x0.shape[1]))
+        for k, *found in self._nodes(grid, grid.t.size, x0, p):
+            for all_nodes, values in zip((states, parameters, outputs), found, strict=True):
+                for i, value in enumerate(values):
+                    all_nodes[k, i] = value
+        return states, parameters, outputs
+
+    def filter(
+        self, grid: Grid, x0: Array, p: Array, walks: Array, noise: Array,
+        P0: Array | None = None, moving: IntArray | None = None,
+    ) -> FilterPass:  # fmt: skip
+        """See `Kernels.filter`."""
+        found = FilterPass.blank(grid, x0, p, walks, P0, moving)
+        with np.errstate(all='ignore'):
+            run(found, self.model, grid, partial(self._advance, grid), x0, walks, noise)
+        return found
+
     def _nodes(self, grid: Grid, nodes: int, x0: Array, p: Array) -> Any:
-        """Yield node, states and outputs along the grid; silent about candidates that diverge."""
+        """Yield node, states, parameters and outputs; silent about candidates that diverge."""
         x, parameters = tuple(x0), tuple(p)
         with np.errstate(all='ignore'):
             for k in range(nodes):
                 if k > 0:
                     x = self._advance(grid, k - 1, x, parameters)
-                yield k, x, self.model.output(grid.t[k], x, tuple(grid.u[k]), parameters)
+                y = self.model.output(grid.t[k], x, tuple(grid.u[k]), parameters)
+                if grid.injection is not None and grid.measured[k]:
+                    x, parameters, y = corrected(grid, grid.injection, k, x, parameters, y)
+                yield k, x, parameters, y
 
     def _advance(self, grid: Grid, k: int, x: Any, p: Any) -> Any:
         h = (grid.t[k + 1] - grid.t[k]) / grid.steps[k]
@@ -73,3 +93,18 @@ class NumpyKernels:
             )
             x = self.step(self.model.dynamics, grid.t[k] + s, h, x, u0, u1, u2, p)
         return x
+
+
+def corrected(grid: Grid, injection: Injection, k: int, x: Any, p: Any, y: Any) -> Any:
+    """Return states, parameters and outputs after the updates at node k; see `Injection`."""
+    x, p, y = list(x), list(p), list(y)
+    errors: dict[int, Any] = {}
+    for i in np.flatnonzero(grid.weight[k]):
+        for j, error in errors.items():
+            y[i] = y[i] + injection.cross[k, i, j] * error
+        errors[i] = grid.y[k, i] - y[i]
+        for s in range(len(x)):
+            x[s] = x[s] + injection.gain[k, i, s] * errors[i]
+        for s in injection.moving:
+            p[s] = p[s] + injection.gain[k, i, len(x) + s] * errors[i]
+    return tuple(x), tuple(p), tuple(y)
