@@ -99,7 +99,7 @@ def corrected(grid: Grid, injection: Injection, k: int, x: Any, p: Any, y: Any) 
     """Return states, parameters and outputs after the updates at node k; see `Injection`."""
     x, p, y = list(x), list(p), list(y)
     errors: dict[int, Any] = {}
-    for i in np.flatnonzero(grid.weight[k]):
+    for i in np.flatnonzero(grid.weight[k]).tolist():
         for j, error in errors.items():
             y[i] = y[i] + injection.cross[k, i, j] * error
         errors[i] = grid.y[k, i] - y[i]
