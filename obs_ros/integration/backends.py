@@ -16,6 +16,8 @@ from obs_ros.core.record import Record
 from obs_ros.core.typing import Array, IntArray
 from obs_ros.integration.filter_pass import FilterPass
 from obs_ros.integration.grid import Grid
+from obs_ros.integration.linear_path import LinearPath
+from obs_ros.integration.smoother import smoothed
 from obs_ros.integration.vectorised import NumpyKernels
 
 Backend = Literal['numba', 'numpy']
@@ -142,17 +144,39 @@ def check_backend(backend: str | None) -> str | None:
 
 def run_once(kernels: Kernels) -> float:
     """Run every kernel once on a tiny window, which compiles it; return the seconds."""
-    model = kernels.model
     begin = time.perf_counter()
+    grid, x0, p = tiny_window(kernels.model)
+    kernels.squares(grid, np.array([2]), x0, p)
+    kernels.grams(grid, 2, x0, p, 1)
+    kernels.trajectories(grid, x0, p)
+    return time.perf_counter() - begin
+
+
+def run_process_noise_once(kernels: Kernels, moving: IntArray | None = None) -> float:
+    """Run once, which compiles it, what only process noise needs; return the seconds.
+
+    `moving` (w,) are the parameters that will move: their number is compiled in.
+    """
+    begin = time.perf_counter()
+    grid, x0, p = tiny_window(kernels.model)
+    walks, noise = np.zeros(len(x0) + len(p)), np.ones(grid.y.shape[1])
+    found = kernels.filter(grid, x0[:, 0], p[:, 0], walks, noise, moving=moving)
+    smoothed(found)
+    LinearPath.of(found).neg2_log_likelihood(walks[:, None], noise[:, None])
+    corrected = grid.injected(found.injection, found.S)
+    kernels.squares(corrected, np.array([2]), x0, p)
+    kernels.grams(corrected, 2, x0, p, 1)
+    kernels.paths(corrected, x0, p)
+    return time.perf_counter() - begin
+
+
+def tiny_window(model: Model) -> tuple[Grid, Array, Array]:
+    """Return a window of two nodes, and one candidate x0 (n, 1), p (q, 1)."""
     record = Record(
         t=np.array([0.0, min(model.max_step, 1.0)]),
         u=np.full((2, len(model.inputs)), [inside(v) for v in model.inputs]),
         y=np.zeros((2, len(model.outputs))),
     )
-    grid = Grid.of(model, record, np.ones(len(model.outputs)))
     x0 = np.array([[inside(v)] for v in model.states])
     p = np.array([inside(v) for v in model.parameters]).reshape(-1, 1)
-    kernels.squares(grid, np.array([2]), x0, p)
-    kernels.grams(grid, 2, x0, p, 1)
-    kernels.trajectories(grid, x0, p)
-    return time.perf_counter() - begin
+    return Grid.of(model, record, np.ones(len(model.outputs))), x0, p

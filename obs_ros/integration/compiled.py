@@ -17,12 +17,11 @@ from obs_ros.core.jit import OPTIONS
 from obs_ros.core.kernel_cache import stored
 from obs_ros.core.model import Model
 from obs_ros.core.typing import AnyArray, Array, IntArray
-from obs_ros.integration.filter_pass import FilterPass
+from obs_ros.integration.filter_pass import DIFFERENCE, Differences, FilterPass, sizes
 from obs_ros.integration.functions import Rebuilder
 from obs_ros.integration.grid import Grid
 from obs_ros.integration.path import LANES, Path, Stretch, lanes
 from obs_ros.integration.selects import SELECTS
-from obs_ros.integration.vectorised import NumpyKernels
 
 BLOCK_VALUES = 4096  # 32 kB: the outputs of one time block stay in the first-level cache
 
@@ -45,30 +44,34 @@ class CompiledKernels:
     def __init__(self, model: Model) -> None:
         self.model = model
         self.module = load_module(model)
-        self._oracle = NumpyKernels(model)
+        self._filters: dict[int, ModuleType] = {}  # by number of states and moving parameters
+        self._sizes = sizes(model)
 
     def squares(self, grid: Grid, prefixes: IntArray, x0: Array, p: Array) -> Array:
         """See `Kernels.squares`."""
-        if grid.injection is not None:
-            return self._oracle.squares(grid, prefixes, x0, p)
         x, q, count = *padded(x0, p), x0.shape[1]
         out = np.empty((prefixes.size, len(self.model.outputs), x.shape[1]))
-        self.module.squares(*axis(grid), *measurements(grid), prefixes, x, q, out)
+        if grid.injection is None:
+            self.module.squares(*axis(grid), *measurements(grid), prefixes, x, q, out)
+        else:
+            self.module.squares_injected(*corrections(grid), prefixes, x, q, out)
         return out[:, :, :count]
 
     def grams(self, grid: Grid, nodes: int, x0: Array, p: Array, width: int) -> Array:
         """See `Kernels.grams`."""
-        if grid.injection is not None:
-            return self._oracle.grams(grid, nodes, x0, p, width)
         x, q = padded(x0, p)
         out = np.empty((x0.shape[1] // width, width, width))
-        self.module.grams(*axis(grid), *measurements(grid), nodes, x, q, out)
+        if grid.injection is None:
+            self.module.grams(*axis(grid), *measurements(grid), nodes, x, q, out)
+        else:
+            self.module.grams_injected(*corrections(grid), nodes, x, q, out)
         return out
 
     def trajectories(self, grid: Grid, x0: Array, p: Array) -> tuple[Array, Array]:
         """See `Kernels.trajectories`."""
         if grid.injection is not None:
-            return self._oracle.trajectories(grid, x0, p)
+            states, _, outputs = self.paths(grid, x0, p)
+            return states, outputs
         x, q, count = *padded(x0, p), x0.shape[1]
         states = np.empty((grid.t.size, *x.shape))
         outputs = np.empty((grid.t.size, len(self.model.outputs), x.shape[1]))
@@ -77,14 +80,37 @@ class CompiledKernels:
 
     def paths(self, grid: Grid, x0: Array, p: Array) -> tuple[Array, Array, Array]:
         """See `Kernels.paths`."""
-        return self._oracle.paths(grid, x0, p)
+        injection, count = grid.injection, x0.shape[1]
+        parameters = np.repeat(p[None], grid.t.size, axis=0)
+        if injection is None:
+            states, outputs = self.trajectories(grid, x0, p)
+            return states, parameters, outputs
+        x, q = padded(x0, p)
+        states = np.empty((grid.t.size, *x.shape))
+        moved = np.empty((grid.t.size, injection.moving.size, x.shape[1]))
+        outputs = np.empty((grid.t.size, len(self.model.outputs), x.shape[1]))
+        self.module.trajectories_injected(*corrections(grid), x, q, states, moved, outputs)
+        parameters[:, injection.moving] = moved[..., :count]
+        return states[..., :count], parameters, outputs[..., :count]
 
     def filter(
         self, grid: Grid, x0: Array, p: Array, walks: Array, noise: Array,
         P0: Array | None = None, moving: IntArray | None = None,
     ) -> FilterPass:  # fmt: skip
         """See `Kernels.filter`."""
-        return self._oracle.filter(grid, x0, p, walks, noise, P0, moving)
+        found = FilterPass.blank(grid, x0, p, walks, P0, moving)
+        index = found.index
+        if index.size not in self._filters:
+            self._filters[index.size] = load_module(
+                self.model, filter_source(self.model, index.size)
+            )
+        self._filters[index.size].filter_pass(
+            *axis(grid), grid.y, found.measured, grid.measured, x0, p, walks[index] ** 2, noise**2,
+            found.prior, found.moving, *self._sizes[:, index], found.transition,
+            found.sensitivity, found.gain, found.cross, found.S, found.innovations, found.means,
+            found.covariances,
+        )  # fmt: skip
+        return found
 
 
 class CompiledStepper:
@@ -133,6 +159,15 @@ def measurements(grid: Grid) -> tuple[AnyArray, ...]:
     return grid.y, grid.weight, grid.measured
 
 
+def corrections(grid: Grid) -> tuple[AnyArray, ...]:
+    """Return the arrays that say when, what was measured, and what that corrects."""
+    injection = grid.injection
+    assert injection is not None
+    return (
+        *axis(grid), *measurements(grid), injection.gain, injection.cross, injection.moving
+    )  # fmt: skip
+
+
 def padded(x0: Array, p: Array) -> tuple[Array, Array]:
     """Repeat the last candidate until the lanes are full."""
     count = x0.shape[1]
@@ -146,13 +181,13 @@ def padded(x0: Array, p: Array) -> tuple[Array, Array]:
     return full
 
 
-def load_module(model: Model) -> ModuleType:
+def load_module(model: Model, text: str | None = None) -> ModuleType:
     """Return the model's generated module, whose functions compile when they are first called.
 
     Its name is a hash of the model's code and constants, so another or edited model never meets a
     stale kernel. Without a writable cache folder everything works, but compiles in every process.
     """
-    text = source(model)
+    text = source(model) if text is None else text
     name = f'obs_ros_kernels_{fingerprint(text, model.dynamics, model.output, *SELECTS.values())}'
     with _lock:
         if name not in sys.modules:
@@ -194,11 +229,27 @@ def bind(module: ModuleType, model: Model) -> None:
 
 def source(model: Model) -> str:
     """Text of the generated module: sizes and tuple functions of the model, then the kernels."""
-    kernels = files('obs_ros.integration').joinpath('kernels.py').read_text(encoding='utf-8')
-    return f'{header(model)}\n\n{kernels}\n\nstep = step_{model.integrator}\n'
+    return text_of(model, LANES, 'kernels.py', 'kernels_injected.py')
 
 
-def header(model: Model) -> str:
+def filter_source(model: Model, d: int) -> str:
+    """Text of the module of a filter of d states and moving parameters."""
+    width, central = Differences.layout(d)
+    count = min(width, LANES)
+    sizes = (
+        f'N_JOINT, N_CHUNKS, CENTRAL, DIFFERENCE = {d}, {width // count}, {central}, {DIFFERENCE}'
+    )
+    return f'{text_of(model, count, "kernels.py", "kernels_filter.py")}\n{sizes}\n'
+
+
+def text_of(model: Model, count: int, *names: str) -> str:
+    """Text of a module for chunks of `count` lanes, with the kernels of these files."""
+    folder = files('obs_ros.integration')
+    kernels = [folder.joinpath(name).read_text(encoding='utf-8') for name in names]
+    return '\n\n'.join([header(model, count), *kernels, f'step = step_{model.integrator}\n'])
+
+
+def header(model: Model, count: int) -> str:
     """Sizes, and the tuple functions unrolled for them: loops over tuples would not compile."""
     n, m = len(model.states), len(model.inputs)
     r, q = len(model.outputs), len(model.parameters)
@@ -211,18 +262,19 @@ def header(model: Model) -> str:
         lines = ''.join(f'    {line.replace("#", str(i))}\n' for i in range(count))
         return f'@jit\ndef {signature}:\n{lines or "    pass"}'
 
-    at = f'a[np.uint64(# * {LANES}) + lane]'
+    at = f'a[np.uint64(# * {count}) + lane]'
     clip = 'max(min(x[#], high[#]), low[#])'  # in this order NaN stays NaN
     residual = '(weight[k, #] * (yhat[#] - y[k, #]))'
     return '\n'.join(
         [
             f'# Numba {numba.__version__}, {sorted(FASTMATH)}',
             'import numpy as np\n',
-            f'N_STATES, N_OUTPUTS, N_PARAMETERS, N_LANES = {n}, {r}, {q}, {LANES}',
-            f'LANES, BLOCK_VALUES = np.uint64({LANES}), {BLOCK_VALUES}\n',
+            f'N_STATES, N_OUTPUTS, N_PARAMETERS, N_LANES = {n}, {r}, {q}, {count}',
+            f'LANES, BLOCK_VALUES = np.uint64({count}), {BLOCK_VALUES}\n',
             returning('gather_x(a, lane)', at, n),
             returning('gather_p(a, lane)', at, q),
             doing('scatter_x(a, lane, x)', f'{at} = x[#]', n),
+            doing('scatter_y(a, lane, y)', f'{at} = y[#]', r),
             doing('put_x(a, k, lane, x)', 'a[k, #, lane] = x[#]', n),
             doing('put_y(a, k, lane, y)', 'a[k, #, lane] = y[#]', r),
             doing('put_lane(a, lane, x)', 'a[#, lane] = x[#]', n),

@@ -27,18 +27,18 @@ import numpy as np
 from obs_ros.core.model import Model, inside
 from obs_ros.core.typing import Array, BoolArray, IntArray
 from obs_ros.integration.grid import Grid, Injection
-from obs_ros.integration.path import lanes
+from obs_ros.integration.path import LANES, lanes
 
-DIFFERENCE = 6e-6  # of a variable's size: the cube root of the floats' resolution
-SMALLEST_SIZE = 1e-3  # of the box: the size of a variable that passes through 0
+DIFFERENCE = 1e-4  # of a size: rounding stays below 1e-11, curvature matters to no gain
+SMALLEST_SIZE = 0.1  # of the box: the size of a variable that passes through 0
 
 
 @dataclass(frozen=True)
 class FilterPass:
     """A filter's way along the K nodes of a window.
 
-    Between nodes lie dt (K - 1,) s. z (d,) holds the n states, then the parameters `moving` (w,) of
-    all q. measured (K, r) says which outputs were. gain (K, r, n + q), cross (K, r, r), and the
+    Between nodes lie dt (K - 1,) s. z holds the variables index (d,) of the n states and q
+    parameters: the states, then the parameters `moving` (w,). measured (K, r) says which outputs were. gain (K, r, n + q), cross (K, r, r), and the
     variances S (K, r) of the innovations (K, r) are as above; where nothing was measured gains and
     cross are 0, S and innovations NaN. transition (K - 1, n, d) are the states' rows of F,
     sensitivity (K, r, d) is C. means (K, d) and covariances (K, d, d) are those of z after the
@@ -47,7 +47,7 @@ class FilterPass:
     """
 
     dt: Array
-    moving: IntArray
+    index: IntArray
     given: Array
     prior: Array
     measured: BoolArray
@@ -70,16 +70,16 @@ class FilterPass:
         `moving` None means the parameters that walk or are uncertain at the start.
         """
         n, size, nodes, r = x0.size, x0.size + p.size, grid.t.size, grid.y.shape[1]
-        P0 = np.zeros((size, size)) if P0 is None else P0
         if moving is None:
-            moving = np.flatnonzero((walks[n:] > 0.0) | (P0.diagonal()[n:] > 0.0))
-        index = np.concatenate([np.arange(n), n + moving])
+            moves = walks[n:] > 0.0 if P0 is None else (walks[n:] > 0.0) | (P0.diagonal()[n:] > 0.0)
+            moving = np.flatnonzero(moves)
+        index = np.append(np.arange(n), n + moving)
         d = index.size
         return cls(
             dt=np.diff(grid.t),
-            moving=moving,
+            index=index,
             given=p,
-            prior=P0[np.ix_(index, index)],
+            prior=np.zeros((d, d)) if P0 is None else P0[np.ix_(index, index)],
             measured=grid.weight > 0.0,
             transition=np.empty((nodes - 1, n, d)),
             sensitivity=np.zeros((nodes, r, d)),
@@ -92,10 +92,10 @@ class FilterPass:
         )
 
     @property
-    def index(self) -> IntArray:
-        """Which (d,) of the n + q variables z holds."""
+    def moving(self) -> IntArray:
+        """Which (w,) of the q parameters move."""
         n = self.transition.shape[1]
-        return np.concatenate([np.arange(n), n + self.moving])
+        return self.index[n:] - n
 
     @property
     def injection(self) -> Injection:
@@ -149,9 +149,17 @@ class Differences(NamedTuple):
     def of(cls, model: Model, index: IntArray) -> 'Differences':
         """Lay out the lanes of the model's variables `index` (d,)."""
         d = index.size
-        central = lanes(1 + 2 * d) == lanes(1 + d)
+        _, central = cls.layout(d)
         minus = np.arange(1 + d, 1 + 2 * d) if central else np.zeros(d, np.int64)
         return cls(minus, *sizes(model)[:, index])
+
+    @staticmethod
+    def layout(d: int) -> tuple[int, bool]:
+        """Return how many lanes d variables take, and whether their differences are central."""
+        forward, central = lanes(1 + d), lanes(1 + 2 * d)
+        if central > forward:
+            return forward, False
+        return central, True
 
     @property
     def lanes(self) -> int:

@@ -1,0 +1,203 @@
+# ruff: noqa: F821
+# mypy: ignore-errors
+"""The compiled pass of the extended Kalman filter, as a text that goes below `kernels.py`.
+
+Its module is made for one number N_JOINT of states and moving parameters, so that loops over them
+unroll. `filter_pass.py` has the equations, `Differences` the lanes.
+"""
+
+
+@entry
+def filter_pass(
+    t,
+    steps,
+    u,
+    slope,
+    y,
+    known,
+    measured,
+    x0,
+    p,
+    variances,
+    noise,
+    prior,
+    moving,
+    size,
+    low,
+    high,
+    transition,
+    sensitivity,
+    gain,
+    cross,
+    S,
+    innovations,
+    means,
+    covariances,
+):
+    """Fill in the arrays of a `FilterPass`; variances (d,) are the walks', noise (r,) outputs'."""
+    x = np.empty((N_CHUNKS, N_STATES * N_LANES))
+    q = np.empty((N_CHUNKS, max(1, N_PARAMETERS) * N_LANES))
+    yhat = np.empty((N_CHUNKS, N_OUTPUTS * N_LANES))
+    z, inverse = np.empty(N_JOINT), np.empty(N_JOINT)
+    K, PC = np.empty(N_JOINT), np.empty(N_JOINT)
+    P, FP = np.empty((N_JOINT, N_JOINT)), np.empty((N_STATES, N_JOINT))
+    P[:] = prior
+    for s in range(N_STATES):
+        z[s] = x0[s]
+    for m in range(N_JOINT - N_STATES):
+        z[N_STATES + m] = p[moving[m]]
+    for chunk in range(N_CHUNKS):
+        for s in range(N_PARAMETERS):
+            for lane in range(N_LANES):
+                q[chunk, s * N_LANES + lane] = p[s]
+    spread(z, moving, size, low, high, x, q, inverse)
+    for k in range(t.size):
+        if k > 0:
+            dt = t[k] - t[k - 1]
+            for chunk in range(N_CHUNKS):
+                advance(x[chunk], q[chunk], t[k - 1], dt, steps[k - 1], u, slope, k - 1)
+            for s in range(N_STATES):
+                z[s] = x[0, s * N_LANES]
+                differentiate(x, s, inverse, transition[k - 1, s])
+            predict(transition[k - 1], dt, variances, P, FP)
+            spread(z, moving, size, low, high, x, q, inverse)
+        if measured[k]:
+            uk = input_at(u, slope, k, 0.0)
+            for chunk in range(N_CHUNKS):
+                for lane in range(LANES):
+                    yk = output(t[k], gather_x(x[chunk], lane), uk, gather_p(q[chunk], lane))
+                    scatter_y(yhat[chunk], lane, yk)
+            for i in range(N_OUTPUTS):
+                if known[k, i]:
+                    differentiate(yhat, i, inverse, sensitivity[k, i])
+            for i in range(N_OUTPUTS):
+                if known[k, i]:
+                    S[k, i] = update(sensitivity[k, i], noise[i], P, PC, K)
+                    e = y[k, i] - yhat[0, i * N_LANES]
+                    for j in range(i):
+                        if known[k, j]:
+                            e -= cross[k, i, j] * innovations[k, j]
+                    innovations[k, i] = e
+                    for a in range(N_JOINT):
+                        z[a] += K[a] * e
+                    for a in range(N_STATES):
+                        gain[k, i, a] = K[a]
+                    for m in range(N_JOINT - N_STATES):
+                        gain[k, i, N_STATES + moving[m]] = K[N_STATES + m]
+                    for j in range(i + 1, N_OUTPUTS):
+                        if known[k, j]:
+                            total = 0.0
+                            for a in range(N_JOINT):
+                                total += sensitivity[k, j, a] * K[a]
+                            cross[k, j, i] = total
+            spread(z, moving, size, low, high, x, q, inverse)
+        for a in range(N_JOINT):
+            means[k, a] = z[a]
+            for b in range(N_JOINT):
+                covariances[k, a, b] = P[a, b]
+
+
+@jit
+def spread(z, moving, size, low, high, x, q, inverse):
+    """Lay z in all lanes, and z off in one variable in its own lanes, as `Differences`.
+
+    inverse (d,) becomes one over the distances between the points compared.
+    """
+    for chunk in range(N_CHUNKS):
+        for s in range(N_STATES):
+            for lane in range(LANES):
+                x[chunk, np.uint64(s) * LANES + lane] = z[s]
+        for m in range(N_JOINT - N_STATES):
+            for lane in range(LANES):
+                q[chunk, np.uint64(moving[m]) * LANES + lane] = z[N_STATES + m]
+    for j in range(N_JOINT):
+        reach = DIFFERENCE * max(abs(z[j]), size[j])
+        above, below = z[j] + reach, z[j] - reach
+        inner, outer = min(low[j], z[j]), max(high[j], z[j])
+        if CENTRAL:
+            above, below = min(above, outer), max(below, inner)
+        else:
+            above, below = above if above <= outer else below, z[j]
+        inverse[j] = 1.0 / (above - below)
+        put(x, q, moving, j, 1 + j, above)
+        if CENTRAL:
+            put(x, q, moving, j, 1 + N_JOINT + j, below)
+
+
+@jit
+def put(x, q, moving, j, lane, value):
+    """Write variable j of one lane."""
+    if j < N_STATES:
+        x[lane // N_LANES, j * N_LANES + lane % N_LANES] = value
+    else:
+        q[lane // N_LANES, moving[j - N_STATES] * N_LANES + lane % N_LANES] = value
+
+
+@jit
+def differentiate(values, row, inverse, out):
+    """Write the derivatives (d,) of one row of values (chunks, rows * N_LANES)."""
+    for j in range(N_JOINT):
+        above, below = 1 + j, (1 + N_JOINT + j) if CENTRAL else 0
+        difference = (
+            values[above // N_LANES, row * N_LANES + above % N_LANES]
+            - values[below // N_LANES, row * N_LANES + below % N_LANES]
+        )
+        out[j] = difference * inverse[j]
+
+
+@jit
+def predict(F, dt, Q, P, FP):
+    """Turn P into F (P + dt/3 Q) F' + dt/3 Q + dt/6 (F Q + Q F'): Simpson's rule, multiplied out.
+
+    F (n, d) has the rows of a unit matrix below it.
+    """
+    for a in range(N_JOINT):
+        P[a, a] += dt / 3.0 * Q[a]
+    for a in range(N_STATES):
+        for b in range(N_JOINT):
+            total = 0.0
+            for c in range(N_JOINT):
+                total += F[a, c] * P[c, b]
+            FP[a, b] = total
+    for a in range(N_STATES):
+        for b in range(a + 1):
+            total = dt / 6.0 * (F[a, b] * Q[b] + F[b, a] * Q[a])
+            for c in range(N_JOINT):
+                total += FP[a, c] * F[b, c]
+            P[a, b] = total
+            P[b, a] = total
+        for b in range(N_STATES, N_JOINT):
+            total = FP[a, b] + dt / 6.0 * F[a, b] * Q[b]
+            P[a, b] = total
+            P[b, a] = total
+        P[a, a] += dt / 3.0 * Q[a]
+    for a in range(N_STATES, N_JOINT):
+        P[a, a] += 2.0 / 3.0 * dt * Q[a]
+
+
+@jit
+def update(C, R, P, PC, K):
+    """Correct P by an output of derivatives C (d,) and variance R; K (d,) becomes the gain.
+
+    Joseph's form, with P symmetric. Returns the innovation's variance S.
+    """
+    S = R
+    for a in range(N_JOINT):
+        total = 0.0
+        for b in range(N_JOINT):
+            total += P[a, b] * C[b]
+        PC[a] = total
+        S += C[a] * total
+    inverse = 1.0 / S
+    for a in range(N_JOINT):
+        K[a] = PC[a] * inverse
+    for a in range(N_JOINT):
+        along = 0.0
+        for b in range(N_JOINT):
+            P[a, b] -= K[a] * PC[b]
+            along += P[a, b] * C[b]
+        for b in range(a + 1):
+            total = P[a, b] + (R * K[a] - along) * K[b]
+            P[a, b] = total
+            P[b, a] = total
+    return S
