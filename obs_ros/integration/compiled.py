@@ -17,7 +17,7 @@ from obs_ros.core.jit import OPTIONS
 from obs_ros.core.kernel_cache import stored
 from obs_ros.core.model import Model
 from obs_ros.core.typing import AnyArray, Array, IntArray
-from obs_ros.integration.filter_pass import DIFFERENCE, Differences, FilterPass, sizes
+from obs_ros.integration.filter_pass import DIFFERENCE, FilterPass, central, sizes
 from obs_ros.integration.functions import Rebuilder
 from obs_ros.integration.grid import Grid
 from obs_ros.integration.path import LANES, Path, Stretch, lanes
@@ -105,10 +105,10 @@ class CompiledKernels:
                 self.model, filter_source(self.model, index.size)
             )
         self._filters[index.size].filter_pass(
-            *axis(grid), grid.y, found.measured, grid.measured, x0, p, walks[index] ** 2, noise**2,
-            found.prior, found.moving, *self._sizes[:, index], found.transition,
-            found.sensitivity, found.gain, found.cross, found.S, found.innovations, found.means,
-            found.covariances,
+            *axis(grid), grid.y, found.measured, grid.measured, np.ascontiguousarray(x0),
+            found.given, walks[index] ** 2, noise**2, found.prior, found.moving,
+            *self._sizes[:, index], found.transition, found.sensitivity, found.gain, found.cross,
+            found.S, found.innovations, found.means, found.covariances,
         )  # fmt: skip
         return found
 
@@ -229,27 +229,24 @@ def bind(module: ModuleType, model: Model) -> None:
 
 def source(model: Model) -> str:
     """Text of the generated module: sizes and tuple functions of the model, then the kernels."""
-    return text_of(model, LANES, 'kernels.py', 'kernels_injected.py')
+    return text_of(model, 'kernels.py', 'kernels_injected.py')
 
 
 def filter_source(model: Model, d: int) -> str:
     """Text of the module of a filter of d states and moving parameters."""
-    width, central = Differences.layout(d)
-    count = min(width, LANES)
-    sizes = (
-        f'N_JOINT, N_CHUNKS, CENTRAL, DIFFERENCE = {d}, {width // count}, {central}, {DIFFERENCE}'
-    )
-    return f'{text_of(model, count, "kernels.py", "kernels_filter.py")}\n{sizes}\n'
+    chunks = 1 if central(d) else lanes(1 + d) // LANES
+    sizes = f'N_JOINT, N_CHUNKS, CENTRAL, DIFFERENCE = {d}, {chunks}, {central(d)}, {DIFFERENCE}'
+    return f'{text_of(model, "kernels.py", "kernels_filter.py")}\n{sizes}\n'
 
 
-def text_of(model: Model, count: int, *names: str) -> str:
-    """Text of a module for chunks of `count` lanes, with the kernels of these files."""
+def text_of(model: Model, *names: str) -> str:
+    """Text of a module with the kernels of these files."""
     folder = files('obs_ros.integration')
     kernels = [folder.joinpath(name).read_text(encoding='utf-8') for name in names]
-    return '\n\n'.join([header(model, count), *kernels, f'step = step_{model.integrator}\n'])
+    return '\n\n'.join([header(model), *kernels, f'step = step_{model.integrator}\n'])
 
 
-def header(model: Model, count: int) -> str:
+def header(model: Model) -> str:
     """Sizes, and the tuple functions unrolled for them: loops over tuples would not compile."""
     n, m = len(model.states), len(model.inputs)
     r, q = len(model.outputs), len(model.parameters)
@@ -262,15 +259,15 @@ def header(model: Model, count: int) -> str:
         lines = ''.join(f'    {line.replace("#", str(i))}\n' for i in range(count))
         return f'@jit\ndef {signature}:\n{lines or "    pass"}'
 
-    at = f'a[np.uint64(# * {count}) + lane]'
+    at = f'a[np.uint64(# * {LANES}) + lane]'
     clip = 'max(min(x[#], high[#]), low[#])'  # in this order NaN stays NaN
     residual = '(weight[k, #] * (yhat[#] - y[k, #]))'
     return '\n'.join(
         [
             f'# Numba {numba.__version__}, {sorted(FASTMATH)}',
             'import numpy as np\n',
-            f'N_STATES, N_OUTPUTS, N_PARAMETERS, N_LANES = {n}, {r}, {q}, {count}',
-            f'LANES, BLOCK_VALUES = np.uint64({count}), {BLOCK_VALUES}\n',
+            f'N_STATES, N_OUTPUTS, N_PARAMETERS, N_LANES = {n}, {r}, {q}, {LANES}',
+            f'LANES, BLOCK_VALUES = np.uint64({LANES}), {BLOCK_VALUES}\n',
             returning('gather_x(a, lane)', at, n),
             returning('gather_p(a, lane)', at, q),
             doing('scatter_x(a, lane, x)', f'{at} = x[#]', n),

@@ -27,7 +27,7 @@ import numpy as np
 from obs_ros.core.model import Model, inside
 from obs_ros.core.typing import Array, BoolArray, IntArray
 from obs_ros.integration.grid import Grid, Injection
-from obs_ros.integration.path import LANES, lanes
+from obs_ros.integration.path import LANES
 
 DIFFERENCE = 1e-4  # of a size: rounding stays below 1e-11, curvature matters to no gain
 SMALLEST_SIZE = 0.1  # of the box: the size of a variable that passes through 0
@@ -38,9 +38,10 @@ class FilterPass:
     """A filter's way along the K nodes of a window.
 
     Between nodes lie dt (K - 1,) s. z holds the variables index (d,) of the n states and q
-    parameters: the states, then the parameters `moving` (w,). measured (K, r) says which outputs were. gain (K, r, n + q), cross (K, r, r), and the
-    variances S (K, r) of the innovations (K, r) are as above; where nothing was measured gains and
-    cross are 0, S and innovations NaN. transition (K - 1, n, d) are the states' rows of F,
+    parameters: the states, then the parameters `moving` (w,). measured (K, r) says which outputs
+    were. gain (K, r, n + q), cross (K, r, r) with the entries C_i K_j, and the variances S (K, r)
+    of the innovations (K, r) are as above; where nothing was measured gains and cross are 0, S and
+    innovations NaN. transition (K - 1, n, d) are the states' rows of F,
     sensitivity (K, r, d) is C. means (K, d) and covariances (K, d, d) are those of z after the
     updates at each node, prior (d, d) is the covariance before the first; given (q,) are the
     parameters at the start.
@@ -75,11 +76,12 @@ class FilterPass:
             moving = np.flatnonzero(moves)
         index = np.append(np.arange(n), n + moving)
         d = index.size
+        prior = np.zeros((d, d)) if P0 is None else P0[np.ix_(index, index)]
         return cls(
             dt=np.diff(grid.t),
             index=index,
-            given=p,
-            prior=np.zeros((d, d)) if P0 is None else P0[np.ix_(index, index)],
+            given=np.ascontiguousarray(p),
+            prior=np.ascontiguousarray(prior),
             measured=grid.weight > 0.0,
             transition=np.empty((nodes - 1, n, d)),
             sensitivity=np.zeros((nodes, r, d)),
@@ -95,7 +97,7 @@ class FilterPass:
     def moving(self) -> IntArray:
         """Which (w,) of the q parameters move."""
         n = self.transition.shape[1]
-        return self.index[n:] - n
+        return np.asarray(self.index[n:] - n)
 
     @property
     def injection(self) -> Injection:
@@ -134,10 +136,9 @@ class FilterPass:
 class Differences(NamedTuple):
     """Lanes whose differences make derivatives: z in lane 0, z off in one variable in the others.
 
-    The derivative by variable j of z (d,) is that between the lanes 1 + j and minus[j]. Central
-    differences are taken where their lanes are no more than those of forward differences, whose
-    `minus` is lane 0. size (d,) is the smallest size of a variable, low and high (d,) its bounds,
-    which no lane leaves where z itself is within them.
+    The derivative by variable j of z (d,) is that between the lanes 1 + j and minus[j], which is
+    lane 0 where differences are forward. size (d,) is the smallest size of a variable, low and high
+    (d,) are its bounds, which no lane leaves where z itself is within them.
     """
 
     minus: IntArray
@@ -149,17 +150,8 @@ class Differences(NamedTuple):
     def of(cls, model: Model, index: IntArray) -> 'Differences':
         """Lay out the lanes of the model's variables `index` (d,)."""
         d = index.size
-        _, central = cls.layout(d)
-        minus = np.arange(1 + d, 1 + 2 * d) if central else np.zeros(d, np.int64)
+        minus = np.arange(1 + d, 1 + 2 * d) if central(d) else np.zeros(d, np.int64)
         return cls(minus, *sizes(model)[:, index])
-
-    @staticmethod
-    def layout(d: int) -> tuple[int, bool]:
-        """Return how many lanes d variables take, and whether their differences are central."""
-        forward, central = lanes(1 + d), lanes(1 + 2 * d)
-        if central > forward:
-            return forward, False
-        return central, True
 
     @property
     def lanes(self) -> int:
@@ -171,13 +163,18 @@ class Differences(NamedTuple):
         points = np.repeat(z[:, None], self.lanes, axis=1)
         reach = DIFFERENCE * np.maximum(np.abs(z), self.size)
         above, below = z + reach, z - reach
-        rows, central = np.arange(z.size), self.minus > 0
+        rows, both = np.arange(z.size), self.minus > 0
         inner, outer = np.fmin(self.low, z), np.fmax(self.high, z)
-        plus = np.where(above <= outer, above, np.where(central, outer, below))
+        plus = np.where(above <= outer, above, np.where(both, outer, below))
         points[rows, 1 + rows] = plus
-        minus = np.where(central, np.fmax(below, inner), z)
+        minus = np.where(both, np.fmax(below, inner), z)
         points[rows, self.minus] = minus
         return points, plus - minus
+
+
+def central(d: int) -> bool:
+    """Whether differences by d variables are central: in the first chunk their lanes are free."""
+    return 1 + 2 * d <= LANES
 
 
 @functools.lru_cache(maxsize=64)

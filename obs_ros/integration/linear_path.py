@@ -19,6 +19,9 @@ from obs_ros.integration.filter_pass import FilterPass
 from obs_ros.integration.path import LANES, lanes
 
 
+Sizes = tuple[int, ...]  # only its length counts, which Numba knows when it compiles
+
+
 @dataclass(frozen=True)
 class LinearPath:
     """A window linearised along a pass: raw residuals (K, r) and corrections (K, d) besides it."""
@@ -45,24 +48,25 @@ class LinearPath:
         """
         found, count = self.along, walks.shape[1]
         Q, R = np.empty((found.index.size, lanes(count))), np.empty((len(noise), lanes(count)))
-        for variances, deviations in ((Q, walks[found.index]), (R, noise)):
-            variances[:, :count] = deviations**2
-            variances[:, count:] = variances[:, count - 1 : count]
         out = np.empty(lanes(count))
         with np.errstate(all='ignore'):
+            for variances, deviations in ((Q, walks[found.index]), (R, noise)):
+                variances[:, :count] = deviations**2
+                variances[:, count:] = variances[:, count - 1 : count]
             likelihoods(
                 found.dt, found.transition, found.sensitivity, found.measured, self.residuals,
-                self.corrections, found.prior, Q, R, out,
+                self.corrections, found.prior, Q, R, out, (0,) * found.transition.shape[1],
+                (0,) * found.index.size,
             )  # fmt: skip
         return np.where(np.isfinite(out), out, np.inf)[:count]
 
 
 def _likelihoods_on_arrays(
     dt: Array, transition: Array, sensitivity: Array, measured: BoolArray, residuals: Array,
-    corrections: Array, prior: Array, Q: Array, R: Array, out: Array,
+    corrections: Array, prior: Array, Q: Array, R: Array, out: Array, states: Sizes, joint: Sizes,
 ) -> None:  # fmt: skip
     """Compute the likelihoods with one matrix for each set of noise."""
-    n, d = transition.shape[1:]
+    n, d = len(states), len(joint)
     unit = np.eye(d)
     spread = unit * Q.T[:, None, :]
     P, delta = np.broadcast_to(prior, spread.shape), np.zeros((out.size, d))
@@ -86,109 +90,120 @@ def _likelihoods_on_arrays(
 
 def _likelihoods_in_loops(
     dt: Array, transition: Array, sensitivity: Array, measured: BoolArray, residuals: Array,
-    corrections: Array, prior: Array, Q: Array, R: Array, out: Array,
+    corrections: Array, prior: Array, Q: Array, R: Array, out: Array, states: Sizes, joint: Sizes,
 ) -> None:  # fmt: skip
-    """Compute the likelihoods of a chunk at a time, its lanes innermost."""
-    n, d = transition.shape[1], transition.shape[2]
-    P, FP = np.empty((d, d, LANES)), np.empty((d, d, LANES))
-    delta, row, e, S = np.empty((d, LANES)), np.empty((d, LANES)), np.empty(LANES), np.empty(LANES)
-    product, total = np.empty(LANES), np.empty(LANES)
+    """Compute the likelihoods of a chunk at a time, its lanes innermost.
+
+    One array w holds all rows of lanes, so that the compiler sees which of them overlap: P (d, d),
+    F P (n, d), delta (d,), F delta or P C' (d,), Q (d,), e, S, the product of S, the total.
+    """
+    d = len(joint)
+    delta, noise = 2 * d * d, 2 * d * d + 2 * d
+    e, S, product, total = noise + d, noise + d + 1, noise + d + 2, noise + d + 3
+    w = np.empty((total + 1) * LANES)
+    rows = w.reshape((total + 1, LANES))
     for first in range(0, out.size, LANES):
-        q, noise = Q[:, first : first + LANES].copy(), R[:, first : first + LANES].copy()
+        rows[noise : noise + d] = Q[:, first : first + LANES]
+        rows[delta : delta + d], rows[product], rows[total], factors = 0.0, 1.0, 0.0, 0
         for a in range(d):
-            delta[a, :] = 0.0
             for b in range(d):
-                P[a, b, :] = prior[a, b]
-        product[:], total[:], factors = 1.0, 0.0, 0
+                rows[a * d + b] = prior[a, b]
         for k in range(len(measured)):
             if k > 0:
-                predict(transition[k - 1], dt[k - 1], q, n, P, FP, delta, row)
+                predict(w, transition[k - 1], dt[k - 1], states, joint)
             for i in range(measured.shape[1]):
                 if measured[k, i]:
-                    e[:], S[:] = residuals[k, i], noise[i]
-                    update(sensitivity[k, i], P, row, delta, e, S)
                     for lane in range(LANES):
-                        total[lane] += e[lane] * e[lane] / S[lane]
-                        product[lane] *= S[lane]
+                        w[e * LANES + lane] = residuals[k, i]
+                        w[S * LANES + lane] = R[i, first + lane]
+                    update(w, sensitivity[k, i], joint)
                     factors += 1
                     if factors % 8 == 0:  # a logarithm costs more than all the rest
-                        total += np.log(product)
-                        product[:] = 1.0
+                        rows[total] += np.log(rows[product])
+                        rows[product] = 1.0
             for a in range(d):
                 for lane in range(LANES):
-                    delta[a, lane] -= corrections[k, a]
-        out[first : first + LANES] = total + np.log(product)
+                    w[(delta + a) * LANES + lane] -= corrections[k, a]
+        out[first : first + LANES] = rows[total] + np.log(rows[product])
 
 
 @accelerated
-def predict(
-    F: Array, dt: float, Q: Array, n: int, P: Array, FP: Array, delta: Array, row: Array
-) -> None:
-    """Turn P (d, d, L) into F (P + dt/3 Q) F' + dt/3 Q + dt/6 (F Q + Q F'), delta into F delta.
+def predict(w: Array, F: Array, dt: float, states: Sizes, joint: Sizes) -> None:
+    """Turn P into F (P + dt/3 Q) F' + dt/3 Q + dt/6 (F Q + Q F'), delta into F delta.
 
     That is Simpson's rule, multiplied out. F (n, d) has the rows of a unit matrix below it.
     """
-    d = F.shape[1]
+    n, d = len(states), len(joint)
+    FP, delta, moved, Q = d * d, 2 * d * d, 2 * d * d + d, 2 * d * d + 2 * d
     for a in range(d):
-        add(P[a, a], dt / 3.0, Q[a])
+        add(w, a * d + a, dt / 3.0, Q + a)
     for a in range(n):
-        row[a, :] = 0.0
+        put(w, moved + a, F[a, 0], delta)
         for b in range(d):
-            FP[a, b, :] = 0.0
-        for c in range(d):
-            if F[a, c] != 0.0:
-                add(row[a], F[a, c], delta[c])
-                for b in range(d):
-                    add(FP[a, b], F[a, c], P[c, b])
+            put(w, FP + a * d + b, F[a, 0], b)
+        for c in range(1, d):
+            add(w, moved + a, F[a, c], delta + c)
+            for b in range(d):
+                add(w, FP + a * d + b, F[a, c], c * d + b)
     for a in range(n):
-        delta[a, :] = row[a]
+        put(w, delta + a, 1.0, moved + a)
         for b in range(a + 1):
-            P[a, b, :] = 0.0
-            for c in range(d):
-                if F[b, c] != 0.0:
-                    add(P[a, b], F[b, c], FP[a, c])
+            put(w, a * d + b, F[b, 0], FP + a * d)
+            for c in range(1, d):
+                add(w, a * d + b, F[b, c], FP + a * d + c)
         for b in range(n, d):
-            P[b, a, :] = FP[a, b]
+            put(w, b * d + a, 1.0, FP + a * d + b)
     for a in range(d):
-        add(P[a, a], dt / 3.0 if a < n else 2.0 / 3.0 * dt, Q[a])
+        add(w, a * d + a, dt / 3.0 if a < n else 2.0 / 3.0 * dt, Q + a)
         for b in range(n):
-            if F[b, a] != 0.0:
-                add(P[max(a, b), min(a, b)], dt / 6.0 * F[b, a] * (2.0 if a == b else 1.0), Q[a])
+            factor = dt / 6.0 * F[b, a]
+            add(w, max(a, b) * d + min(a, b), 2.0 * factor if a == b else factor, Q + a)
     for a in range(d):
         for b in range(a):
-            P[b, a, :] = P[a, b]
+            put(w, b * d + a, 1.0, a * d + b)
 
 
 @accelerated
-def update(C: Array, P: Array, PC: Array, delta: Array, e: Array, S: Array) -> None:
-    """Correct P and delta by one output with derivatives C (d,).
+def update(w: Array, C: Array, joint: Sizes) -> None:
+    """Correct P and delta by one output with derivatives C (d,), and count it.
 
-    e and S (L,), residual and noise at first, become innovation and variance.
+    e and S, residual and noise at first, become innovation and variance.
     """
-    d = C.size
+    d = len(joint)
+    delta, PC, e = 2 * d * d, 2 * d * d + d, 2 * d * d + 3 * d
+    S, product, total = e + 1, e + 2, e + 3
     for a in range(d):
-        PC[a, :] = 0.0
-        for b in range(d):
-            if C[b] != 0.0:
-                add(PC[a], C[b], P[a, b])
-        if C[a] != 0.0:
-            add(S, C[a], PC[a])
-            add(e, -C[a], delta[a])
+        put(w, PC + a, C[0], a * d)
+        for b in range(1, d):
+            add(w, PC + a, C[b], a * d + b)
+        add(w, S, C[a], PC + a)
+        add(w, e, -C[a], delta + a)
+    for lane in range(LANES):
+        w[product * LANES + lane] *= w[S * LANES + lane]
+        w[S * LANES + lane] = 1.0 / w[S * LANES + lane]
+        w[total * LANES + lane] += w[e * LANES + lane] ** 2 * w[S * LANES + lane]
     for a in range(d):
         for lane in range(LANES):
-            gain = PC[a, lane] / S[lane]
-            delta[a, lane] += gain * e[lane]
+            gain = w[(PC + a) * LANES + lane] * w[S * LANES + lane]
+            w[(delta + a) * LANES + lane] += gain * w[e * LANES + lane]
             for b in range(a + 1):
-                P[a, b, lane] -= gain * PC[b, lane]
+                w[(a * d + b) * LANES + lane] -= gain * w[(PC + b) * LANES + lane]
         for b in range(a):
-            P[b, a, :] = P[a, b]
+            put(w, b * d + a, 1.0, a * d + b)
 
 
 @accelerated
-def add(total: Array, factor: float, row: Array) -> None:
+def put(w: Array, to: int, factor: float, row: int) -> None:
+    """Write a multiple of one row of lanes into another."""
+    for lane in range(LANES):
+        w[to * LANES + lane] = factor * w[row * LANES + lane]
+
+
+@accelerated
+def add(w: Array, to: int, factor: float, row: int) -> None:
     """Add a multiple of one row of lanes to another."""
     for lane in range(LANES):
-        total[lane] += factor * row[lane]
+        w[to * LANES + lane] += factor * w[row * LANES + lane]
 
 
 likelihoods = accelerated(_likelihoods_in_loops, _likelihoods_on_arrays)

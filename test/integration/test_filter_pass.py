@@ -1,0 +1,220 @@
+"""Tests of obs_ros.integration.filter_pass: against a dense Kalman filter, and across backends."""
+
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+import pytest
+from kalman_reference import CART, NOISE, PRIOR, WALKS, X0, P, cart_window, dense_filter
+from plants import BLOW_UP, NAN, OSCILLATOR
+from scipy.linalg import expm
+
+from obs_ros import Model, Record, Variable
+from obs_ros.core.model import inside
+from obs_ros.integration.backends import kernels_for, run_process_noise_once
+from obs_ros.integration.filter_pass import Differences, FilterPass, central
+from obs_ros.integration.grid import Grid
+from obs_ros.models import MODELS, load_model
+
+
+def cart_pass(backend: str, **changes: Any) -> FilterPass:
+    grid = Grid.of(CART, cart_window(), np.ones(3))
+    arguments = {'walks': WALKS, 'noise': NOISE, 'P0': PRIOR, **changes}
+    return kernels_for(CART, backend).filter(grid, X0, P, **arguments)
+
+
+def test_the_pass_is_the_kalman_filter_of_a_linear_plant(backend: str) -> None:
+    found, dense = cart_pass(backend), dense_filter(cart_window())
+    assert found.moving.tolist() == [1]
+    np.testing.assert_allclose(found.means, dense.means, rtol=1e-8, atol=1e-8)
+    np.testing.assert_allclose(found.covariances, dense.covariances, rtol=1e-6, atol=1e-9)
+    assert found.neg2_log_likelihood == pytest.approx(dense.neg2_log_likelihood, rel=1e-8)
+    for k, S in enumerate(dense.S):
+        seen = found.measured[k]
+        mix = np.eye(3)[np.ix_(seen, seen)] + found.cross[k][np.ix_(seen, seen)]
+        np.testing.assert_allclose(mix * found.S[k, seen] @ mix.T, S, rtol=1e-7, atol=1e-10)
+
+
+def test_shapes_and_what_was_not_measured(backend: str) -> None:
+    found = cart_pass(backend)
+    assert found.states.shape == (61, 2) and found.parameters.shape == (61, 2)
+    np.testing.assert_array_equal(found.parameters[:, 0], P[0])
+    np.testing.assert_array_equal(found.parameters[:, 1], found.means[:, 2])
+    assert found.P.shape == (4, 4)
+    np.testing.assert_array_equal(found.P[np.ix_([0, 1, 3], [0, 1, 3])], found.covariances[-1])
+    assert not found.P[2].any() and not found.P[:, 2].any()
+    missing = ~np.isfinite(cart_window().y)
+    assert np.isnan(found.S[missing]).all() and np.isnan(found.innovations[missing]).all()
+    assert not found.gain[missing].any() and not found.gain[:, :, 2].any()
+    assert not found.cross[missing].any() and not np.triu(found.cross).any()
+
+
+def test_simpsons_rule_has_an_error_of_second_order_in_the_interval(backend: str) -> None:
+    spring = replace(CART, dynamics=lambda t, x, u, p: (x[1], p[1] - 2.0 * x[0] - 0.3 * x[1]))
+    exact = expm(0.4 * np.block([
+        [-np.array([[0.0, 1.0], [-2.0, -0.3]]), np.diag(WALKS[:2] ** 2)],
+        [np.zeros((2, 2)), np.array([[0.0, 1.0], [-2.0, -0.3]]).T],
+    ]))  # fmt: skip
+    errors = []
+    for count in (4, 8, 16):
+        t = np.linspace(0.0, 0.4, count + 1)
+        y = np.full((t.size, 3), NAN)
+        y[0] = 0.0
+        grid = Grid.of(spring, Record(t, np.zeros((t.size, 1)), y), np.ones(3))
+        found = kernels_for(spring, backend).filter(grid, X0, P, WALKS, NOISE)
+        errors.append(np.abs(found.P[:2, :2] - exact[2:, 2:].T @ exact[:2, 2:]).max())
+    assert errors[0] / errors[1] == pytest.approx(4.0, rel=0.1)
+    assert errors[1] / errors[2] == pytest.approx(4.0, rel=0.1)
+
+
+def test_without_walks_the_pass_is_the_plain_rollout(backend: str) -> None:
+    kernels, grid = kernels_for(CART, backend), Grid.of(CART, cart_window(), np.ones(3))
+    found = kernels.filter(grid, X0, P, np.zeros(4), NOISE)
+    states, outputs = kernels.trajectories(grid, X0[:, None], P[:, None])
+    assert not found.gain.any() and not found.P.any()
+    np.testing.assert_allclose(found.states, states[:, :, 0], rtol=1e-12, atol=1e-14)
+    e = cart_window().y - outputs[:, :, 0]
+    np.testing.assert_allclose(found.innovations, e, rtol=1e-12, atol=1e-13)
+    expected = np.nansum(2.0 * np.log(NOISE) + (e / NOISE) ** 2, where=np.isfinite(e))
+    assert found.neg2_log_likelihood == pytest.approx(expected, rel=1e-12)
+
+
+def oscillator_grid(seed: int = 3) -> Grid:
+    rng = np.random.default_rng(seed)
+    t = np.concatenate([[0.0], np.cumsum(rng.uniform(0.02, 0.3, 80))])
+    y = rng.standard_normal((81, 2))
+    y[rng.random((81, 2)) < 0.4] = NAN
+    return Grid.of(OSCILLATOR, Record(t, rng.standard_normal((81, 1)), y), np.array([0.5, 3.0]))
+
+
+OSCILLATOR_X0, OSCILLATOR_P = np.array([1.0, -0.5]), np.array([0.8, 0.7])
+OSCILLATOR_NOISE = np.array([0.1, 0.3])
+
+
+def oscillator_pass(backend: str, walks: Any = (0.1, 0.2, 0.05, 0.0), **changes: Any) -> FilterPass:
+    return kernels_for(OSCILLATOR, backend).filter(
+        oscillator_grid(), OSCILLATOR_X0, OSCILLATOR_P, np.array(walks), OSCILLATOR_NOISE, **changes
+    )
+
+
+@pytest.mark.parametrize('moving', [None, [], [0], [1, 0]])
+def test_both_backends_agree_on_a_nonlinear_plant(moving: Any) -> None:
+    pytest.importorskip('numba')
+    rows = moving if moving is None else np.array(moving, np.int64)
+    numpy, numba = (oscillator_pass(name, moving=rows) for name in ('numpy', 'numba'))
+    assert numba.neg2_log_likelihood == pytest.approx(numpy.neg2_log_likelihood, rel=1e-9)
+    for field in ('transition', 'sensitivity', 'gain', 'cross', 'S', 'means', 'covariances'):
+        a, b = getattr(numba, field), getattr(numpy, field)
+        np.testing.assert_allclose(a, b, rtol=1e-9, atol=1e-9 * np.nanmax(np.abs(b)), err_msg=field)
+
+
+def test_a_parameter_that_walks_goes_where_the_outputs_pull_it(backend: str) -> None:
+    """A load that doubles halfway is followed within a second, and no other parameter moves."""
+    t = 0.05 * np.arange(201)
+    load = np.where(t < 5.0, 0.5, 1.0)
+    v = np.concatenate([[0.0], np.cumsum(0.05 * load[:-1])])
+    s = np.concatenate([[0.0], np.cumsum(0.05 * v[:-1] + 0.5 * 0.05**2 * load[:-1])])
+    y = np.column_stack([s, v + 0.3 * load, 0.5 * s - 0.7 * v])
+    grid = Grid.of(CART, Record(t, np.zeros((201, 1)), y), np.ones(3))
+    walks = np.array([0.0, 0.0, 0.0, 0.3])
+    found = kernels_for(CART, backend).filter(grid, np.zeros(2), np.array([1.2, 0.5]), walks,
+                                              np.full(3, 0.01))  # fmt: skip
+    np.testing.assert_allclose(found.parameters[:100, 1], 0.5, atol=1e-9)
+    np.testing.assert_allclose(found.parameters[121:, 1], 1.0, atol=0.02)
+    np.testing.assert_array_equal(found.parameters[:, 0], 1.2)
+
+
+def test_covariances_stay_symmetric_and_positive_whatever_the_prior(backend: str) -> None:
+    """A prior 1e12 times the noise is what Joseph's form is for."""
+    found = cart_pass(backend, P0=1e6 * np.eye(4), noise=np.full(3, 1e-3))
+    np.testing.assert_array_equal(found.covariances, found.covariances.transpose(0, 2, 1))
+    smallest = np.linalg.eigvalsh(found.covariances)[:, 0]
+    assert (smallest > -1e-12 * np.linalg.norm(found.covariances, axis=(1, 2))).all()
+    assert np.isfinite(found.neg2_log_likelihood)
+
+
+def test_a_candidate_that_diverges_has_an_infinite_likelihood(backend: str) -> None:
+    t = np.linspace(0.0, 1.0, 21)
+    y = np.zeros((21, 1))
+    y[1:4] = NAN
+    grid = Grid.of(BLOW_UP, Record(t, None, y), np.ones(1))
+    kernels = kernels_for(BLOW_UP, backend)
+    for x0 in (1e3, NAN):
+        found = kernels.filter(grid, np.array([x0]), np.empty(0), np.array([0.1]), np.ones(1))
+        assert found.neg2_log_likelihood == np.inf
+    assert np.isfinite(
+        kernels.filter(grid, np.array([0.1]), np.empty(0), np.array([0.1]), np.ones(1))
+        .neg2_log_likelihood
+    )  # fmt: skip
+
+
+@pytest.mark.parametrize('name', MODELS)
+def test_every_built_in_model_has_a_pass_that_both_backends_agree_on(name: str) -> None:
+    pytest.importorskip('numba')
+    model = load_model(name)
+    n, q, r = len(model.states), len(model.parameters), len(model.outputs)
+    rng = np.random.default_rng(2)
+    t = min(model.max_step, 0.5) * np.cumsum(rng.uniform(0.5, 1.5, 40))
+    u = np.array([[inside(v) for v in model.inputs]] * 40).reshape(40, -1)
+    x0 = np.array([inside(v) for v in model.states])
+    p = np.array([inside(v) for v in model.parameters])
+    kernels = [kernels_for(model, 'numba'), kernels_for(model, 'numpy')]
+    blank = Grid.of(model, Record(t, u, np.zeros((40, r))), np.ones(r))
+    clean = kernels[1].trajectories(blank, x0[:, None], p[:, None])[1][:, :, 0]
+    noise = 1e-2 * np.maximum(np.abs(clean).max(axis=0), 1e-3)
+    grid = Grid.of(model, Record(t, u, clean + noise * rng.standard_normal(clean.shape)), noise)
+    walks = np.concatenate([1e-2 * np.maximum(np.abs(x0), 0.1), np.zeros(q)])
+    numba, numpy = (k.filter(grid, x0, p, walks, noise) for k in kernels)
+    assert numba.neg2_log_likelihood == pytest.approx(numpy.neg2_log_likelihood, rel=1e-7)
+    np.testing.assert_allclose(numba.P, numpy.P, rtol=1e-6, atol=1e-9 * numpy.P.max())
+    assert (np.diag(numba.P)[:n] > 0.0).all()
+    # r K chi-squared values, of a mean below 1 since nothing has pushed the states about.
+    assert 0.0 < np.nanmean(numba.innovations**2 / numba.S) < 1.0 + 4.0 * np.sqrt(2.0 / (40 * r))
+
+
+def test_differences_are_central_where_their_lanes_are_free_and_keep_to_the_bounds() -> None:
+    model = replace(CART, states=(Variable('s', lower=0.0, upper=5.0), CART.states[1]))
+    for d, expected in ((2, True), (7, True), (8, False), (15, False), (16, False)):
+        assert central(d) is expected
+    differences = Differences.of(model, np.array([0, 1]))
+    points, gaps = differences.spread(np.array([0.0, 7.0]))
+    assert points.shape == (2, 5)
+    assert points[0].tolist() == [0.0, 5e-5, 0.0, 0.0, 0.0]
+    assert gaps[0] == 5e-5
+    # Out of its bounds a variable is lowered only.
+    np.testing.assert_allclose(points[1], [7.0, 7.0, 7.0, 7.0, 7.0 - 7e-4], rtol=1e-15)
+
+
+def test_many_states_take_forward_differences(backend: str) -> None:
+    """A chain of nine integrators, and two parameters, one of them moving."""
+
+    def chain(t: Any, x: Any, u: Any, p: Any) -> Any:
+        a, b, c, d, e, f, g, h, i = x
+        return p[0] - a, a - b, b - c, c - d, d - e, e - f, f - g, g - h, h - i
+
+    model = Model(
+        name='chain',
+        states=tuple(Variable(f'x{i}', lower=-1.0, upper=1.0) for i in range(9)),
+        outputs=(Variable('y'),),
+        parameters=(Variable('in', lower=-1.0, upper=1.0), Variable('gain', lower=0.5, upper=2.0)),
+        dynamics=chain,
+        output=lambda t, x, u, p: (p[1] * x[8],),
+        max_step=0.1,
+    )
+    assert not central(10)
+    t = 0.1 * np.arange(50)
+    grid = Grid.of(model, Record(t, None, np.sin(t)[:, None]), np.ones(1))
+    walks = np.concatenate([np.full(9, 0.1), [0.2, 0.0]])
+    found = kernels_for(model, backend).filter(grid, np.zeros(9), np.array([0.5, 1.5]), walks,
+                                               np.full(1, 0.1))  # fmt: skip
+    rate = np.diag(np.full(10, -1.0)) + np.diag(np.ones(9), -1)
+    order = [9, *range(9)]  # the parameter first, as a state without dynamics
+    rate[0] = 0.0
+    F = expm(0.1 * rate)
+    np.testing.assert_allclose(found.transition[7], F[np.ix_(range(1, 10), np.argsort(order))],
+                               atol=1e-6)  # fmt: skip
+    np.testing.assert_allclose(found.sensitivity[7, 0], [*[0.0] * 8, 1.5, 0.0], atol=1e-10)
+
+
+def test_what_process_noise_needs_compiles_when_it_is_run_first(backend: str) -> None:
+    assert run_process_noise_once(kernels_for(CART, backend), np.array([1])) > 0.0
