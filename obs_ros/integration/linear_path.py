@@ -19,6 +19,8 @@ from obs_ros.integration.filter_pass import FilterPass
 from obs_ros.integration.path import LANES, lanes
 
 
+COUNT = np.uint64(LANES)  # loops over an unsigned range are vectorised, others unrolled
+
 Sizes = tuple[int, ...]  # only its length counts, which Numba knows when it compiles
 
 
@@ -113,17 +115,17 @@ def _likelihoods_in_loops(
                 predict(w, transition[k - 1], dt[k - 1], states, joint)
             for i in range(measured.shape[1]):
                 if measured[k, i]:
-                    for lane in range(LANES):
-                        w[e * LANES + lane] = residuals[k, i]
-                        w[S * LANES + lane] = R[i, first + lane]
+                    for lane in range(COUNT):
+                        w[np.uint64(e) * COUNT + lane] = residuals[k, i]
+                        w[np.uint64(S) * COUNT + lane] = R[i, np.uint64(first) + lane]
                     update(w, sensitivity[k, i], joint)
                     factors += 1
                     if factors % 8 == 0:  # a logarithm costs more than all the rest
                         rows[total] += np.log(rows[product])
                         rows[product] = 1.0
             for a in range(d):
-                for lane in range(LANES):
-                    w[(delta + a) * LANES + lane] -= corrections[k, a]
+                for lane in range(COUNT):
+                    w[np.uint64(delta + a) * COUNT + lane] -= corrections[k, a]
         out[first : first + LANES] = rows[total] + np.log(rows[product])
 
 
@@ -136,74 +138,76 @@ def predict(w: Array, F: Array, dt: float, states: Sizes, joint: Sizes) -> None:
     n, d = len(states), len(joint)
     FP, delta, moved, Q = d * d, 2 * d * d, 2 * d * d + d, 2 * d * d + 2 * d
     for a in range(d):
-        add(w, a * d + a, dt / 3.0, Q + a)
+        for lane in range(COUNT):
+            w[np.uint64(a * d + a) * COUNT + lane] += dt / 3.0 * w[np.uint64(Q + a) * COUNT + lane]
     for a in range(n):
-        put(w, moved + a, F[a, 0], delta)
         for b in range(d):
-            put(w, FP + a * d + b, F[a, 0], b)
-        for c in range(1, d):
-            add(w, moved + a, F[a, c], delta + c)
-            for b in range(d):
-                add(w, FP + a * d + b, F[a, c], c * d + b)
+            for lane in range(COUNT):
+                sum_c = 0.0
+                for c in range(d):
+                    sum_c += F[a, c] * w[np.uint64(c * d + b) * COUNT + lane]
+                w[np.uint64(FP + a * d + b) * COUNT + lane] = sum_c
+        for lane in range(COUNT):
+            sum_c = 0.0
+            for c in range(d):
+                sum_c += F[a, c] * w[np.uint64(delta + c) * COUNT + lane]
+            w[np.uint64(moved + a) * COUNT + lane] = sum_c
     for a in range(n):
-        put(w, delta + a, 1.0, moved + a)
+        for lane in range(COUNT):
+            w[np.uint64(delta + a) * COUNT + lane] = w[np.uint64(moved + a) * COUNT + lane]
         for b in range(a + 1):
-            put(w, a * d + b, F[b, 0], FP + a * d)
-            for c in range(1, d):
-                add(w, a * d + b, F[b, c], FP + a * d + c)
+            for lane in range(COUNT):
+                sum_c = dt / 6.0 * (
+                    F[a, b] * w[np.uint64(Q + b) * COUNT + lane]
+                    + F[b, a] * w[np.uint64(Q + a) * COUNT + lane]
+                )
+                for c in range(d):
+                    sum_c += F[b, c] * w[np.uint64(FP + a * d + c) * COUNT + lane]
+                w[np.uint64(a * d + b) * COUNT + lane] = sum_c
+                w[np.uint64(b * d + a) * COUNT + lane] = sum_c
         for b in range(n, d):
-            put(w, b * d + a, 1.0, FP + a * d + b)
+            for lane in range(COUNT):
+                value = w[np.uint64(FP + a * d + b) * COUNT + lane]
+                value += dt / 6.0 * F[a, b] * w[np.uint64(Q + b) * COUNT + lane]
+                w[np.uint64(a * d + b) * COUNT + lane] = value
+                w[np.uint64(b * d + a) * COUNT + lane] = value
     for a in range(d):
-        add(w, a * d + a, dt / 3.0 if a < n else 2.0 / 3.0 * dt, Q + a)
-        for b in range(n):
-            factor = dt / 6.0 * F[b, a]
-            add(w, max(a, b) * d + min(a, b), 2.0 * factor if a == b else factor, Q + a)
-    for a in range(d):
-        for b in range(a):
-            put(w, b * d + a, 1.0, a * d + b)
+        share = dt / 3.0 if a < n else 2.0 / 3.0 * dt
+        for lane in range(COUNT):
+            w[np.uint64(a * d + a) * COUNT + lane] += share * w[np.uint64(Q + a) * COUNT + lane]
 
 
 @accelerated
 def update(w: Array, C: Array, joint: Sizes) -> None:
     """Correct P and delta by one output with derivatives C (d,), and count it.
 
-    e and S, residual and noise at first, become innovation and variance.
+    e and S, residual and noise at first, become innovation and its variance's inverse.
     """
     d = len(joint)
     delta, PC, e = 2 * d * d, 2 * d * d + d, 2 * d * d + 3 * d
     S, product, total = e + 1, e + 2, e + 3
     for a in range(d):
-        put(w, PC + a, C[0], a * d)
-        for b in range(1, d):
-            add(w, PC + a, C[b], a * d + b)
-        add(w, S, C[a], PC + a)
-        add(w, e, -C[a], delta + a)
-    for lane in range(LANES):
-        w[product * LANES + lane] *= w[S * LANES + lane]
-        w[S * LANES + lane] = 1.0 / w[S * LANES + lane]
-        w[total * LANES + lane] += w[e * LANES + lane] ** 2 * w[S * LANES + lane]
+        for lane in range(COUNT):
+            sum_b = 0.0
+            for b in range(d):
+                sum_b += C[b] * w[np.uint64(a * d + b) * COUNT + lane]
+            w[np.uint64(PC + a) * COUNT + lane] = sum_b
+            w[np.uint64(S) * COUNT + lane] += C[a] * sum_b
+            w[np.uint64(e) * COUNT + lane] -= C[a] * w[np.uint64(delta + a) * COUNT + lane]
+    for lane in range(COUNT):
+        inverse = 1.0 / w[np.uint64(S) * COUNT + lane]
+        w[np.uint64(product) * COUNT + lane] *= w[np.uint64(S) * COUNT + lane]
+        w[np.uint64(total) * COUNT + lane] += w[np.uint64(e) * COUNT + lane] ** 2 * inverse
+        w[np.uint64(S) * COUNT + lane] = inverse
     for a in range(d):
-        for lane in range(LANES):
-            gain = w[(PC + a) * LANES + lane] * w[S * LANES + lane]
-            w[(delta + a) * LANES + lane] += gain * w[e * LANES + lane]
+        for lane in range(COUNT):
+            gain = w[np.uint64(PC + a) * COUNT + lane] * w[np.uint64(S) * COUNT + lane]
+            w[np.uint64(delta + a) * COUNT + lane] += gain * w[np.uint64(e) * COUNT + lane]
             for b in range(a + 1):
-                w[(a * d + b) * LANES + lane] -= gain * w[(PC + b) * LANES + lane]
-        for b in range(a):
-            put(w, b * d + a, 1.0, a * d + b)
-
-
-@accelerated
-def put(w: Array, to: int, factor: float, row: int) -> None:
-    """Write a multiple of one row of lanes into another."""
-    for lane in range(LANES):
-        w[to * LANES + lane] = factor * w[row * LANES + lane]
-
-
-@accelerated
-def add(w: Array, to: int, factor: float, row: int) -> None:
-    """Add a multiple of one row of lanes to another."""
-    for lane in range(LANES):
-        w[to * LANES + lane] += factor * w[row * LANES + lane]
+                value = w[np.uint64(a * d + b) * COUNT + lane]
+                value -= gain * w[np.uint64(PC + b) * COUNT + lane]
+                w[np.uint64(a * d + b) * COUNT + lane] = value
+                w[np.uint64(b * d + a) * COUNT + lane] = value
 
 
 likelihoods = accelerated(_likelihoods_in_loops, _likelihoods_on_arrays)
