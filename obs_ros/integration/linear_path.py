@@ -97,15 +97,15 @@ def _likelihoods_in_loops(
     """Compute the likelihoods of a chunk at a time, its lanes innermost.
 
     One array w holds all rows of lanes, so that the compiler sees which of them overlap: P (d, d),
-    F P (n, d), delta (d,), F delta or P C' (d,), Q (d,), e, S, the product of S, the total.
+    F P (n, d), delta (d,), F delta or P C' (d,), Q (d,), the product of S, the sum.
     """
     d = len(joint)
-    delta, noise = 2 * d * d, 2 * d * d + 2 * d
-    e, S, product, total = noise + d, noise + d + 1, noise + d + 2, noise + d + 3
+    delta, walk = 2 * d * d, 2 * d * d + 2 * d
+    product, total = walk + d, walk + d + 1
     w = np.empty((total + 1) * LANES)
     rows = w.reshape((total + 1, LANES))
     for first in range(0, out.size, LANES):
-        rows[noise : noise + d] = Q[:, first : first + LANES]
+        rows[walk : walk + d] = Q[:, first : first + LANES]
         rows[delta : delta + d], rows[product], rows[total], factors = 0.0, 1.0, 0.0, 0
         for a in range(d):
             for b in range(d):
@@ -115,10 +115,8 @@ def _likelihoods_in_loops(
                 predict(w, transition[k - 1], dt[k - 1], states, joint)
             for i in range(measured.shape[1]):
                 if measured[k, i]:
-                    for lane in range(COUNT):
-                        w[np.uint64(e) * COUNT + lane] = residuals[k, i]
-                        w[np.uint64(S) * COUNT + lane] = R[i, np.uint64(first) + lane]
-                    update(w, sensitivity[k, i], joint)
+                    noise = R[i, first : first + LANES]
+                    update(w, sensitivity[k, i], residuals[k, i], noise, joint)
                     factors += 1
                     if factors % 8 == 0:  # a logarithm costs more than all the rest
                         rows[total] += np.log(rows[product])
@@ -137,26 +135,22 @@ def predict(w: Array, F: Array, dt: float, states: Sizes, joint: Sizes) -> None:
     """
     n, d = len(states), len(joint)
     FP, delta, moved, Q = d * d, 2 * d * d, 2 * d * d + d, 2 * d * d + 2 * d
-    for a in range(d):
-        for lane in range(COUNT):
+    for lane in range(COUNT):
+        for a in range(d):
             w[np.uint64(a * d + a) * COUNT + lane] += dt / 3.0 * w[np.uint64(Q + a) * COUNT + lane]
-    for a in range(n):
-        for b in range(d):
-            for lane in range(COUNT):
+        for a in range(n):
+            for b in range(d):
                 sum_c = 0.0
                 for c in range(d):
                     sum_c += F[a, c] * w[np.uint64(c * d + b) * COUNT + lane]
                 w[np.uint64(FP + a * d + b) * COUNT + lane] = sum_c
-        for lane in range(COUNT):
             sum_c = 0.0
             for c in range(d):
                 sum_c += F[a, c] * w[np.uint64(delta + c) * COUNT + lane]
             w[np.uint64(moved + a) * COUNT + lane] = sum_c
-    for a in range(n):
-        for lane in range(COUNT):
+        for a in range(n):
             w[np.uint64(delta + a) * COUNT + lane] = w[np.uint64(moved + a) * COUNT + lane]
-        for b in range(a + 1):
-            for lane in range(COUNT):
+            for b in range(a + 1):
                 sum_c = dt / 6.0 * (
                     F[a, b] * w[np.uint64(Q + b) * COUNT + lane]
                     + F[b, a] * w[np.uint64(Q + a) * COUNT + lane]
@@ -165,44 +159,37 @@ def predict(w: Array, F: Array, dt: float, states: Sizes, joint: Sizes) -> None:
                     sum_c += F[b, c] * w[np.uint64(FP + a * d + c) * COUNT + lane]
                 w[np.uint64(a * d + b) * COUNT + lane] = sum_c
                 w[np.uint64(b * d + a) * COUNT + lane] = sum_c
-        for b in range(n, d):
-            for lane in range(COUNT):
+            for b in range(n, d):
                 value = w[np.uint64(FP + a * d + b) * COUNT + lane]
                 value += dt / 6.0 * F[a, b] * w[np.uint64(Q + b) * COUNT + lane]
                 w[np.uint64(a * d + b) * COUNT + lane] = value
                 w[np.uint64(b * d + a) * COUNT + lane] = value
-    for a in range(d):
-        share = dt / 3.0 if a < n else 2.0 / 3.0 * dt
-        for lane in range(COUNT):
+        for a in range(d):
+            share = dt / 3.0 if a < n else 2.0 / 3.0 * dt
             w[np.uint64(a * d + a) * COUNT + lane] += share * w[np.uint64(Q + a) * COUNT + lane]
 
 
 @accelerated
-def update(w: Array, C: Array, joint: Sizes) -> None:
-    """Correct P and delta by one output with derivatives C (d,), and count it.
-
-    e and S, residual and noise at first, become innovation and its variance's inverse.
-    """
+def update(w: Array, C: Array, residual: float, noise: Array, joint: Sizes) -> None:
+    """Correct P and delta by one output with derivatives C (d,), and count it."""
     d = len(joint)
-    delta, PC, e = 2 * d * d, 2 * d * d + d, 2 * d * d + 3 * d
-    S, product, total = e + 1, e + 2, e + 3
-    for a in range(d):
-        for lane in range(COUNT):
+    delta, PC = 2 * d * d, 2 * d * d + d
+    product, total = np.uint64(2 * d * d + 3 * d), np.uint64(2 * d * d + 3 * d + 1)
+    for lane in range(COUNT):
+        error, S = residual, noise[lane]
+        for a in range(d):
             sum_b = 0.0
             for b in range(d):
                 sum_b += C[b] * w[np.uint64(a * d + b) * COUNT + lane]
             w[np.uint64(PC + a) * COUNT + lane] = sum_b
-            w[np.uint64(S) * COUNT + lane] += C[a] * sum_b
-            w[np.uint64(e) * COUNT + lane] -= C[a] * w[np.uint64(delta + a) * COUNT + lane]
-    for lane in range(COUNT):
-        inverse = 1.0 / w[np.uint64(S) * COUNT + lane]
-        w[np.uint64(product) * COUNT + lane] *= w[np.uint64(S) * COUNT + lane]
-        w[np.uint64(total) * COUNT + lane] += w[np.uint64(e) * COUNT + lane] ** 2 * inverse
-        w[np.uint64(S) * COUNT + lane] = inverse
-    for a in range(d):
-        for lane in range(COUNT):
-            gain = w[np.uint64(PC + a) * COUNT + lane] * w[np.uint64(S) * COUNT + lane]
-            w[np.uint64(delta + a) * COUNT + lane] += gain * w[np.uint64(e) * COUNT + lane]
+            S += C[a] * sum_b
+            error -= C[a] * w[np.uint64(delta + a) * COUNT + lane]
+        inverse = 1.0 / S
+        w[product * COUNT + lane] *= S
+        w[total * COUNT + lane] += error * error * inverse
+        for a in range(d):
+            gain = w[np.uint64(PC + a) * COUNT + lane] * inverse
+            w[np.uint64(delta + a) * COUNT + lane] += gain * error
             for b in range(a + 1):
                 value = w[np.uint64(a * d + b) * COUNT + lane]
                 value -= gain * w[np.uint64(PC + b) * COUNT + lane]
