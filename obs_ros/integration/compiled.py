@@ -259,6 +259,22 @@ def header(model: Model) -> str:
         lines = ''.join(f'    {line.replace("#", str(i))}\n' for i in range(count))
         return f'@jit\ndef {signature}:\n{lines or "    pass"}'
 
+    def corrected() -> str:
+        """One candidate's states, outputs and innovations after the updates at a node."""
+        lines = ['@jit', 'def corrected(x, yhat, y, weight, gain, cross, k):']
+        for i in range(r):
+            before = ''.join(f' + cross[k, {i}, {j}] * e{j}' for j in range(i))
+            lines += [
+                f'    h{i} = yhat[{i}]{before}',
+                f'    e{i} = y[k, {i}] - h{i} if weight[k, {i}] != 0.0 else 0.0',
+            ]
+        moves = ''.join(f' + gain[k, {i}, #] * e{i}' for i in range(r))
+        tuples = [
+            ''.join(entry.replace('#', str(i)) + ', ' for i in range(count))
+            for entry, count in ((f'x[#]{moves}', n), ('h#', r), ('e#', r))
+        ]
+        return '\n'.join([*lines, f'    return ({"), (".join(tuples)})\n'])
+
     at = f'a[np.uint64(# * {LANES}) + lane]'
     clip = 'max(min(x[#], high[#]), low[#])'  # in this order NaN stays NaN
     residual = '(weight[k, #] * (yhat[#] - y[k, #]))'
@@ -278,6 +294,7 @@ def header(model: Model) -> str:
             doing('put_outputs(a, lane, y)', 'a[#, lane] = y[#]', r),
             doing('put_rows(a, row, lane, y, w, k)', 'a[row + #, lane] = y[#] * w[k, #]', r),
             doing('add_squares(a, lane, yhat, y, weight, k)', f'{at} += {residual} ** 2', r),
+            corrected(),
             returning('input_at(u, slope, k, s)', 'u[k, #] + s * slope[k, #]', m),
             returning('inputs(u)', 'u[#]', m),
             returning('inputs_at(u, k)', 'u[k, #]', m),

@@ -8,31 +8,14 @@ the extended Kalman filter. Nothing here compiles before it is called.
 
 
 @jit
-def observe(x, q, t, u, yhat):
-    """Write the outputs (N_OUTPUTS, N_LANES) of the candidates in the lanes."""
-    for lane in range(LANES):
-        scatter_y(yhat, lane, output(t, gather_x(x, lane), u, gather_p(q, lane)))
-
-
-@jit
-def correct(x, q, yhat, errors, y, weight, gain, cross, moving, k):
-    """Correct the candidates by the outputs at node k, one after the other; see `Injection`."""
-    for i in range(N_OUTPUTS):
-        if weight[k, i] != 0.0:
-            row = np.uint64(i) * LANES
-            for j in range(i):
-                if weight[k, j] != 0.0:
-                    for lane in range(LANES):
-                        yhat[row + lane] += cross[k, i, j] * errors[np.uint64(j) * LANES + lane]
+def move(q, errors, gain, moving, k):
+    """Correct the parameters that move by the innovations (N_OUTPUTS, N_LANES) at node k."""
+    for m in range(moving.size):
+        row = np.uint64(moving[m]) * LANES
+        for i in range(N_OUTPUTS):
+            factor = gain[k, i, N_STATES + moving[m]]
             for lane in range(LANES):
-                errors[row + lane] = y[k, i] - yhat[row + lane]
-            for s in range(N_STATES):
-                for lane in range(LANES):
-                    x[np.uint64(s) * LANES + lane] += gain[k, i, s] * errors[row + lane]
-            for m in range(moving.size):
-                to, factor = np.uint64(moving[m]) * LANES, gain[k, i, N_STATES + moving[m]]
-                for lane in range(LANES):
-                    q[to + lane] += factor * errors[row + lane]
+                q[row + lane] += factor * errors[np.uint64(i) * LANES + lane]
 
 
 @entry
@@ -42,7 +25,7 @@ def squares_injected(
     """Sums of squared scaled innovations from prefix to prefix: out (prefixes, outputs, lanes)."""
     x = np.empty(N_STATES * N_LANES)
     q = np.empty(max(1, N_PARAMETERS) * N_LANES)
-    yhat, errors = np.empty(N_OUTPUTS * N_LANES), np.empty(N_OUTPUTS * N_LANES)
+    errors = np.empty(N_OUTPUTS * N_LANES)
     total = np.empty(N_OUTPUTS * N_LANES)
     for chunk in range(x0.shape[1] // N_LANES):
         load(x0, chunk, N_STATES, x)
@@ -54,13 +37,15 @@ def squares_injected(
                 if k > 0:
                     advance(x, q, t[k - 1], t[k] - t[k - 1], steps[k - 1], u, slope, k - 1)
                 if measured[k]:
-                    observe(x, q, t[k], input_at(u, slope, k, 0.0), yhat)
-                    correct(x, q, yhat, errors, y, weight, gain, cross, moving, k)
-                    for i in range(N_OUTPUTS):
-                        row = np.uint64(i) * LANES
-                        for lane in range(LANES):
-                            residual = weight[k, i] * (yhat[row + lane] - y[k, i])
-                            total[row + lane] += residual**2
+                    uk = input_at(u, slope, k, 0.0)
+                    for lane in range(LANES):
+                        xs = gather_x(x, lane)
+                        yk = output(t[k], xs, uk, gather_p(q, lane))
+                        xs, yk, es = corrected(xs, yk, y, weight, gain, cross, k)
+                        scatter_x(x, lane, xs)
+                        scatter_y(errors, lane, es)
+                        add_squares(total, lane, yk, y, weight, k)
+                    move(q, errors, gain, moving, k)
                 k += 1
             for i in range(N_OUTPUTS):
                 for lane in range(N_LANES):
@@ -74,7 +59,7 @@ def trajectories_injected(
     """States (K, n, lanes), moving parameters (K, w, lanes) and outputs (K, r, lanes)."""
     x = np.empty(N_STATES * N_LANES)
     q = np.empty(max(1, N_PARAMETERS) * N_LANES)
-    yhat, errors = np.empty(N_OUTPUTS * N_LANES), np.empty(N_OUTPUTS * N_LANES)
+    errors = np.empty(N_OUTPUTS * N_LANES)
     for chunk in range(x0.shape[1] // N_LANES):
         load(x0, chunk, N_STATES, x)
         load(p, chunk, N_PARAMETERS, q)
@@ -82,18 +67,19 @@ def trajectories_injected(
         for k in range(t.size):
             if k > 0:
                 advance(x, q, t[k - 1], t[k] - t[k - 1], steps[k - 1], u, slope, k - 1)
-            observe(x, q, t[k], input_at(u, slope, k, 0.0), yhat)
-            if measured[k]:
-                correct(x, q, yhat, errors, y, weight, gain, cross, moving, k)
-            for s in range(N_STATES):
-                for lane in range(LANES):
-                    states[k, s, offset + lane] = x[np.uint64(s) * LANES + lane]
+            uk = input_at(u, slope, k, 0.0)
+            for lane in range(LANES):
+                xs = gather_x(x, lane)
+                yk = output(t[k], xs, uk, gather_p(q, lane))
+                xs, yk, es = corrected(xs, yk, y, weight, gain, cross, k)
+                scatter_x(x, lane, xs)
+                scatter_y(errors, lane, es)
+                put_x(states, k, offset + lane, xs)
+                put_y(outputs, k, offset + lane, yk)
+            move(q, errors, gain, moving, k)
             for m in range(moving.size):
                 for lane in range(LANES):
                     moved[k, m, offset + lane] = q[np.uint64(moving[m]) * LANES + lane]
-            for i in range(N_OUTPUTS):
-                for lane in range(LANES):
-                    outputs[k, i, offset + lane] = yhat[np.uint64(i) * LANES + lane]
 
 
 @entry
@@ -104,7 +90,7 @@ def grams_injected(t, steps, u, slope, y, weight, measured, gain, cross, moving,
     starts, width = out.shape[0], out.shape[1]
     x = np.empty((chunks, N_STATES * N_LANES))
     q = np.empty((chunks, max(1, N_PARAMETERS) * N_LANES))
-    yhat, errors = np.empty(N_OUTPUTS * N_LANES), np.empty(N_OUTPUTS * N_LANES)
+    errors = np.empty(N_OUTPUTS * N_LANES)
     for chunk in range(chunks):
         load(x0, chunk, N_STATES, x[chunk])
         load(p, chunk, N_PARAMETERS, q[chunk])
@@ -131,13 +117,15 @@ def grams_injected(t, steps, u, slope, y, weight, measured, gain, cross, moving,
                 if k > 0:
                     advance(xc, qc, t[k - 1], t[k] - t[k - 1], steps[k - 1], u, slope, k - 1)
                 if measured[k]:
-                    observe(xc, qc, t[k], input_at(u, slope, k, 0.0), yhat)
-                    correct(xc, qc, yhat, errors, y, weight, gain, cross, moving, k)
-                    for i in range(N_OUTPUTS):
-                        for lane in range(LANES):
-                            rows[row + i, offset + lane] = (
-                                yhat[np.uint64(i) * LANES + lane] * weight[k, i]
-                            )
+                    uk = input_at(u, slope, k, 0.0)
+                    for lane in range(LANES):
+                        xs = gather_x(xc, lane)
+                        yk = output(t[k], xs, uk, gather_p(qc, lane))
+                        xs, yk, es = corrected(xs, yk, y, weight, gain, cross, k)
+                        scatter_x(xc, lane, xs)
+                        scatter_y(errors, lane, es)
+                        put_rows(rows, row, offset + lane, yk, weight, k)
+                    move(qc, errors, gain, moving, k)
                     row += N_OUTPUTS
         for s in range(starts):
             add_gram(out[s], rows, targets, n_rows, s * width, width, columns)
