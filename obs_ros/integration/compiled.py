@@ -260,20 +260,28 @@ def header(model: Model) -> str:
         return f'@jit\ndef {signature}:\n{lines or "    pass"}'
 
     def corrected() -> str:
-        """One candidate's states, outputs and innovations after the updates at a node."""
-        lines = ['@jit', 'def corrected(x, yhat, y, weight, gain, cross, k):']
+        """Numbers of a node, and a candidate's states, outputs and innovations after its updates."""
+        numbers: dict[str, int] = {}
+
+        def number(entry: str) -> str:
+            return f'node[{numbers.setdefault(entry, len(numbers))}]'
+
+        lines = ['@jit', 'def corrected(x, yhat, node):']
         for i in range(r):
-            before = ''.join(f' + cross[k, {i}, {j}] * e{j}' for j in range(i))
+            before = ''.join(f' + {number(f"cross[k, {i}, {j}]")} * e{j}' for j in range(i))
+            seen = f'{number(f"weight[k, {i}]")} != 0.0'
             lines += [
                 f'    h{i} = yhat[{i}]{before}',
-                f'    e{i} = y[k, {i}] - h{i} if weight[k, {i}] != 0.0 else 0.0',
+                f'    e{i} = {number(f"y[k, {i}]")} - h{i} if {seen} else 0.0',
             ]
-        moves = ''.join(f' + gain[k, {i}, #] * e{i}' for i in range(r))
-        tuples = [
-            ''.join(entry.replace('#', str(i)) + ', ' for i in range(count))
-            for entry, count in ((f'x[#]{moves}', n), ('h#', r), ('e#', r))
+        moves = [
+            f'x[{s}]' + ''.join(f' + {number(f"gain[k, {i}, {s}]")} * e{i}' for i in range(r))
+            for s in range(n)
         ]
-        return '\n'.join([*lines, f'    return ({"), (".join(tuples)})\n'])
+        parts = moves, [f'h{i}' for i in range(r)], [f'e{i}' for i in range(r)]
+        tuples = [f'({", ".join(part)},)' for part in parts]
+        load = f'@jit\ndef node_at(y, weight, gain, cross, k):\n    return ({", ".join(numbers)},)\n'
+        return '\n'.join([load, *lines, f'    return {", ".join(tuples)}\n'])
 
     at = f'a[np.uint64(# * {LANES}) + lane]'
     clip = 'max(min(x[#], high[#]), low[#])'  # in this order NaN stays NaN

@@ -38,10 +38,11 @@ def squares_injected(
                     advance(x, q, t[k - 1], t[k] - t[k - 1], steps[k - 1], u, slope, k - 1)
                 if measured[k]:
                     uk = input_at(u, slope, k, 0.0)
+                    node = node_at(y, weight, gain, cross, k)
                     for lane in range(LANES):
                         xs = gather_x(x, lane)
                         yk = output(t[k], xs, uk, gather_p(q, lane))
-                        xs, yk, es = corrected(xs, yk, y, weight, gain, cross, k)
+                        xs, yk, es = corrected(xs, yk, node)
                         scatter_x(x, lane, xs)
                         scatter_y(errors, lane, es)
                         add_squares(total, lane, yk, y, weight, k)
@@ -68,10 +69,11 @@ def trajectories_injected(
             if k > 0:
                 advance(x, q, t[k - 1], t[k] - t[k - 1], steps[k - 1], u, slope, k - 1)
             uk = input_at(u, slope, k, 0.0)
+            node = node_at(y, weight, gain, cross, k)
             for lane in range(LANES):
                 xs = gather_x(x, lane)
                 yk = output(t[k], xs, uk, gather_p(q, lane))
-                xs, yk, es = corrected(xs, yk, y, weight, gain, cross, k)
+                xs, yk, es = corrected(xs, yk, node)
                 scatter_x(x, lane, xs)
                 scatter_y(errors, lane, es)
                 put_x(states, k, offset + lane, xs)
@@ -118,10 +120,11 @@ def grams_injected(t, steps, u, slope, y, weight, measured, gain, cross, moving,
                     advance(xc, qc, t[k - 1], t[k] - t[k - 1], steps[k - 1], u, slope, k - 1)
                 if measured[k]:
                     uk = input_at(u, slope, k, 0.0)
+                    node = node_at(y, weight, gain, cross, k)
                     for lane in range(LANES):
                         xs = gather_x(xc, lane)
                         yk = output(t[k], xs, uk, gather_p(qc, lane))
-                        xs, yk, es = corrected(xs, yk, y, weight, gain, cross, k)
+                        xs, yk, es = corrected(xs, yk, node)
                         scatter_x(xc, lane, xs)
                         scatter_y(errors, lane, es)
                         put_rows(rows, row, offset + lane, yk, weight, k)
