@@ -5,7 +5,6 @@ import logging
 import sys
 import threading
 from collections.abc import Callable
-from importlib.resources import files
 from types import ModuleType
 from typing import Any
 
@@ -17,17 +16,12 @@ from obs_ros.core.jit import OPTIONS
 from obs_ros.core.kernel_cache import stored
 from obs_ros.core.model import Model
 from obs_ros.core.typing import AnyArray, Array, IntArray
-from obs_ros.integration.filter_pass import DIFFERENCE, FilterPass, central, sizes
+from obs_ros.integration.filter_pass import FilterPass, sizes
 from obs_ros.integration.functions import Rebuilder
 from obs_ros.integration.grid import Grid
-from obs_ros.integration.path import LANES, Path, Stretch, lanes
+from obs_ros.integration.kernel_source import FASTMATH, filter_source, source
+from obs_ros.integration.path import Path, Stretch, lanes
 from obs_ros.integration.selects import SELECTS
-
-BLOCK_VALUES = 4096  # 32 kB: the outputs of one time block stay in the first-level cache
-
-# Products may be fused, reciprocals taken and the sign of zero lost; NaN and infinity must survive,
-# since a diverged candidate is known by them.
-FASTMATH = {'contract', 'arcp', 'nsz'}
 
 CompileError = numba.core.errors.NumbaError
 
@@ -225,91 +219,3 @@ def bind(module: ModuleType, model: Model) -> None:
             'model %r: use np.where, np.clip and arithmetic in place of %s, which takes memory at '
             'each call and may make it a hundred times slower', model.name, names,
         )  # fmt: skip
-
-
-def source(model: Model) -> str:
-    """Text of the generated module: sizes and tuple functions of the model, then the kernels."""
-    return text_of(model, 'kernels.py', 'kernels_injected.py')
-
-
-def filter_source(model: Model, d: int) -> str:
-    """Text of the module of a filter of d states and moving parameters."""
-    chunks = 1 if central(d) else lanes(1 + d) // LANES
-    sizes = f'N_JOINT, N_CHUNKS, CENTRAL, DIFFERENCE = {d}, {chunks}, {central(d)}, {DIFFERENCE}'
-    return f'{text_of(model, "kernels.py", "kernels_filter.py")}\n{sizes}\n'
-
-
-def text_of(model: Model, *names: str) -> str:
-    """Text of a module with the kernels of these files."""
-    folder = files('obs_ros.integration')
-    kernels = [folder.joinpath(name).read_text(encoding='utf-8') for name in names]
-    return '\n\n'.join([header(model), *kernels, f'step = step_{model.integrator}\n'])
-
-
-def header(model: Model) -> str:
-    """Sizes, and the tuple functions unrolled for them: loops over tuples would not compile."""
-    n, m = len(model.states), len(model.inputs)
-    r, q = len(model.outputs), len(model.parameters)
-
-    def returning(signature: str, entry: str, count: int) -> str:
-        entries = ''.join(entry.replace('#', str(i)) + ', ' for i in range(count))
-        return f'@jit\ndef {signature}:\n    return ({entries})\n'
-
-    def doing(signature: str, line: str, count: int) -> str:
-        lines = ''.join(f'    {line.replace("#", str(i))}\n' for i in range(count))
-        return f'@jit\ndef {signature}:\n{lines or "    pass"}'
-
-    def corrected() -> str:
-        """Numbers of a node, and a candidate's states, outputs and innovations after its updates."""
-        numbers: dict[str, int] = {}
-
-        def number(entry: str) -> str:
-            return f'node[{numbers.setdefault(entry, len(numbers))}]'
-
-        lines = ['@jit', 'def corrected(x, yhat, node):']
-        for i in range(r):
-            before = ''.join(f' + {number(f"cross[k, {i}, {j}]")} * e{j}' for j in range(i))
-            seen = f'{number(f"weight[k, {i}]")} != 0.0'
-            lines += [
-                f'    h{i} = yhat[{i}]{before}',
-                f'    e{i} = {number(f"y[k, {i}]")} - h{i} if {seen} else 0.0',
-            ]
-        moves = [
-            f'x[{s}]' + ''.join(f' + {number(f"gain[k, {i}, {s}]")} * e{i}' for i in range(r))
-            for s in range(n)
-        ]
-        parts = moves, [f'h{i}' for i in range(r)], [f'e{i}' for i in range(r)]
-        tuples = [f'({", ".join(part)},)' for part in parts]
-        load = f'@jit\ndef node_at(y, weight, gain, cross, k):\n    return ({", ".join(numbers)},)\n'
-        return '\n'.join([load, *lines, f'    return {", ".join(tuples)}\n'])
-
-    at = f'a[np.uint64(# * {LANES}) + lane]'
-    clip = 'max(min(x[#], high[#]), low[#])'  # in this order NaN stays NaN
-    residual = '(weight[k, #] * (yhat[#] - y[k, #]))'
-    return '\n'.join(
-        [
-            f'# Numba {numba.__version__}, {sorted(FASTMATH)}',
-            'import numpy as np\n',
-            f'N_STATES, N_OUTPUTS, N_PARAMETERS, N_LANES = {n}, {r}, {q}, {LANES}',
-            f'LANES, BLOCK_VALUES = np.uint64({LANES}), {BLOCK_VALUES}\n',
-            returning('gather_x(a, lane)', at, n),
-            returning('gather_p(a, lane)', at, q),
-            doing('scatter_x(a, lane, x)', f'{at} = x[#]', n),
-            doing('scatter_y(a, lane, y)', f'{at} = y[#]', r),
-            doing('put_x(a, k, lane, x)', 'a[k, #, lane] = x[#]', n),
-            doing('put_y(a, k, lane, y)', 'a[k, #, lane] = y[#]', r),
-            doing('put_lane(a, lane, x)', 'a[#, lane] = x[#]', n),
-            doing('put_outputs(a, lane, y)', 'a[#, lane] = y[#]', r),
-            doing('put_rows(a, row, lane, y, w, k)', 'a[row + #, lane] = y[#] * w[k, #]', r),
-            doing('add_squares(a, lane, yhat, y, weight, k)', f'{at} += {residual} ** 2', r),
-            corrected(),
-            returning('input_at(u, slope, k, s)', 'u[k, #] + s * slope[k, #]', m),
-            returning('inputs(u)', 'u[#]', m),
-            returning('inputs_at(u, k)', 'u[k, #]', m),
-            returning('clipped(x, low, high)', clip, n),
-            returning('axpy(x, a, k)', 'x[#] + a * k[#]', n),
-            returning(
-                'rk4_sum(x, h, a, b, c, d)', 'x[#] + h * (a[#] + 2.0 * (b[#] + c[#]) + d[#])', n
-            ),
-        ]
-    )

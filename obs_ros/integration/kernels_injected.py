@@ -2,8 +2,8 @@
 # mypy: ignore-errors
 """The compiled kernels of process noise, as a text that `compiled.py` sets below `kernels.py`.
 
-`squares`, `grams` and `trajectories` again, for rollouts that measurements correct, and the pass of
-the extended Kalman filter. Nothing here compiles before it is called.
+`squares`, `grams` and `trajectories` again, for rollouts that measurements correct. Nothing here
+compiles before it is called.
 """
 
 

@@ -18,7 +18,6 @@ from obs_ros.core.typing import Array, BoolArray
 from obs_ros.integration.filter_pass import FilterPass
 from obs_ros.integration.path import LANES, lanes
 
-
 COUNT = np.uint64(LANES)  # loops over an unsigned range are vectorised, others unrolled
 
 Sizes = tuple[int, ...]  # only its length counts, which Numba knows when it compiles
@@ -151,9 +150,13 @@ def predict(w: Array, F: Array, dt: float, states: Sizes, joint: Sizes) -> None:
         for a in range(n):
             w[np.uint64(delta + a) * COUNT + lane] = w[np.uint64(moved + a) * COUNT + lane]
             for b in range(a + 1):
-                sum_c = dt / 6.0 * (
-                    F[a, b] * w[np.uint64(Q + b) * COUNT + lane]
-                    + F[b, a] * w[np.uint64(Q + a) * COUNT + lane]
+                sum_c = (
+                    dt
+                    / 6.0
+                    * (
+                        F[a, b] * w[np.uint64(Q + b) * COUNT + lane]
+                        + F[b, a] * w[np.uint64(Q + a) * COUNT + lane]
+                    )
                 )
                 for c in range(d):
                     sum_c += F[b, c] * w[np.uint64(FP + a * d + c) * COUNT + lane]

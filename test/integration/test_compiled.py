@@ -1,7 +1,6 @@
 """Tests of obs_ros.integration.compiled: generated modules and their cache."""
 
 import logging
-import re
 import sys
 from dataclasses import replace
 from pathlib import Path
@@ -13,11 +12,13 @@ from plants import BLOW_UP, OSCILLATOR
 
 pytest.importorskip('numba')
 
+from obs_ros.integration.backends import run_once as run_kernels_once
+from obs_ros.integration.backends import run_process_noise_once
 from obs_ros.integration.compiled import (
+    CompiledKernels,
     CompiledStepper,
     load_module,
     padded,
-    source,
 )
 from obs_ros.integration.stepper import run_once
 
@@ -25,6 +26,18 @@ from obs_ros.integration.stepper import run_once
 def test_equal_models_share_a_module_and_others_do_not() -> None:
     assert load_module(OSCILLATOR) is load_module(replace(OSCILLATOR, name='x', max_step=0.3))
     assert load_module(OSCILLATOR) is not load_module(replace(OSCILLATOR, integrator='euler'))
+
+
+def test_what_process_noise_needs_does_not_compile_before_it_is_used() -> None:
+    model = replace(BLOW_UP, dynamics=lambda t, x, u, p: (0.1 * x[0],))
+    kernels = CompiledKernels(model)
+    run_kernels_once(kernels)
+    module = load_module(model)
+    assert module.squares.signatures and module.grams.signatures
+    injected = (module.squares_injected, module.grams_injected, module.trajectories_injected)
+    assert not any(kernel.signatures for kernel in injected)
+    run_process_noise_once(kernels)
+    assert all(kernel.signatures for kernel in injected)
 
 
 def own(gain: float) -> Any:
@@ -44,12 +57,6 @@ def test_compiling_is_announced_once_and_loading_is_not(
         logger = 'obs_ros.integration.compiled'
         assert caplog.record_tuples == [(logger, logging.INFO, announcement)] * announced
         sys.modules.pop(load_module(stepper.model).__name__)
-
-
-def test_the_generated_module_is_python_with_the_models_sizes() -> None:
-    text = source(OSCILLATOR)
-    compile(text, 'kernels', 'exec')
-    assert re.search(r'N_STATES, N_OUTPUTS, N_PARAMETERS, N_LANES = 2, 2, 2, 16', text)
 
 
 @pytest.mark.parametrize(('count', 'lanes'), [(1, 16), (16, 16), (17, 32), (31, 32)])

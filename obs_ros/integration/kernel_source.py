@@ -1,0 +1,114 @@
+"""The text of the generated modules: sizes and tuple functions of a model, then its kernels."""
+
+from importlib.resources import files
+
+import numba
+
+from obs_ros.core.model import Model
+from obs_ros.integration.filter_pass import DIFFERENCE, central
+from obs_ros.integration.path import LANES, lanes
+
+BLOCK_VALUES = 4096  # 32 kB: the outputs of one time block stay in the first-level cache
+
+# Products may be fused, reciprocals taken and the sign of zero lost; NaN and infinity must survive,
+# since a diverged candidate is known by them.
+FASTMATH = {'contract', 'arcp', 'nsz'}
+
+
+def source(model: Model) -> str:
+    """Text of the generated module: sizes and tuple functions of the model, then the kernels."""
+    return text_of(model, 'kernels.py', 'kernels_injected.py')
+
+
+def filter_source(model: Model, d: int) -> str:
+    """Text of the module of a filter of d states and moving parameters."""
+    chunks = 1 if central(d) else lanes(1 + d) // LANES
+    sizes = f'N_JOINT, N_CHUNKS, CENTRAL, DIFFERENCE = {d}, {chunks}, {central(d)}, {DIFFERENCE}'
+    return f'{text_of(model, "kernels.py", "kernels_filter.py")}\n{sizes}\n'
+
+
+def text_of(model: Model, *names: str) -> str:
+    """Text of a module with the kernels of these files."""
+    folder = files('obs_ros.integration')
+    kernels = [folder.joinpath(name).read_text(encoding='utf-8') for name in names]
+    return '\n\n'.join([header(model), *kernels, f'step = step_{model.integrator}\n'])
+
+
+def header(model: Model) -> str:
+    """Sizes, and the tuple functions unrolled for them: loops over tuples would not compile."""
+    n, m = len(model.states), len(model.inputs)
+    r, q = len(model.outputs), len(model.parameters)
+
+    def returning(signature: str, entry: str, count: int) -> str:
+        entries = ''.join(entry.replace('#', str(i)) + ', ' for i in range(count))
+        return f'@jit\ndef {signature}:\n    return ({entries})\n'
+
+    def doing(signature: str, line: str, count: int) -> str:
+        lines = ''.join(f'    {line.replace("#", str(i))}\n' for i in range(count))
+        return f'@jit\ndef {signature}:\n{lines or "    pass"}'
+
+    at = f'a[np.uint64(# * {LANES}) + lane]'
+    clip = 'max(min(x[#], high[#]), low[#])'  # in this order NaN stays NaN
+    residual = '(weight[k, #] * (yhat[#] - y[k, #]))'
+    return '\n'.join(
+        [
+            f'# Numba {numba.__version__}, {sorted(FASTMATH)}',
+            'import numpy as np\n',
+            f'N_STATES, N_OUTPUTS, N_PARAMETERS, N_LANES = {n}, {r}, {q}, {LANES}',
+            f'LANES, BLOCK_VALUES = np.uint64({LANES}), {BLOCK_VALUES}\n',
+            returning('gather_x(a, lane)', at, n),
+            returning('gather_p(a, lane)', at, q),
+            doing('scatter_x(a, lane, x)', f'{at} = x[#]', n),
+            doing('scatter_y(a, lane, y)', f'{at} = y[#]', r),
+            doing('put_x(a, k, lane, x)', 'a[k, #, lane] = x[#]', n),
+            doing('put_y(a, k, lane, y)', 'a[k, #, lane] = y[#]', r),
+            doing('put_lane(a, lane, x)', 'a[#, lane] = x[#]', n),
+            doing('put_outputs(a, lane, y)', 'a[#, lane] = y[#]', r),
+            doing('put_rows(a, row, lane, y, w, k)', 'a[row + #, lane] = y[#] * w[k, #]', r),
+            doing('add_squares(a, lane, yhat, y, weight, k)', f'{at} += {residual} ** 2', r),
+            corrections(n, r),
+            returning('input_at(u, slope, k, s)', 'u[k, #] + s * slope[k, #]', m),
+            returning('inputs(u)', 'u[#]', m),
+            returning('inputs_at(u, k)', 'u[k, #]', m),
+            returning('clipped(x, low, high)', clip, n),
+            returning('axpy(x, a, k)', 'x[#] + a * k[#]', n),
+            returning(
+                'rk4_sum(x, h, a, b, c, d)', 'x[#] + h * (a[#] + 2.0 * (b[#] + c[#]) + d[#])', n
+            ),
+        ]
+    )
+
+
+def corrections(n: int, r: int) -> str:
+    """Text of the updates of n states by r outputs, one after the other; see `Injection`.
+
+    `node_at` loads the numbers of a node, once for all lanes; `corrected` returns a candidate's
+    states after the updates, its outputs such that y - outputs are the innovations, and these.
+    """
+    numbers: dict[str, int] = {}
+
+    def number(entry: str) -> str:
+        return f'node[{numbers.setdefault(entry, len(numbers))}]'
+
+    lines = []
+    for i in range(r):
+        cross = ''.join(f' + {number(f"cross[k, {i}, {j}]")} * e{j}' for j in range(i))
+        lines += [
+            f'    h{i} = yhat[{i}]{cross}',
+            f'    e{i} = {number(f"y[k, {i}]")} - h{i} if '
+            f'{number(f"weight[k, {i}]")} != 0.0 else 0.0',
+        ]
+    states = [
+        f'x[{s}]' + ''.join(f' + {number(f"gain[k, {i}, {s}]")} * e{i}' for i in range(r))
+        for s in range(n)
+    ]
+    parts = states, [f'h{i}' for i in range(r)], [f'e{i}' for i in range(r)]
+    return '\n'.join(
+        [
+            '@jit\ndef node_at(y, weight, gain, cross, k):',
+            f'    return ({", ".join(numbers)},)\n',
+            '@jit\ndef corrected(x, yhat, node):',
+            *lines,
+            '    return ' + ', '.join(f'({", ".join(part)},)' for part in parts) + '\n',
+        ]
+    )
