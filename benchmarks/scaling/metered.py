@@ -13,7 +13,9 @@ from obs_ros.core.typing import Array, IntArray
 from obs_ros.horizon.settings import EstimationSettings
 from obs_ros.horizon.solver import Solver
 from obs_ros.integration.backends import Kernels
+from obs_ros.integration.filter_pass import FilterPass
 from obs_ros.integration.grid import Grid
+from obs_ros.integration.path import LANES
 
 Result = TypeVar('Result')
 
@@ -40,6 +42,21 @@ class Meter:
     def trajectories(self, grid: Grid, x0: Array, p: Array) -> tuple[Array, Array]:
         """See `Kernels.trajectories`."""
         return self._met(grid, grid.t.size, x0, lambda: self.kernels.trajectories(grid, x0, p))
+
+    def paths(self, grid: Grid, x0: Array, p: Array) -> tuple[Array, Array, Array]:
+        """See `Kernels.paths`."""
+        return self._met(grid, grid.t.size, x0, lambda: self.kernels.paths(grid, x0, p))
+
+    def filter(
+        self, grid: Grid, x0: Array, p: Array, walks: Array, noise: Array,
+        P0: Array | None = None, moving: IntArray | None = None,
+    ) -> FilterPass:  # fmt: skip
+        """See `Kernels.filter`; a pass counts as one chunk of candidates."""
+        chunk = np.empty((x0.size, LANES))
+        return self._met(
+            grid, grid.t.size, chunk,
+            lambda: self.kernels.filter(grid, x0, p, walks, noise, P0, moving),
+        )  # fmt: skip
 
     def _met(self, grid: Grid, nodes: int, x0: Array, call: Callable[[], Result]) -> Result:
         begin = time.process_time()

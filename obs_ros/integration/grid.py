@@ -83,7 +83,10 @@ class Grid:
         )
 
     def rescaled(self, factor: Array) -> 'Grid':
-        """Return the same grid with the outputs' scales (r,) multiplied by `factor` (r,)."""
+        """Return the same grid with the outputs' scales (r,) multiplied by `factor` (r,).
+
+        Gains stay: noise and process noise grow together.
+        """
         return replace(self, weight=self.weight / factor, scale=self.scale * factor)
 
     def injected(self, injection: Injection, S: Array) -> 'Grid':
