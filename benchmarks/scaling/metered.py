@@ -5,6 +5,8 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Any, TypeVar
 
+import numpy as np
+
 from benchmarks.runner import timed
 from obs_ros import Estimate, Model, Record
 from obs_ros.core.deadline import Deadline

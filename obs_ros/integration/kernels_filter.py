@@ -9,31 +9,9 @@ unroll. `filter_pass.py` has the equations, `Differences` the lanes.
 
 @entry
 def filter_pass(
-    t,
-    steps,
-    u,
-    slope,
-    y,
-    known,
-    measured,
-    x0,
-    p,
-    variances,
-    noise,
-    prior,
-    moving,
-    size,
-    low,
-    high,
-    transition,
-    sensitivity,
-    gain,
-    cross,
-    S,
-    innovations,
-    means,
-    covariances,
-):
+    t, steps, u, slope, y, known, measured, x0, p, variances, noise, prior, moving, size, low, high,
+    transition, sensitivity, gain, cross, S, innovations, means, covariances,
+):  # fmt: skip
     """Fill in the arrays of a `FilterPass`; variances (d,) are the walks', noise (r,) outputs'."""
     x = np.empty((N_CHUNKS, N_STATES * N_LANES))
     q = np.empty((N_CHUNKS, max(1, N_PARAMETERS) * N_LANES))
@@ -42,14 +20,7 @@ def filter_pass(
     K, PC = np.empty(N_JOINT), np.empty(N_JOINT)
     P, FP = np.empty((N_JOINT, N_JOINT)), np.empty((N_STATES, N_JOINT))
     P[:] = prior
-    for s in range(N_STATES):
-        z[s] = x0[s]
-    for m in range(N_JOINT - N_STATES):
-        z[N_STATES + m] = p[moving[m]]
-    for chunk in range(N_CHUNKS):
-        for s in range(N_PARAMETERS):
-            for lane in range(N_LANES):
-                q[chunk, s * N_LANES + lane] = p[s]
+    begin(x0, p, moving, z, q)
     spread(z, moving, size, low, high, x, q, inverse)
     for k in range(t.size):
         if k > 0:
@@ -62,39 +33,63 @@ def filter_pass(
             predict(transition[k - 1], dt, variances, P, FP)
             spread(z, moving, size, low, high, x, q, inverse)
         if measured[k]:
-            uk = input_at(u, slope, k, 0.0)
-            for chunk in range(N_CHUNKS):
-                for lane in range(LANES):
-                    yk = output(t[k], gather_x(x[chunk], lane), uk, gather_p(q[chunk], lane))
-                    scatter_y(yhat[chunk], lane, yk)
+            observe(x, q, t[k], input_at(u, slope, k, 0.0), yhat)
             for i in range(N_OUTPUTS):
                 if known[k, i]:
                     differentiate(yhat, i, inverse, sensitivity[k, i])
             for i in range(N_OUTPUTS):
                 if known[k, i]:
                     S[k, i] = update(sensitivity[k, i], noise[i], P, PC, K)
-                    e = y[k, i] - yhat[0, i * N_LANES]
+                    h = yhat[0, i * N_LANES]
                     for j in range(i):
                         if known[k, j]:
-                            e -= cross[k, i, j] * innovations[k, j]
-                    innovations[k, i] = e
+                            h += cross[k, i, j] * innovations[k, j]
+                    innovations[k, i] = y[k, i] - h
                     for a in range(N_JOINT):
-                        z[a] += K[a] * e
-                    for a in range(N_STATES):
-                        gain[k, i, a] = K[a]
-                    for m in range(N_JOINT - N_STATES):
-                        gain[k, i, N_STATES + moving[m]] = K[N_STATES + m]
-                    for j in range(i + 1, N_OUTPUTS):
-                        if known[k, j]:
-                            total = 0.0
-                            for a in range(N_JOINT):
-                                total += sensitivity[k, j, a] * K[a]
-                            cross[k, j, i] = total
+                        z[a] += K[a] * innovations[k, i]
+                    report(K, i, moving, known[k], sensitivity[k], gain[k, i], cross[k])
             spread(z, moving, size, low, high, x, q, inverse)
         for a in range(N_JOINT):
             means[k, a] = z[a]
             for b in range(N_JOINT):
                 covariances[k, a, b] = P[a, b]
+
+
+@jit
+def begin(x0, p, moving, z, q):
+    """Put the candidate into z, and its parameters into all lanes."""
+    for s in range(N_STATES):
+        z[s] = x0[s]
+    for m in range(N_JOINT - N_STATES):
+        z[N_STATES + m] = p[moving[m]]
+    for chunk in range(N_CHUNKS):
+        for s in range(N_PARAMETERS):
+            for lane in range(N_LANES):
+                q[chunk, s * N_LANES + lane] = p[s]
+
+
+@jit
+def observe(x, q, t, uk, yhat):
+    """Write the outputs (chunks, outputs * N_LANES) of all lanes."""
+    for chunk in range(N_CHUNKS):
+        for lane in range(LANES):
+            yk = output(t, gather_x(x[chunk], lane), uk, gather_p(q[chunk], lane))
+            scatter_y(yhat[chunk], lane, yk)
+
+
+@jit
+def report(K, i, moving, known, sensitivity, gain, cross):
+    """Write the gain (n + q,) of output i, and its effect on the outputs that follow."""
+    for a in range(N_STATES):
+        gain[a] = K[a]
+    for m in range(N_JOINT - N_STATES):
+        gain[N_STATES + moving[m]] = K[N_STATES + m]
+    for j in range(i + 1, N_OUTPUTS):
+        if known[j]:
+            total = 0.0
+            for a in range(N_JOINT):
+                total += sensitivity[j, a] * K[a]
+            cross[j, i] = total
 
 
 @jit
