@@ -137,7 +137,8 @@ def predict(w: Array, F: Array, dt: float, states: Sizes, joint: Sizes) -> None:
     for lane in range(COUNT):
         for a in range(d):
             w[np.uint64(a * d + a) * COUNT + lane] += dt / 3.0 * w[np.uint64(Q + a) * COUNT + lane]
-        for a in range(n):
+    for a in range(n):
+        for lane in range(COUNT):
             for b in range(d):
                 sum_c = 0.0
                 for c in range(d):
@@ -147,16 +148,13 @@ def predict(w: Array, F: Array, dt: float, states: Sizes, joint: Sizes) -> None:
             for c in range(d):
                 sum_c += F[a, c] * w[np.uint64(delta + c) * COUNT + lane]
             w[np.uint64(moved + a) * COUNT + lane] = sum_c
-        for a in range(n):
+    for a in range(n):
+        for lane in range(COUNT):
             w[np.uint64(delta + a) * COUNT + lane] = w[np.uint64(moved + a) * COUNT + lane]
             for b in range(a + 1):
-                sum_c = (
-                    dt
-                    / 6.0
-                    * (
-                        F[a, b] * w[np.uint64(Q + b) * COUNT + lane]
-                        + F[b, a] * w[np.uint64(Q + a) * COUNT + lane]
-                    )
+                sum_c = dt / 6.0 * (
+                    F[a, b] * w[np.uint64(Q + b) * COUNT + lane]
+                    + F[b, a] * w[np.uint64(Q + a) * COUNT + lane]
                 )
                 for c in range(d):
                     sum_c += F[b, c] * w[np.uint64(FP + a * d + c) * COUNT + lane]
@@ -167,6 +165,7 @@ def predict(w: Array, F: Array, dt: float, states: Sizes, joint: Sizes) -> None:
                 value += dt / 6.0 * F[a, b] * w[np.uint64(Q + b) * COUNT + lane]
                 w[np.uint64(a * d + b) * COUNT + lane] = value
                 w[np.uint64(b * d + a) * COUNT + lane] = value
+    for lane in range(COUNT):
         for a in range(d):
             share = dt / 3.0 if a < n else 2.0 / 3.0 * dt
             w[np.uint64(a * d + a) * COUNT + lane] += share * w[np.uint64(Q + a) * COUNT + lane]
