@@ -95,7 +95,7 @@ class FilterPass:
 
     @property
     def moving(self) -> IntArray:
-        """Which (w,) of the q parameters move."""
+        """Indices (w,) of the parameters that move."""
         n = self.transition.shape[1]
         return np.asarray(self.index[n:] - n)
 

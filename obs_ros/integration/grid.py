@@ -90,7 +90,10 @@ class Grid:
         return replace(self, weight=self.weight / factor, scale=self.scale * factor)
 
     def injected(self, injection: Injection, S: Array) -> 'Grid':
-        """Return the same grid with rollouts corrected, for innovations of variance S (K, r)."""
+        """Return the same grid with rollouts corrected, for innovations of variance S (K, r).
+
+        The scales stay those of the outputs, the weights become one over the root of S.
+        """
         weight = np.divide(1.0, np.sqrt(S), out=np.zeros_like(S), where=self.weight > 0.0)
         return replace(self, weight=weight, injection=injection)
 
