@@ -152,10 +152,8 @@ def predict(w: Array, F: Array, dt: float, states: Sizes, joint: Sizes) -> None:
         for lane in range(COUNT):
             w[np.uint64(delta + a) * COUNT + lane] = w[np.uint64(moved + a) * COUNT + lane]
             for b in range(a + 1):
-                sum_c = dt / 6.0 * (
-                    F[a, b] * w[np.uint64(Q + b) * COUNT + lane]
-                    + F[b, a] * w[np.uint64(Q + a) * COUNT + lane]
-                )
+                sum_c = dt / 6.0 * F[a, b] * w[np.uint64(Q + b) * COUNT + lane]
+                sum_c += dt / 6.0 * F[b, a] * w[np.uint64(Q + a) * COUNT + lane]
                 for c in range(d):
                     sum_c += F[b, c] * w[np.uint64(FP + a * d + c) * COUNT + lane]
                 w[np.uint64(a * d + b) * COUNT + lane] = sum_c

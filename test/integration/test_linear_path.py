@@ -7,6 +7,7 @@ from plants import OSCILLATOR
 
 from obs_ros import Record
 from obs_ros.core.typing import Array
+from obs_ros.integration import linear_path
 from obs_ros.integration.backends import kernels_for
 from obs_ros.integration.grid import Grid
 from obs_ros.integration.linear_path import LinearPath
@@ -107,6 +108,18 @@ def test_both_backends_agree() -> None:
     walks, noise = sets_of_noise(20, np.array([0.05, 0.1, 0.1, 0.0]), np.array([0.02, 0.02]))
     a, b = (path.neg2_log_likelihood(walks, noise) for path in paths.values())
     np.testing.assert_allclose(a, b, rtol=1e-8)
+
+
+def test_loops_and_arrays_agree(monkeypatch: pytest.MonkeyPatch) -> None:
+    """The arrays are what runs where there is no Numba."""
+    pytest.importorskip('numba')
+    grid, kernels = Grid.of(CART, cart_window(), np.ones(3)), kernels_for(CART, 'numpy')
+    base = np.array([0.1, 0.3, 0.0, 0.2])
+    path = LinearPath.of(kernels.filter(grid, X0, P, base, NOISE, PRIOR))
+    walks, noise = sets_of_noise(20, base, NOISE)
+    loops = path.neg2_log_likelihood(walks, noise)
+    monkeypatch.setattr(linear_path, 'likelihoods', linear_path._likelihoods_on_arrays)
+    np.testing.assert_allclose(loops, path.neg2_log_likelihood(walks, noise), rtol=1e-9)
 
 
 def test_the_walk_that_is_likeliest_is_the_true_one() -> None:
