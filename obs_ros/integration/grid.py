@@ -97,6 +97,13 @@ class Grid:
         weight = np.divide(1.0, np.sqrt(S), out=np.zeros_like(S), where=self.weight > 0.0)
         return replace(self, weight=weight, injection=injection)
 
+    def unscaled(self, residuals: Array) -> Array:
+        """Return scaled residuals (K, r) in the outputs' units; NaN = not measured."""
+        if self.injection is None:
+            return residuals * self.scale
+        with np.errstate(divide='ignore', invalid='ignore'):
+            return residuals / self.weight
+
     def stretch(self, first: int, last: int, corrected: bool = False) -> 'Grid':
         """Return the nodes from `first` to `last`, both included.
 

@@ -1,0 +1,200 @@
+"""Windows explained by process noise: gains and candidate renewed by turns."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass, field, replace
+
+import numpy as np
+
+from obs_ros.core.deadline import Deadline
+from obs_ros.core.linear_algebra import scaled_inverse
+from obs_ros.core.typing import Array, IntArray
+from obs_ros.inference.parameterisation import Unknowns
+from obs_ros.inference.process_noise import (
+    SETTINGS,
+    ProcessNoise,
+    first_guess,
+    groups_of,
+    least_noise,
+    most_likely,
+)
+from obs_ros.inference.window_state import WindowState
+from obs_ros.integration.backends import Kernels, run_process_noise_once
+from obs_ros.integration.filter_pass import FilterPass
+from obs_ros.integration.linear_path import LinearPath
+from obs_ros.optimization.levenberg_marquardt import levenberg_marquardt
+
+
+@dataclass(frozen=True)
+class Disturbed:
+    """A window explained by process noise: corrected rollouts, candidate z (d,), and noise.
+
+    `criterion` is -2 log p(y, z) but for a constant, with the prior of z and log N for every walk
+    (BIC; Schwarz 1978); `covariance` (n, n) is that of the state at the end, the candidate given.
+    """
+
+    window: WindowState
+    z: Array
+    noise: ProcessNoise
+    criterion: float
+    covariance: Array = field(repr=False)
+
+
+def with_given_walks(
+    window: WindowState, z: Array, given: Array, deadline: Deadline
+) -> Disturbed | None:
+    """Return the window explained by the walks that the model's states have, near z (d,)."""
+    model = window.objective.unknowns.model
+    guess = first_guess(window, z, given, ())
+    walks = np.array([v.walk or 0.0 for v in model.states] + [0.0] * len(model.parameters))
+    return _alternated(window, z, replace(guess, walks=walks), (), given, deadline)
+
+
+def disturbed(
+    window: WindowState,
+    z: Array,
+    given: Array,
+    previous: ProcessNoise | None,
+    deadline: Deadline,
+) -> Disturbed | None:
+    """Return the most likely explanation of a window by process noise, near a candidate z (d,).
+
+    `given` (r,) are the outputs' known deviations, NaN where they are to be found; `previous` is
+    the process noise of an earlier window, a start beside the default. None if time is over, or
+    nothing finite is found.
+    """
+    model = window.objective.unknowns.model
+    groups = groups_of(model)
+    guess = first_guess(window, z, given, groups)
+    starts = [(guess, groups)]
+    if len(groups) > 1:
+        for group in groups:
+            walks = np.zeros_like(guess.walks)
+            walks[group] = guess.walks[group]
+            starts.append((replace(guess, walks=walks), [group]))
+    if previous is not None:
+        walking = [group for group in groups if previous.walks[group[0]] > 0.0]
+        noise = np.where(np.isfinite(given), given, previous.noise)
+        starts.insert(0, (replace(previous, noise=noise), walking))
+    best: tuple[Disturbed, Sequence[IntArray]] | None = None
+    for start, walking in starts:
+        if deadline.passed:
+            return None
+        other = _alternated(window, z, start, walking, given, deadline)
+        if other is not None and (best is None or other.criterion < best[0].criterion):
+            best = other, walking
+    return None if best is None else _restricted(window, *best, given, deadline)
+
+
+def plain_criterion(window: WindowState, cost: float) -> float:
+    """Return the criterion of a window without process noise, its cost in units of its scales."""
+    grid = window.objective.grid
+    values = np.count_nonzero(grid.weight, axis=0)
+    return cost + float(values @ np.log(grid.scale**2))
+
+
+def _alternated(
+    window: WindowState,
+    z: Array,
+    noise: ProcessNoise,
+    groups: Sequence[IntArray],
+    given: Array,
+    deadline: Deadline,
+) -> Disturbed | None:
+    """Renew noise and candidate by turns until the likelihood stays."""
+    best: Disturbed | None = None
+    for _ in range(SETTINGS.rounds):
+        found = _filtered(window, z, noise)
+        if not np.isfinite(found.neg2_log_likelihood):
+            break
+        noise = most_likely(LinearPath.of(found), noise, groups, given, least_noise(window))
+        found = _filtered(window, z, noise)
+        if not np.isfinite(found.neg2_log_likelihood):
+            break
+        now = _renewed(window, found, z, noise, len(groups), deadline)
+        if now is None:
+            break
+        if best is not None and now.criterion > best.criterion - SETTINGS.gain:
+            return now if now.criterion < best.criterion else best
+        best, z = now, now.z
+    return best
+
+
+def _renewed(
+    window: WindowState,
+    found: FilterPass,
+    z: Array,
+    noise: ProcessNoise,
+    walks: int,
+    deadline: Deadline,
+) -> Disturbed | None:
+    """Return the optimum near z (d,) under the gains of a pass, with gains of its own."""
+    objective = window.objective
+    problem, nodes = _corrected(window, found).posterior, objective.nodes
+    solved = levenberg_marquardt(problem, z[None], nodes, SETTINGS.polish, deadline)
+    if deadline.passed or not np.isfinite(solved.squares[0]):
+        return None
+    z = solved.z[0]
+    found = _filtered(window, z, noise)
+    penalty = walks * np.log(objective.count(nodes))
+    criterion = found.neg2_log_likelihood + float(window.prior.squares(z[None])[0]) + penalty
+    n = len(objective.unknowns.model.states)
+    return Disturbed(_corrected(window, found), z, noise, criterion, found.P[:n, :n])
+
+
+def _restricted(
+    window: WindowState,
+    best: Disturbed,
+    groups: Sequence[IntArray],
+    given: Array,
+    deadline: Deadline,
+) -> Disturbed:
+    """Renew the noise by the likelihood with the candidate integrated out (REML).
+
+    The candidate fits part of the noise, so that the likelihood along it finds walks too small
+    (Patterson & Thompson 1971). With its unknowns as states whose covariance at the start is that
+    of the prior, the filter integrates them out, to first order.
+    """
+    unknowns = window.objective.unknowns
+    found = _filtered(window, best.z, best.noise, estimated_parameters(unknowns))
+    slopes = unknowns.scale.slopes(best.z)
+    prior = np.zeros((found.index.size, found.index.size))
+    places = np.searchsorted(found.index, unknowns.index)
+    prior[np.ix_(places, places)] = scaled_inverse(window.prior.precision) * np.outer(
+        slopes, slopes
+    )
+    path = LinearPath.of(replace(found, prior=prior))
+    noise = most_likely(path, best.noise, groups, given, least_noise(window))
+    found = _filtered(window, best.z, noise)
+    if not np.isfinite(found.neg2_log_likelihood):
+        return best
+    return _renewed(window, found, best.z, noise, len(groups), deadline) or best
+
+
+def estimated_parameters(unknowns: Unknowns) -> IntArray:
+    """Return which of the model's q parameters are estimated."""
+    return np.asarray(unknowns.index[unknowns.n_states :] - len(unknowns.model.states))
+
+
+def _filtered(
+    window: WindowState, z: Array, noise: ProcessNoise, moving: IntArray | None = None
+) -> FilterPass:
+    """Return the filter's pass along a candidate z (d,), linearised by parameters `moving` too."""
+    objective = window.objective
+    x0, p = objective.unknowns.values(z[None])
+    objective.counter.candidates += 1
+    return objective.kernels.filter(
+        objective.grid, x0[:, 0], p[:, 0], noise.walks, noise.noise, None, moving
+    )
+
+
+def _corrected(window: WindowState, found: FilterPass) -> WindowState:
+    """Return the window whose rollouts are corrected with the gains of a filter's pass."""
+    grid = window.objective.grid.injected(found.injection, found.S)
+    objective = replace(window.objective, grid=grid)
+    return replace(window, objective=objective, noise_known=True, correlation=0.0)
+
+
+def prepare_process_noise(kernels: Kernels, unknowns: Unknowns) -> None:
+    """Compile all that process noise needs beside the plain rollouts."""
+    run_process_noise_once(kernels)
+    run_process_noise_once(kernels, estimated_parameters(unknowns))

@@ -1,0 +1,139 @@
+"""Process noise of a window: walks of its states, found by maximum likelihood.
+
+The states of a real plant are pushed about by all that its model leaves out,
+
+    dx = f(t, x, u, p) dt + diag(walk) dW,    y_k = h(t_k, x_k, u_k, p) + v_k,    v_k ~ N(0, R).
+
+Along one candidate the extended Kalman filter gives gains, innovations e and their variances S, see
+`FilterPass`. Walks and R minimise -2 log p(y) = sum log S + e^2 / S, the likelihood of prediction
+errors (Ljung 1999, section 7.4; Kristensen, Madsen & Jorgensen 2004). With its gains frozen the
+filter is a rollout that measurements correct, and its scaled innovations are residuals like any
+others: candidates are searched as without process noise, gains and candidate renewed by turns.
+"""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Literal, get_args
+
+import numpy as np
+from scipy.optimize import minimize
+
+from obs_ros.core.model import Model
+from obs_ros.core.typing import Array, IntArray
+from obs_ros.inference.noise import noise_guess
+from obs_ros.inference.window_state import WindowState
+from obs_ros.integration.linear_path import LinearPath
+
+
+@dataclass(frozen=True)
+class ProcessNoiseSettings:
+    """Limits in learning process noise.
+
+    - `least_noise`: of an output's standard deviation, below which measurement noise never falls:
+      without it the filter would follow every sample;
+    - `start`: share of a state's spread along the window that its first walk makes up in the
+      window's length;
+    - `reach`: times above and below its start that a walk is sought in;
+    - `rounds`: of renewing noise and candidate by turns, until -2 log likelihood falls by less than
+      `gain`;
+    - `polish`: iterations of the local search for the candidate in a round.
+    """
+
+    least_noise: float = 2e-3
+    start: float = 0.3
+    reach: float = 1e4
+    rounds: int = 6
+    gain: float = 0.1
+    polish: int = 20
+
+
+SETTINGS = ProcessNoiseSettings()
+ProcessNoiseMode = Literal['off', 'auto', 'given']
+MODES: tuple[str, ...] = get_args(ProcessNoiseMode)
+STEP = 1e-4  # of a logarithm, for central differences
+
+
+@dataclass(frozen=True)
+class ProcessNoise:
+    """Walks (n + q,) in the variables' units per root of a second, and deviations (r,) of noise."""
+
+    walks: Array
+    noise: Array
+
+    def words(self, model: Model) -> str:
+        """Say which states are pushed about, and by how much."""
+        found = []
+        for variable, walk in zip(model.states, self.walks, strict=False):
+            if walk > 0.0:
+                unit = '' if variable.unit == '1' else f' {variable.unit}'
+                found.append(f'{variable.name} by {walk:.2g}{unit}/sqrt(s)')
+        return 'pushed about by what the model leaves out: ' + ', '.join(found) if found else ''
+
+
+def groups_of(model: Model) -> list[IntArray]:
+    """Return the places of states that share one walk: those of one unit."""
+    units = [variable.unit for variable in model.states]
+    return [np.flatnonzero([u == unit for u in units]) for unit in dict.fromkeys(units)]
+
+
+def first_guess(
+    window: WindowState, z: Array, given: Array, groups: Sequence[IntArray]
+) -> ProcessNoise:
+    """Return walks that would move the states as far as they spread, and noise by its bends."""
+    states = window.objective.trajectory(z)[0]
+    spread = states.std(axis=0) + 1e-6 * np.abs(states).max(axis=0) + 1e-12
+    walks = np.zeros(len(window.objective.unknowns.model.variables))
+    for group in groups:
+        walks[group] = SETTINGS.start * spread[group].max() / np.sqrt(window.duration)
+    guessed = np.array([noise_guess(y) for y in window.record.y.T])
+    noise = np.where(np.isfinite(given), given, np.maximum(guessed, least_noise(window)))
+    return ProcessNoise(walks, noise)
+
+
+def least_noise(window: WindowState) -> Array:
+    """Return the least standard deviations (r,) that measurement noise may have."""
+    grid = window.objective.grid
+    spread = np.array([np.std(y[w > 0.0]) if w.any() else 1.0
+                       for y, w in zip(grid.y.T, grid.weight.T, strict=True)])  # fmt: skip
+    return SETTINGS.least_noise * np.where(spread > 0.0, spread, 1.0)
+
+
+def most_likely(
+    path: LinearPath,
+    start: ProcessNoise,
+    groups: Sequence[IntArray],
+    given: Array,
+    least: Array,
+) -> ProcessNoise:
+    """Return the most likely noise along a linearised window."""
+    free = np.flatnonzero(~np.isfinite(given))
+    count = len(groups)
+    if not count and not free.size:
+        return start
+
+    def noises(theta: Array) -> tuple[Array, Array]:
+        walks = np.repeat(start.walks[:, None], theta.shape[1], axis=1)
+        noise = np.repeat(start.noise[:, None], theta.shape[1], axis=1)
+        for k, group in enumerate(groups):
+            walks[group] = np.exp(theta[k])
+        noise[free] = np.exp(theta[count:])
+        return walks, noise
+
+    def criterion(theta: Array) -> tuple[float, Array]:
+        m = theta.size
+        lanes = np.repeat(theta[:, None], 1 + 2 * m, axis=1)
+        lanes[np.arange(m), 1 + np.arange(m)] += STEP
+        lanes[np.arange(m), 1 + m + np.arange(m)] -= STEP
+        found = path.neg2_log_likelihood(*noises(lanes))
+        if not np.isfinite(found).all():
+            return 1e300, np.zeros(m)
+        return float(found[0]), (found[1 : 1 + m] - found[1 + m :]) / (2.0 * STEP)
+
+    noise = np.maximum(start.noise[free], least[free])
+    theta = np.log(np.concatenate([[start.walks[group[0]] for group in groups], noise]))
+    reach = np.log(SETTINGS.reach)
+    bounds = [(t - reach, t + reach) for t in theta[:count]]
+    bounds += [(np.log(low), np.log(low / SETTINGS.least_noise)) for low in least[free]]
+    solved = minimize(criterion, theta, jac=True, method='SLSQP', bounds=bounds)
+    walks, noise = noises(solved.x[:, None])
+    return ProcessNoise(walks[:, 0], noise[:, 0])

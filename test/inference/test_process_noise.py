@@ -1,0 +1,40 @@
+"""Tests of obs_ros.inference.process_noise."""
+
+import numpy as np
+from plants import OSCILLATOR, window_of
+
+from obs_ros import Record, load_model
+from obs_ros.inference.prior import Prior
+from obs_ros.inference.process_noise import SETTINGS, ProcessNoise, groups_of, least_noise
+from obs_ros.inference.window_state import WindowState
+
+T = np.linspace(0.0, 2.0, 41)
+
+
+def posed(y: np.ndarray) -> WindowState:
+    record = Record(T, np.zeros(T.size), y)
+    objective = window_of(OSCILLATOR, record, 1.0)
+    return WindowState(record, objective, Prior.box(objective.unknowns), noise_known=False)
+
+
+def test_noise_has_a_floor() -> None:
+    y = np.column_stack([np.sin(T), np.full(T.size, 3.0)])
+    y[::3, 0] = np.nan
+    spread = np.nanstd(y[:, 0])
+    # Of an output that never moves nothing is known: a floor in its unit.
+    np.testing.assert_allclose(
+        least_noise(posed(y)), SETTINGS.least_noise * np.array([spread, 1.0]), rtol=1e-12
+    )
+
+
+def test_states_of_one_unit_share_a_walk() -> None:
+    assert [group.tolist() for group in groups_of(load_model('three_tank'))] == [[0, 1, 2]]
+    assert [group.tolist() for group in groups_of(OSCILLATOR)] == [[0], [1]]
+
+
+def test_words_name_the_states_that_are_pushed_about() -> None:
+    noise = ProcessNoise(np.array([0.0, 0.123, 0.0, 0.0]), np.ones(2))
+    assert noise.words(OSCILLATOR) == (
+        'pushed about by what the model leaves out: velocity by 0.12 m/s/sqrt(s)'
+    )
+    assert ProcessNoise(np.zeros(4), np.ones(2)).words(OSCILLATOR) == ''
