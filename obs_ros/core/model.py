@@ -35,7 +35,8 @@ class Variable:
     with stiffnesses, rates and whatever enters in products and powers; values of equal product then
     lie on a straight line. `walk` makes a parameter a disturbance: how far it wanders in one
     second, as a standard deviation in units per square root of a second, infinite for one that is
-    new in every window. Without it a parameter stays where it is, or jumps.
+    new in every window. Without it a parameter stays where it is, or jumps. On a state `walk` is
+    process noise, which `process_noise: given` takes as it is.
 
     Numbers are floats, whether given as such or as integers.
 

@@ -23,9 +23,11 @@ from obs_ros.core.residual_tests import inflation
 from obs_ros.core.typing import Array
 from obs_ros.horizon.announcements import Announcements
 from obs_ros.horizon.arrival_cost import ArrivalCost, WindowPosterior
+from obs_ros.horizon.disturbance import explain_by_process_noise
 from obs_ros.horizon.probation import Probation, without_stuck
 from obs_ros.horizon.solver import Solver, TooFewSamples
 from obs_ros.horizon.stages import (
+    Explanation,
     continued_jumps,
     determined_alone,
     explain,
@@ -39,6 +41,7 @@ from obs_ros.inference.assessment.outcome import states_at_bound
 from obs_ros.inference.assessment.uncertainty import Uncertainty
 from obs_ros.inference.jumps.hypothesis import Hypothesis
 from obs_ros.inference.noise import Noise, variances_left
+from obs_ros.inference.process_noise import ProcessNoise
 from obs_ros.inference.window_state import WindowState
 from obs_ros.samples.range_check import without_absurd
 
@@ -53,6 +56,10 @@ class MovingHorizon:
         self._solver = solver
         self._arrival_cost = ArrivalCost(solver.unknowns)
         self._noise = Noise(solver.noise, names(solver.model.outputs), learn_noise)
+        self._given = (
+            np.full(len(solver.model.outputs), np.nan) if learn_noise else solver.given_noise
+        )
+        self._process_noise: ProcessNoise | None = None  # the latest window's that had any
         self._announcements = Announcements()
         self._probation = Probation()
         self._previous: Estimate | None = None
@@ -103,13 +110,22 @@ class MovingHorizon:
         if not window.noise_known:  # only now the squares are in units of the noise
             continued = self._continued(window, warm, deadline)
         window, explanation = explain(window, found, continued, deadline)
-        uncertainty = hold_uninformed(explanation.hypothesis, deadline)
+        best = explanation.hypothesis
+        other = explain_by_process_noise(
+            window, found, best, self._given, deadline,
+            mode=solver.settings.process_noise, previous=self._process_noise,
+        )  # fmt: skip
+        if other is not None:
+            window, found, best = other.window, other.found, other.hypothesis
+            explanation = Explanation(best, (), explanation.finished)
+        uncertainty = hold_uninformed(best, deadline)
         if is_uninformative(uncertainty):
             prior = self._arrival_cost.most_informative_prior(window.start, window.duration)
             uncertainty = recall(uncertainty, prior, deadline)
         uncertainty = replace(
             uncertainty, finished=explanation.finished, correlation=window.correlation
         )
+        uncertainty = uncertainty if other is None else other.added_to(uncertainty)
         jumps = self._announcements.of(uncertainty, explanation.alternatives, record)
         self._alone |= determined_alone(uncertainty)
         uncertainty = replace(uncertainty, jumps=jumps, determined_alone=self._alone.copy())
@@ -121,7 +137,7 @@ class MovingHorizon:
             solve_time=time.perf_counter() - begun,
         )
         if found.accepted and explanation.finished:
-            fits = self._learn(uncertainty)
+            fits = self._learn(uncertainty, None if other is None else other.noise)
             return self._probation.judge(estimate, fits) if window.noise_known else estimate
         return estimate
 
@@ -147,7 +163,7 @@ class MovingHorizon:
             return None
         return continued_jumps(window, self._explained, warm, deadline)
 
-    def _learn(self, uncertainty: Uncertainty) -> bool:
+    def _learn(self, uncertainty: Uncertainty, process_noise: ProcessNoise | None) -> bool:
         """Remember what an accepted window says; one that nothing explains teaches nothing.
 
         Returns whether it was explained.
@@ -155,18 +171,21 @@ class MovingHorizon:
         best, fits = uncertainty.hypothesis, uncertainty.fit
         objective = best.problem.objective
         grid, unknowns = objective.grid, objective.unknowns
+        if process_noise is not None:
+            self._process_noise = process_noise
         # What a state at its bound leaves is no noise: there the model may not hold.
-        if not states_at_bound(unknowns.model, best.trajectory[0]):
+        elif not states_at_bound(unknowns.model, best.trajectory[0]):
             left = variances_left(best.trajectory[1], grid, best.point.size)
             odd = fits.too_large or fits.too_small
             (self._noise.doubt if odd else self._noise.accept)(left, fits.colour)
-        self._explained = None if fits.too_large else best
+        self._explained = None if fits.too_large or process_noise is not None else best
         if fits.too_large:
             return False
         start, end = float(grid.t[0]), float(grid.t[-1])
         near = self._announcements.settings.same_time * (end - start)
         self._arrival_cost.update_jumps(uncertainty.jumps, start, end, near)
-        if not uncertainty.drifting and np.isfinite(uncertainty.covariance).all():
+        white = process_noise is None or fits.colour.white
+        if white and not uncertainty.drifting and np.isfinite(uncertainty.covariance).all():
             final = best.layout.final(best.point)[unknowns.n_states :]
             covariance = uncertainty.covariance[np.ix_(final, final)]
             if uncertainty.bent:  # the valley is not where correlations say that it is

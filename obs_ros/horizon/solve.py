@@ -17,6 +17,7 @@ from obs_ros.core.rng import random_generator
 from obs_ros.horizon.settings import EstimationSettings
 from obs_ros.horizon.solver import Solver
 from obs_ros.inference.objective import Fitness
+from obs_ros.inference.process_noise import ProcessNoiseMode
 from obs_ros.integration.backends import Backend
 from obs_ros.models import load_model
 from obs_ros.optimization.methods import Method
@@ -39,6 +40,7 @@ def solve_window(
     fitness: Fitness = 'least_squares',
     search_options: Mapping[str, Any] | None = None,
     backend: Backend | None = None,
+    process_noise: ProcessNoiseMode = 'off',
 ) -> Estimate:
     """Estimate initial states and parameters of a plant from one record.
 
@@ -65,6 +67,7 @@ def solve_window(
         initial=initial or {},
         fitness=fitness,
         backend=backend,
+        process_noise=process_noise,
     )
     solver = Solver.of(load_model(model), settings)
     rng = random_generator(seed)

@@ -14,12 +14,14 @@ from obs_ros.core.model import Model, checked_noise, names
 from obs_ros.core.record import Record
 from obs_ros.core.registry import suggest
 from obs_ros.core.typing import Array
-from obs_ros.horizon.settings import EstimationSettings
+from obs_ros.horizon.disturbance import explain_by_process_noise
+from obs_ros.horizon.settings import EstimationSettings, check_process_noise
 from obs_ros.horizon.warm_start import propagated
 from obs_ros.inference.assessment.assemble import empty, report
 from obs_ros.inference.assessment.fit import root_mean_square
 from obs_ros.inference.assessment.informed_subspace import marginal_information
 from obs_ros.inference.assessment.uncertainty import Uncertainty
+from obs_ros.inference.disturbed import prepare_process_noise
 from obs_ros.inference.jumps.hypothesis import hypothesis_at
 from obs_ros.inference.jumps.piecewise import PiecewiseProblem
 from obs_ros.inference.noise import noise_guess, variances_left
@@ -91,6 +93,7 @@ class Solver:
             )
         noise = checked_noise(model, settings.noise)
         check_backend(settings.backend)
+        check_process_noise(settings, model, method)
         unknowns.check_initial(settings.initial)
         return cls(unknowns, method, method_settings, noise, settings)
 
@@ -98,6 +101,11 @@ class Solver:
     def model(self) -> Model:
         """The plant."""
         return self.unknowns.model
+
+    @property
+    def given_noise(self) -> Array:
+        """Standard deviations (r,) of the outputs that are given, NaN for the others."""
+        return np.array([self.noise.get(name, np.nan) for name in names(self.model.outputs)])
 
     @property
     def kernels(self) -> Kernels:
@@ -110,6 +118,8 @@ class Solver:
         _ = self.kernels
         self.unknowns.prepare()
         lm_linalg.prepare()
+        if self.settings.process_noise != 'off':
+            prepare_process_noise(self.kernels, self.unknowns)
         return time.perf_counter() - begin
 
     @np.errstate(all='ignore')  # data or model may overflow: what is not finite says so itself
@@ -151,8 +161,14 @@ class Solver:
             if not known:
                 window, found = rescaled_to_residuals(window, found)
             best = hypothesis_at(PiecewiseProblem(window.objective, window.prior), found.z)
+            other = explain_by_process_noise(
+                window, found, best, self.given_noise, deadline, mode=self.settings.process_noise
+            )
+            if other is not None:
+                window, found, best = other.window, other.found, other.hypothesis
             information = marginal_information(best, self.unknowns.n_states)
             uncertainty = Uncertainty(best, best.covariance, information)
+            uncertainty = uncertainty if other is None else other.added_to(uncertainty)
         return report(
             window,
             found,

@@ -7,6 +7,7 @@ from typing import Any, get_args
 from obs_ros.core.model import Model
 from obs_ros.core.parameter_spec import LARGEST_SEED, ParameterSpec
 from obs_ros.inference.objective import FITNESSES
+from obs_ros.inference.process_noise import MODES
 from obs_ros.observers.base import load_observer
 from obs_ros.observers.settings import parameter_specs
 from obs_ros.optimization.differential_evolution import Strategy
@@ -60,6 +61,9 @@ COMMON = (
         f"names of the initial states to estimate; ['{ALL}'] or ['{NONE}'] for all or none"),
     ParameterSpec('learn_noise', False,
         'true: `noise.*` is a starting value, re-estimated from accepted windows; false: it stays'),
+    ParameterSpec('process_noise', 'off',
+        'walks of the states inside a window: off; auto: found where the model alone does not '
+        'explain it; given: those of the model', choices=MODES),
     ParameterSpec('fitness', FITNESSES[0], 'misfit that the search minimises', choices=FITNESSES),
     ParameterSpec('seed', 0, 'seed of the search; the same samples then give the same estimates',
         lower=0, upper=LARGEST_SEED),

@@ -51,6 +51,7 @@ def build_observer(model: Model, values: Mapping[str, Any]) -> Observer:
             if option != 'method' and value
         },
         learn_noise=values['learn_noise'],
+        process_noise=values['process_noise'],
         fitness=values['fitness'],
     )
     return windowed

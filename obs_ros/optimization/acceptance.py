@@ -11,6 +11,7 @@ class Acceptance(StrEnum):
     """The rule by which a point is believed to be the optimum, in words."""
 
     LIKE_NOISE = 'the residual is as small as the noise'
+    PROCESS_NOISE = 'process noise explains the residual'
     KNOWN_JUMP = 'a known jump explains the window'
     ROUNDS = 'two rounds agree'
     WHITE_ROUNDS = 'two rounds agree and the residual is white'

@@ -92,6 +92,10 @@ def test_solve_window_and_windows_say_it_as_an_outcome(model: Model, backend: An
             )
             for i in range(2):
                 windows.solve(record, random_generator(0, i), Deadline())
+        if backend == 'numba':  # its plain twin takes long, and is compared with it elsewhere
+            for noise in noises(model):
+                found = solve_window(model, record, noise=noise, process_noise='auto')
+                assert isinstance(found.outcome, Outcome), kind
         for search in ('chaotic_de', 'ga'):
             solve_window(model, record, search, backend=backend, search_options={'generations': 2})
 

@@ -36,7 +36,8 @@ def report(
 ) -> Estimate:
     """Return the estimate of a window whose search found something, before its deadline or not.
 
-    Without `uncertainty` (None) there are no standard deviations.
+    Without `uncertainty` (None) there are no standard deviations. The function is as long as an
+    Estimate and its Findings have fields.
     """
     objective, unknowns = window.objective, window.objective.unknowns
     model, grid = unknowns.model, objective.grid
@@ -66,7 +67,7 @@ def report(
         )
     )
     jumps = () if uncertainty is None else uncertainty.jumps
-    residuals = residuals * grid.scale
+    residuals = grid.unscaled(residuals)
     return Estimate(
         parameters=_named(model.parameters, p[:, 0]),
         initial_state=_named(model.states, x0[:, 0]),
@@ -164,7 +165,7 @@ def _knowledge(
     ):
         return Knowledge(Deviations.withheld(model))
     best, n = uncertainty.hypothesis, unknowns.n_states
-    deviations = Deviations.of(best, uncertainty.covariance, fit.inflation)
+    deviations = Deviations.of(best, uncertainty.covariance, fit.inflation, uncertainty.end)
     final = best.layout.final(best.point)[n:]
     covariance = uncertainty.covariance[np.ix_(final, final)]
     if (alone := uncertainty.determined_alone) is not None:

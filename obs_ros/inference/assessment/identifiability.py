@@ -131,6 +131,7 @@ def _jacobian_ahead(objective: Objective, state: Array, p: Array) -> Array:
         y=np.zeros_like(weight),
         weight=weight,
         measured=np.ones(LIMITS.nodes, dtype=bool),
+        injection=None,
     )
     lanes = np.repeat(np.concatenate([state, p])[:, None], 1 + unknowns.dimension, axis=1)
     z = unknowns.scale.places(lanes[unknowns.index, 0])

@@ -48,6 +48,11 @@ class Findings:
         return self.uncertainty is not None and self.uncertainty.drifting
 
     @property
+    def disturbance(self) -> str:
+        """Words on the process noise that explains the window, if any."""
+        return '' if self.uncertainty is None else self.uncertainty.disturbance
+
+    @property
     def jumps(self) -> int:
         """Number of jumps."""
         return 0 if self.uncertainty is None else len(self.uncertainty.jumps)
@@ -139,6 +144,8 @@ def judged(findings: Findings) -> tuple[Outcome, str]:
     """
     rule = next(rule for rule in RULES if rule.applies(findings))
     message = rule.message(findings)
+    if findings.disturbance:
+        message = f'{message}; {findings.disturbance}'
     if findings.resting:
         message = f'{findings.resting}: check the bounds, or the model; {message}'
     return rule.outcome, message

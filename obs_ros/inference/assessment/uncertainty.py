@@ -26,6 +26,8 @@ class Uncertainty:
     - `finished`: there was time to look for jumps;
     - `bent`: the window is so far from linear that the covariance holds for single unknowns only;
     - `correlation`: the noise's at lag 1, which the covariance accounts for already;
+    - `end` (n, n): covariance of the state at the end with the unknowns given, by process noise;
+      `disturbance` says that noise in words;
     - `determined_alone` (q,): parameters that some window has determined by itself. Of the others
       nothing is known, whatever many windows seem to add up to along a bent valley.
     """
@@ -38,6 +40,8 @@ class Uncertainty:
     bent: bool = False
     correlation: float = 0.0
     determined_alone: BoolArray | None = None
+    end: Array | None = None
+    disturbance: str = ''
 
     @property
     def drifting(self) -> bool:
@@ -75,8 +79,16 @@ class Deviations:
         return cls(np.full(n, np.nan), np.full(n, np.nan), np.full(q, np.nan))
 
     @classmethod
-    def of(cls, hypothesis: Hypothesis, covariance: Array, inflation: float) -> 'Deviations':
+    def of(
+        cls,
+        hypothesis: Hypothesis,
+        covariance: Array,
+        inflation: float,
+        end: Array | None = None,
+    ) -> 'Deviations':
         """Return those of a hypothesis with this joint covariance (D, D) times `inflation`.
+
+        `end` (n, n) is the covariance that process noise adds to the state at the end.
 
         What is not estimated has none, 0. Above a tenth of its box, or on a log scale 30 % of its
         value, a standard deviation says that the value is not determined, and is withheld.
@@ -95,7 +107,10 @@ class Deviations:
             everything[unknowns.index] = np.where(boxes <= limit, boxes * slopes, np.nan)
             found[name] = everything
         g = hypothesis.linearisation.state_jacobian
-        state = np.sqrt(np.maximum(((g @ covariance) * g).sum(axis=1), 0.0))
+        variances = ((g @ covariance) * g).sum(axis=1)
+        if end is not None:
+            variances = variances + inflation * np.diagonal(end)
+        state = np.sqrt(np.maximum(variances, 0.0))
         boxes = np.full(n, np.inf)
         estimated = unknowns.index < n
         boxes[unknowns.index[estimated]] = unknowns.scale.width[estimated]

@@ -37,7 +37,8 @@ def fit(**changes: Any) -> Any:
 
 
 def searched(**changes: Any) -> Any:
-    return SimpleNamespace(**{'finished': True, 'drifting': False, 'jumps': (), **changes})
+    plain = {'finished': True, 'drifting': False, 'jumps': (), 'disturbance': ''}
+    return SimpleNamespace(**{**plain, **changes})
 
 
 # In the order of the table: each is followed by those that it goes before.
@@ -129,3 +130,10 @@ def test_unknowns_at_their_bounds_are_named_with_units() -> None:
     )
     free = Unknowns.of(OSCILLATOR, bounds={'stiffness': (-np.inf, 2.0)})
     assert unknowns_at_bound(free, np.array([0.5, 0.5, 0.0, 0.5])) == ''
+
+
+def test_process_noise_is_named_behind_the_reason() -> None:
+    pushed = searched(disturbance='pushed about')
+    assert judged(replace(GOOD, uncertainty=pushed)) == (
+        Outcome.CONVERGED, f'{Acceptance.METHOD}; pushed about',
+    )  # fmt: skip

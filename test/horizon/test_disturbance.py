@@ -1,0 +1,90 @@
+"""Tests of obs_ros.horizon.disturbance, by way of the front door and of windows in sequence."""
+
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+import pytest
+from plants import LAG, square_wave
+
+from obs_ros import Outcome, Record, solve_window
+from obs_ros.core.deadline import Deadline
+from obs_ros.core.rng import random_generator
+from obs_ros.horizon.moving_horizon import MovingHorizon
+from obs_ros.horizon.settings import EstimationSettings
+from obs_ros.horizon.solver import Solver
+
+K, TAU, SIGMA, WALK = 1.2, 3.0, 0.02, 0.1
+INTERVAL = 0.1
+
+
+def record(nodes: int = 400, walk: float = WALK, seed: int = 0) -> Record:
+    rng = np.random.default_rng([seed, 7])
+    t = INTERVAL * np.arange(nodes)
+    u = square_wave(t) * np.repeat(rng.uniform(0.5, 1.5, nodes // 30 + 1), 30)[:nodes]
+    hold = np.exp(-INTERVAL / TAU)
+    push = walk * np.sqrt(0.5 * TAU * (1.0 - hold**2))
+    x = np.empty(nodes)
+    x[0] = 0.5
+    for k in range(nodes - 1):
+        x[k + 1] = K * u[k] + (x[k] - K * u[k]) * hold + push * rng.standard_normal()
+    return Record(t, u, x + SIGMA * rng.standard_normal(nodes))
+
+
+def test_off_a_pushed_plant_is_a_mismatch_and_auto_it_is_explained_with_deviations() -> None:
+    off = solve_window(LAG, record(), seed=1)
+    assert off.outcome is Outcome.MODEL_MISMATCH
+    found = solve_window(LAG, record(), seed=1, process_noise='auto')
+    assert found.outcome is Outcome.CONVERGED
+    assert found.message.startswith('process noise explains the residual; pushed about by')
+    for name, truth in (('k', K), ('tau', TAU)):
+        assert abs(found.parameters[name] - truth) < 3.0 * found.stddev[name] < 1.5
+    assert 0.5 * SIGMA < found.stddev['x'] < 2.0 * SIGMA
+    assert found.output_rms['y'] == pytest.approx(np.hypot(SIGMA, WALK * INTERVAL**0.5), rel=0.25)
+
+
+@pytest.mark.parametrize('mode', ['auto', 'off'])
+def test_an_exact_plant_is_solved_as_without(mode: Any) -> None:
+    plain = solve_window(LAG, record(walk=0.0), seed=1)
+    found = solve_window(LAG, record(walk=0.0), seed=1, process_noise=mode)
+    assert found.parameters == plain.parameters and found.stddev == plain.stddev
+    assert (found.message, found.evaluations) == (plain.message, plain.evaluations)
+
+
+def test_given_walks_are_used_whatever_the_residual() -> None:
+    walking = replace(LAG, states=(replace(LAG.states[0], walk=WALK),))
+    found = solve_window(walking, record(), seed=1, process_noise='given')
+    assert 'x by 0.1' in found.message
+    auto = solve_window(LAG, record(), seed=1, process_noise='auto')
+    assert found.parameters['k'] == pytest.approx(auto.parameters['k'], rel=0.05)
+
+
+@pytest.mark.parametrize(
+    ('settings', 'message'),
+    [
+        ({'process_noise': 'atuo'}, "unknown process_noise 'atuo': did you mean 'auto'"),
+        ({'process_noise': 'given'}, "give a state of model 'lag' a walk"),
+        ({'process_noise': 'auto', 'search': 'ga'}, "set process_noise to 'off', not 'auto'"),
+    ],
+)
+def test_wrong_settings_are_refused(settings: dict[str, Any], message: str) -> None:
+    with pytest.raises(ValueError, match=message):
+        solve_window(LAG, record(60), **settings)
+
+
+def test_windows_in_sequence_hand_on_what_they_learned_and_hold_the_truth() -> None:
+    long = record(2400, seed=3)
+    solver = Solver.of(LAG, EstimationSettings(process_noise='auto'))
+    solver.prepare()
+    windows = MovingHorizon(solver)
+    found = []
+    for i, first in enumerate(range(0, 2400, 400)):
+        part = slice(first, first + 400)
+        window = Record(long.t[part], long.u[part], long.y[part])
+        found.append(windows.solve(window, random_generator(0, i), Deadline()))
+    assert {one.outcome for one in found} == {Outcome.CONVERGED}
+    assert not any(one.jumps for one in found)
+    for name, truth in (('k', K), ('tau', TAU)):
+        errors = [abs(one.parameters[name] - truth) / one.stddev[name] for one in found]
+        assert max(errors) < 3.5
+        assert found[-1].stddev[name] < 0.7 * found[0].stddev[name]
