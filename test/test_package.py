@@ -14,7 +14,9 @@ ROOT = Path(__file__).resolve().parents[1]
 EXECUTABLES = ('check_model', 'estimator', 'replay', 'simulator')
 ROS_SIDE = ('obs_ros.ros', 'plant_sim.node')
 # Text that generated modules are made of: read, never imported.
-TEMPLATES = {'obs_ros.integration.kernels'}
+TEMPLATES = {
+    f'obs_ros.integration.{name}' for name in ('kernels', 'kernels_filter', 'kernels_injected')
+}
 
 MANIFEST = parse_package(ROOT / 'package.xml')
 DECLARED = {dependency.name for dependency in MANIFEST.exec_depends}
