@@ -23,7 +23,7 @@ def main(arguments: list[str] | None = None) -> str:
         if not (chosen.data / plant.file).is_file():
             print(f'{name}: left out, there is no {chosen.data / plant.file}', file=sys.stderr)
             continue
-        times = starts(plant, recorded(plant, chosen.data))
+        times = starts(plant, recorded(name, chosen.data))
         for mode in ('off', 'auto'):
             cells[name, mode] = [(name, str(chosen.data), mode, time) for time in times]
     if not cells:

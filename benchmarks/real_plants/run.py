@@ -1,5 +1,6 @@
 """Windows of recorded plants, each solved alone, and what they forecast of what followed."""
 
+import functools
 import time
 from pathlib import Path
 from typing import Any, NamedTuple
@@ -32,8 +33,10 @@ class Solved(NamedTuple):
     hold: dict[str, Array]
 
 
-def recorded(plant: Plant, folder: Path) -> Record:
+@functools.cache  # once in each process, not for each window
+def recorded(name: str, folder: Path) -> Record:
     """Return the whole recording of a plant."""
+    plant = PLANTS[name]
     rows = np.genfromtxt(folder / plant.file, delimiter=',', names=True)
     t = rows['t'] if plant.interval is None else plant.interval * np.arange(rows.size)
     u, y = (
@@ -51,7 +54,7 @@ def starts(plant: Plant, record: Record) -> list[float]:
 def solved(name: str, folder: str, mode: Any, start: float) -> Solved:
     """Solve the window of a plant that begins at a time (s), process noise `off` or `auto`."""
     plant = PLANTS[name]
-    whole = recorded(plant, Path(folder))
+    whole = recorded(name, Path(folder))
     window = _part(whole, start, start + plant.window)
     begin = time.process_time()
     found = solve_window(plant.model, window, seed=1, process_noise=mode)

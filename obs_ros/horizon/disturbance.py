@@ -48,7 +48,10 @@ def explain_by_process_noise(
     `given` (r,) are the outputs' known deviations, NaN where they are not. With mode `auto` it is
     tried only where `best` leaves a residual that is no noise.
     """
-    if mode == 'off' or deadline.passed or (mode == 'auto' and _is_noise(window, best)):
+    drifting = len(best.problem.events) > 1
+    if mode == 'off' or deadline.passed:
+        return None
+    if mode == 'auto' and not drifting and _fit(window, best).is_noise:
         return None
     if mode == 'given':
         other = with_given_walks(window, found.z, given, deadline)
@@ -57,27 +60,19 @@ def explain_by_process_noise(
     if other is None or (mode == 'auto' and other.criterion >= _criterion(window, best)):
         return None
     hypothesis = hypothesis_at(PiecewiseProblem(other.window.objective, window.prior), other.z)
-    fit = _fit(other.window, hypothesis)
-    white = not fit.too_large and (fit.colour.white or fit.negligible)
+    explained = _fit(other.window, hypothesis).is_noise
     return DisturbedWindow(
         other.window,
         replace(
             found,
             z=other.z,
             cost=hypothesis.squares,
-            accepted=Acceptance.PROCESS_NOISE if white else found.accepted,
+            accepted=Acceptance.PROCESS_NOISE if explained else found.accepted,
         ),
         hypothesis,
         other.noise,
         other.covariance,
     )
-
-
-def _is_noise(window: WindowState, best: Hypothesis) -> bool:
-    """Whether a hypothesis leaves no more than noise."""
-    fit = _fit(window, best)
-    drifting = len(best.problem.events) > 1
-    return not (fit.too_large or drifting) and (fit.colour.white or fit.negligible)
 
 
 def _criterion(window: WindowState, best: Hypothesis) -> float:

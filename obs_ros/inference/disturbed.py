@@ -29,14 +29,20 @@ class Disturbed:
     """A window explained by process noise: corrected rollouts, candidate z (d,), and noise.
 
     `criterion` is -2 log p(y, z) but for a constant, with the prior of z and log N for every walk
-    (BIC; Schwarz 1978); `covariance` (n, n) is that of the state at the end, the candidate given.
+    (BIC; Schwarz 1978); `along` is the filter's pass along the candidate.
     """
 
     window: WindowState
     z: Array
     noise: ProcessNoise
     criterion: float
-    covariance: Array = field(repr=False)
+    along: FilterPass = field(repr=False)
+
+    @property
+    def covariance(self) -> Array:
+        """Covariance (n, n) of the state at the end, the candidate given."""
+        n = self.along.states.shape[1]
+        return self.along.P[:n, :n]
 
 
 def with_given_walks(
@@ -102,8 +108,8 @@ def _alternated(
 ) -> Disturbed | None:
     """Renew noise and candidate by turns until the likelihood stays."""
     best: Disturbed | None = None
+    found = _filtered(window, z, noise)
     for _ in range(SETTINGS.rounds):
-        found = _filtered(window, z, noise)
         if not np.isfinite(found.neg2_log_likelihood):
             break
         noise = most_likely(LinearPath.of(found), noise, groups, given, least_noise(window))
@@ -115,7 +121,7 @@ def _alternated(
             break
         if best is not None and now.criterion > best.criterion - SETTINGS.gain:
             return now if now.criterion < best.criterion else best
-        best, z = now, now.z
+        best, z, found = now, now.z, now.along
     return best
 
 
@@ -137,8 +143,7 @@ def _renewed(
     found = _filtered(window, z, noise)
     penalty = walks * np.log(objective.count(nodes))
     criterion = found.neg2_log_likelihood + float(window.prior.squares(z[None])[0]) + penalty
-    n = len(objective.unknowns.model.states)
-    return Disturbed(_corrected(window, found), z, noise, criterion, found.P[:n, :n])
+    return Disturbed(_corrected(window, found), z, noise, criterion, found)
 
 
 def _restricted(

@@ -31,7 +31,7 @@ def folder(tmp_path: Path) -> Path:
 
 def test_a_window_finds_what_was_recorded_and_forecasts_what_followed(folder: Path) -> None:
     plant = PLANTS['ball and beam']
-    record = recorded(plant, folder)
+    record = recorded('ball and beam', folder)
     times = starts(plant, record)
     assert record.t.size == 500 and times[OVERLAP] - times[0] == pytest.approx(plant.window)
     found = solved('ball and beam', str(folder), 'off', times[0])

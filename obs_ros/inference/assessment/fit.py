@@ -65,6 +65,11 @@ class Fit:
         return float(np.sqrt(self.squares / self.freedom))
 
     @property
+    def is_noise(self) -> bool:
+        """Whether noise would leave no less, of no other colour; rounding may have any."""
+        return not self.too_large and (self.colour.white or self.negligible)
+
+    @property
     def too_large(self) -> bool:
         """Whether noise of the known size would hardly leave so much."""
         return self.noise_known and not like_noise(self.squares, self.freedom)

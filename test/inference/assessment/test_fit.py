@@ -32,6 +32,7 @@ def test_its_size_beside_the_noise(scale: float, too_large: bool, too_small: boo
     assert found.ratio == pytest.approx(scale, rel=0.1)
     assert (found.too_large, found.too_small) == (too_large, too_small)
     assert found.colour.white
+    assert found.is_noise == (not too_large)
     guessed = fit_of(white(scale), noise_known=False)
     assert not guessed.too_large and not guessed.too_small
 
@@ -46,6 +47,8 @@ def test_noise_of_a_known_colour_counts_as_fewer_squares() -> None:
 
 def test_rounding_is_negligible_and_a_signal_is_not() -> None:
     assert fit_of(white(1e-7)).negligible
+    coloured = np.cumsum(white(), axis=0)
+    assert fit_of(1e-8 * coloured).is_noise and not fit_of(0.01 * coloured).is_noise
     assert not fit_of(white(1e-2)).negligible
 
 
