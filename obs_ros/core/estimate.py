@@ -13,6 +13,7 @@ class Outcome(StrEnum):
     """Outcome of an estimate, whose message says what to do about it."""
 
     CONVERGED = 'converged'
+    APPROXIMATE = 'approximate'
     DEADLINE = 'deadline'
     NOT_IDENTIFIABLE = 'not_identifiable'
     AT_BOUND = 'at_bound'

@@ -7,8 +7,17 @@ import numpy as np
 from obs_ros.core.deadline import Deadline
 from obs_ros.core.typing import Array
 from obs_ros.inference.assessment.fit import Fit
+from obs_ros.inference.assessment.output_error import output_error_covariance
+from obs_ros.inference.assessment.skill import forecast_skill
 from obs_ros.inference.assessment.uncertainty import Uncertainty
-from obs_ros.inference.disturbed import disturbed, plain_criterion, with_given_walks
+from obs_ros.inference.disturbed import (
+    Disturbed,
+    criterion_of,
+    disturbed,
+    disturbed_at,
+    with_given_walks,
+    with_known_noise,
+)
 from obs_ros.inference.jumps.hypothesis import Hypothesis, hypothesis_at
 from obs_ros.inference.jumps.piecewise import PiecewiseProblem
 from obs_ros.inference.process_noise import ProcessNoise, ProcessNoiseMode
@@ -19,18 +28,54 @@ from obs_ros.optimization.result import Found
 
 @dataclass(frozen=True)
 class DisturbedWindow:
-    """A window explained by process noise, its hypothesis without jumps, and the noise."""
+    """A window explained by process noise, its hypothesis, and the noise.
+
+    `end` (n, n) is the covariance of the state at the end, the unknowns given; `covariance` (d, d)
+    is that of an output-error estimate, where one is published.
+    """
 
     window: WindowState
     found: Found
     hypothesis: Hypothesis
     noise: ProcessNoise
-    end: Array  # (n, n) covariance of the state at the end, the unknowns given
+    end: Array
+    criterion: float
+    covariance: Array | None = None
+
+    @classmethod
+    def of(cls, window: WindowState, found: Found, other: Disturbed) -> 'DisturbedWindow':
+        """Return the window of a fit with the process noise that explains it, without jumps."""
+        hypothesis = hypothesis_at(PiecewiseProblem(other.window.objective, window.prior), other.z)
+        accepted = found.accepted
+        if fit_of(other.window, hypothesis).is_noise:
+            accepted = Acceptance.PROCESS_NOISE
+        fitted = replace(found, z=other.z, cost=hypothesis.squares, accepted=accepted)
+        return cls(other.window, fitted, hypothesis, other.noise, other.covariance, other.criterion)
+
+    def jumped(self, best: Hypothesis) -> 'DisturbedWindow':
+        """Return the window with jumps, all noise as large as the innovations then say."""
+        count = best.problem.objective.count(best.problem.objective.nodes)
+        ratio = np.sqrt(best.squares / max(1, count - best.point.size))
+        window = self.window.rescaled(np.full(self.noise.noise.size, ratio))
+        problem = replace(best.problem, objective=window.objective)
+        hypothesis = hypothesis_at(problem, best.point, best.earlier)
+        noise = ProcessNoise(ratio * self.noise.walks, ratio * self.noise.noise)
+        found = replace(self.found, cost=hypothesis.squares, accepted=Acceptance.PROCESS_NOISE)
+        return replace(
+            self, window=window, found=found, hypothesis=hypothesis, noise=noise,
+            end=ratio**2 * self.end,
+        )  # fmt: skip
+
+    @property
+    def is_noise(self) -> bool:
+        """Whether the innovations are those of the noise, in size and colour."""
+        return fit_of(self.window, self.hypothesis).is_noise
 
     def added_to(self, uncertainty: Uncertainty) -> Uncertainty:
         """Return the uncertainty with what process noise adds to it."""
         words = self.noise.words(self.window.objective.unknowns.model)
-        return replace(uncertainty, end=self.end, disturbance=words)
+        covariance = uncertainty.covariance if self.covariance is None else self.covariance
+        return replace(uncertainty, covariance=covariance, end=self.end, disturbance=words)
 
 
 def explain_by_process_noise(
@@ -51,37 +96,110 @@ def explain_by_process_noise(
     drifting = len(best.problem.events) > 1
     if mode == 'off' or deadline.passed:
         return None
-    if mode == 'auto' and not drifting and _fit(window, best).is_noise:
+    if mode == 'auto' and not drifting and fit_of(window, best).is_noise:
         return None
     if mode == 'given':
         other = with_given_walks(window, found.z, given, deadline)
     else:
         other = disturbed(window, found.z, given, previous, deadline)
-    if other is None or (mode == 'auto' and other.criterion >= _criterion(window, best)):
+    if other is None or (mode == 'auto' and other.criterion >= criterion_at(window, best)):
         return None
-    hypothesis = hypothesis_at(PiecewiseProblem(other.window.objective, window.prior), other.z)
-    explained = _fit(other.window, hypothesis).is_noise
-    return DisturbedWindow(
-        other.window,
-        replace(
-            found,
-            z=other.z,
-            cost=hypothesis.squares,
-            accepted=Acceptance.PROCESS_NOISE if explained else found.accepted,
-        ),
-        hypothesis,
-        other.noise,
-        other.covariance,
+    return DisturbedWindow.of(window, found, other)
+
+
+def continue_process_noise(
+    window: WindowState,
+    found: Found,
+    given: Array,
+    deadline: Deadline,
+    *,
+    mode: ProcessNoiseMode,
+    previous: ProcessNoise,
+) -> DisturbedWindow | None:
+    """Return the window explained by process noise like that of earlier windows.
+
+    `found` is a warm start.
+    """
+    if mode == 'given':
+        other = with_given_walks(window, found.z, given, deadline)
+    else:
+        other = disturbed(window, found.z, given, previous, deadline, afresh=False)
+    return None if other is None else DisturbedWindow.of(window, found, other)
+
+
+def with_noise_of_others(
+    window: WindowState, other: DisturbedWindow, noise: ProcessNoise, deadline: Deadline
+) -> DisturbedWindow | None:
+    """Return the window with the process noise of other windows instead of its own."""
+    found = with_known_noise(window, other.found.z, noise, deadline)
+    return None if found is None else DisturbedWindow.of(window, other.found, found)
+
+
+def filtered_output_error(
+    window: WindowState, plain: Hypothesis, other: DisturbedWindow
+) -> DisturbedWindow:
+    """Return the window at the output error's optimum, its state filtered with process noise.
+
+    Its innovations need not be white, nor of the right size.
+    """
+    at = disturbed_at(window, plain.point, other.noise)
+    covariance = output_error_covariance(plain, other.noise, at.along)
+    return replace(DisturbedWindow.of(window, other.found, at), covariance=covariance)
+
+
+def output_error(
+    window: WindowState, plain: Hypothesis, filtered: DisturbedWindow
+) -> DisturbedWindow:
+    """Return the window by output error, as uncertain as process noise makes it.
+
+    `filtered` is that with its state filtered, from which the state at the end differs.
+    """
+    plain_window = replace(window, objective=plain.problem.objective, noise_known=True)
+    last = int(np.flatnonzero(window.objective.grid.measured)[-1])
+    off = plain.trajectory[0][last] - filtered.hypothesis.trajectory[0][last]
+    return replace(
+        filtered,
+        window=plain_window,
+        found=replace(filtered.found, z=plain.point, cost=plain.squares),
+        hypothesis=plain,
+        end=filtered.end + np.diag(off**2),
     )
 
 
-def _criterion(window: WindowState, best: Hypothesis) -> float:
+def assessed(uncertainty: Uncertainty, mode: ProcessNoiseMode) -> Uncertainty:
+    """Return the uncertainty with the skill of its forecasts, where noise alone is no explanation.
+
+    Nothing is assessed with process noise switched off.
+    """
+    if mode == 'off':
+        return uncertainty
+    if not uncertainty.disturbance and uncertainty.fit.is_noise:
+        return uncertainty
+    return replace(uncertainty, skill=forecast_skill(uncertainty.hypothesis))
+
+
+def criterion_at(window: WindowState, best: Hypothesis) -> float:
+    """Return -2 log p(y, z) of a hypothesis but for a constant, with its penalties.
+
+    Without process noise, noise may also be as large as the residual, at log N for each output:
+    walks must not stand for noise that was given too small.
+    """
+    objective = best.problem.objective
     if not np.isfinite(best.cost):
         return np.inf
-    return plain_criterion(replace(window, objective=best.problem.objective), best.cost)
+    plain = criterion_of(replace(window, objective=objective), best.cost)
+    if objective.grid.injection is not None:
+        return plain
+    counts = np.count_nonzero(objective.grid.weight, axis=0)
+    squares = np.nansum(best.trajectory[1] ** 2, axis=0)
+    told = (counts > 0) & (squares > 0.0)
+    sizes = counts[told] * (np.log(squares[told] / counts[told]) + 1.0)
+    freed = plain - best.squares + float(sizes.sum()) + told.sum() * np.log(counts.sum())
+    return min(plain, float(freed))
 
 
-def _fit(window: WindowState, best: Hypothesis) -> Fit:
+def fit_of(window: WindowState, best: Hypothesis) -> Fit:
+    """Return the residual of a hypothesis beside the noise of its window."""
     return Fit.of(
         best.problem.objective,
         best.squares,

@@ -11,6 +11,7 @@ window; directions that it does not inform are held where the prior has them.
 """
 
 import time
+from collections.abc import Mapping
 from dataclasses import replace
 
 import numpy as np
@@ -20,28 +21,30 @@ from obs_ros.core.estimate import Estimate, Outcome
 from obs_ros.core.model import names
 from obs_ros.core.record import Record
 from obs_ros.core.residual_tests import inflation
-from obs_ros.core.typing import Array
 from obs_ros.horizon.announcements import Announcements
 from obs_ros.horizon.arrival_cost import ArrivalCost, WindowPosterior
-from obs_ros.horizon.disturbance import explain_by_process_noise
+from obs_ros.horizon.disturbance import assessed, fit_of
+from obs_ros.horizon.forecasts import Forecasts
 from obs_ros.horizon.probation import Probation, without_stuck
-from obs_ros.horizon.solver import Solver, TooFewSamples
-from obs_ros.horizon.stages import (
-    Explanation,
-    continued_jumps,
-    determined_alone,
-    explain,
-    fit,
-    hold_uninformed,
-    is_uninformative,
-    recall,
+from obs_ros.horizon.scatter import Alone, Scatter, raised
+from obs_ros.horizon.solution import (
+    SOLUTION,
+    Earlier,
+    Solution,
+    bases_of,
+    level_of,
+    plain_fits,
+    solved,
 )
+from obs_ros.horizon.solver import Solver, TooFewSamples
+from obs_ros.horizon.stages import determined_alone, hold_uninformed, is_uninformative, recall
 from obs_ros.inference.assessment.assemble import empty, report
-from obs_ros.inference.assessment.outcome import states_at_bound
+from obs_ros.inference.assessment.outcome import is_confirmed, states_at_bound
+from obs_ros.inference.assessment.skill import last_values, least_noises
 from obs_ros.inference.assessment.uncertainty import Uncertainty
 from obs_ros.inference.jumps.hypothesis import Hypothesis
 from obs_ros.inference.noise import Noise, variances_left
-from obs_ros.inference.process_noise import ProcessNoise
+from obs_ros.inference.process_noise import LearnedProcessNoise
 from obs_ros.inference.window_state import WindowState
 from obs_ros.samples.range_check import without_absurd
 
@@ -59,7 +62,11 @@ class MovingHorizon:
         self._given = (
             np.full(len(solver.model.outputs), np.nan) if learn_noise else solver.given_noise
         )
-        self._process_noise: ProcessNoise | None = None  # the latest window's that had any
+        self._process_noise = LearnedProcessNoise()
+        self._scatter = Scatter()
+        self._level: float | None = None  # see `Earlier`
+        self._unsearched = 0  # windows since the last search
+        self._forecasts = Forecasts()
         self._announcements = Announcements()
         self._probation = Probation()
         self._previous: Estimate | None = None
@@ -98,48 +105,108 @@ class MovingHorizon:
             return empty(self._solver.model, record, Outcome.TOO_FEW_SAMPLES, str(error))
 
     def _estimate(self, record: Record, rng: np.random.Generator, deadline: Deadline) -> Estimate:
-        """Take a window through its stages: prior, fit, jumps, informed subspace, report."""
+        """Take a window through its stages: prior, explanation, informed subspace, report."""
         begun = time.perf_counter()
         solver = self._solver
-        window = self._posed(record)
+        posed = self._posed(record)
         warm = solver.warm_start(record, self._previous)
-        continued = self._continued(window, warm, deadline) if window.noise_known else None
-        window, found = fit(window, solver, warm, continued, rng, deadline)
-        if not np.isfinite(found.cost):
-            return solver.diverged(window)
-        if not window.noise_known:  # only now the squares are in units of the noise
-            continued = self._continued(window, warm, deadline)
-        window, explanation = explain(window, found, continued, deadline)
-        best = explanation.hypothesis
-        other = explain_by_process_noise(
-            window, found, best, self._given, deadline,
-            mode=solver.settings.process_noise, previous=self._process_noise,
-        )  # fmt: skip
-        if other is not None:
-            window, found, best = other.window, other.found, other.hypothesis
-            explanation = Explanation(best, (), explanation.finished)
-        uncertainty = hold_uninformed(best, deadline)
-        if is_uninformative(uncertainty):
-            prior = self._arrival_cost.most_informative_prior(window.start, window.duration)
-            uncertainty = recall(uncertainty, prior, deadline)
-        uncertainty = replace(
-            uncertainty, finished=explanation.finished, correlation=window.correlation
-        )
-        uncertainty = uncertainty if other is None else other.added_to(uncertainty)
-        jumps = self._announcements.of(uncertainty, explanation.alternatives, record)
-        self._alone |= determined_alone(uncertainty)
-        uncertainty = replace(uncertainty, jumps=jumps, determined_alone=self._alone.copy())
+        level = self._level if self._unsearched < SOLUTION.unsearched else None
+        earlier = Earlier(warm, self._explained, self._process_noise.pooled, level)
+        solution = solved(posed, solver, earlier, self._given, rng, deadline)
+        if solution is None:
+            return solver.diverged(posed)
+        self._note_search(posed, solution)
+        self._forecasts.advance(solver.kernels, record)
+        solution = self._by_forecasts(posed, solution)
+        uncertainty = self._uncertainty(solution, record, deadline)
         estimate = report(
-            window,
-            found,
+            solution.window,
+            solution.found,
             uncertainty,
             in_time=not deadline.passed,
             solve_time=time.perf_counter() - begun,
         )
-        if found.accepted and explanation.finished:
-            fits = self._learn(uncertainty, None if other is None else other.noise)
-            return self._probation.judge(estimate, fits) if window.noise_known else estimate
+        estimate = replace(estimate, figures=self._figures(uncertainty))
+        if solution.found.accepted and solution.finished:
+            explained = self._learn(uncertainty, solution)
+            if solution.window.noise_known:
+                alone = explained and solution.disturbed is None and uncertainty.skill is None
+                given = bool(np.isfinite(self._given).all())
+                return self._probation.judge(estimate, alone, uncertainty.skill, given=given)
         return estimate
+
+    def _note_search(self, posed: WindowState, solution: Solution) -> None:
+        """Note how well a search explained its window by process noise, and how long ago it was."""
+        self._unsearched += 1
+        if solution.searched:
+            own = solution.disturbed
+            self._level = None if own is None else level_of(posed, own)
+            self._unsearched = 0
+
+    def _by_forecasts(self, posed: WindowState, solution: Solution) -> Solution:
+        """Return the solution that forecasts speak for, and begin those of this window."""
+        if self._solver.settings.process_noise == 'off' or plain_fits(solution):
+            return solution
+        bases = bases_of(posed, solution)
+        grid = posed.objective.grid
+        last = int(np.flatnonzero(grid.measured)[-1])
+        self._forecasts.begin(
+            {basis: end for basis, (end, _) in bases.items()},
+            float(grid.t[last]),
+            posed.duration,
+            last_values(grid, last),
+            least_noises(grid),
+        )
+        chosen = bases.get(self._forecasts.decide())
+        return solution if chosen is None or chosen[1] is None else solution.by(chosen[1])
+
+    def _uncertainty(self, solution: Solution, record: Record, deadline: Deadline) -> Uncertainty:
+        """Return what is known of a solution's point: covariance, jumps, skill of its forecasts."""
+        window, other = solution.window, solution.disturbed
+        noise = fit_of(window, solution.hypothesis).is_noise
+        uncertainty = hold_uninformed(solution.hypothesis, deadline, noise=noise)
+        if is_uninformative(uncertainty):
+            prior = self._arrival_cost.most_informative_prior(window.start, window.duration)
+            uncertainty = recall(uncertainty, prior, deadline)
+        uncertainty = replace(
+            uncertainty, finished=solution.finished, correlation=window.correlation
+        )
+        uncertainty = uncertainty if other is None else other.added_to(uncertainty)
+        uncertainty = assessed(uncertainty, self._solver.settings.process_noise)
+        if uncertainty.skill is not None:
+            uncertainty = self._compared(uncertainty, solution)
+        jumps = self._announcements.of(uncertainty, solution.alternatives, record)
+        self._alone |= determined_alone(uncertainty)
+        return replace(uncertainty, jumps=jumps, determined_alone=self._alone.copy())
+
+    def _compared(self, uncertainty: Uncertainty, solution: Solution) -> Uncertainty:
+        """Return the uncertainty beside the windows before: their forecasts, and their scatter."""
+        skill = self._forecasts.skill()
+        self._scatter.add(Alone.of(uncertainty, uncertainty.fit.inflation))
+        factors = self._scatter.factors()
+        best = uncertainty.hypothesis
+        places = best.layout.final(best.point)[self._solver.unknowns.n_states :]
+        words = [uncertainty.disturbance, solution.said]
+        return replace(
+            uncertainty,
+            skill=uncertainty.skill if skill is None else skill,
+            covariance=raised(uncertainty.covariance, places, factors),
+            scatter=factors,
+            disturbance='; '.join(word for word in words if word),
+        )
+
+    def _figures(self, uncertainty: Uncertainty) -> Mapping[str, float]:
+        """Return figures for the diagnostics: forecast skill, scatter beside deviations."""
+        figures = {}
+        if uncertainty.skill is not None:
+            figures['forecast_skill'] = uncertainty.skill
+        if uncertainty.scatter is not None:
+            unknowns = self._solver.unknowns
+            parameters = unknowns.names[unknowns.n_states :]
+            for name, factor in zip(parameters, uncertainty.scatter, strict=True):
+                if np.isfinite(factor):
+                    figures[f'scatter_over_sd.{name}'] = float(factor)
+        return figures
 
     def _posed(self, record: Record) -> WindowState:
         """Return the window with the arrival cost of the earlier ones; raises TooFewSamples."""
@@ -155,41 +222,45 @@ class MovingHorizon:
             correlation=correlation,
         )
 
-    def _continued(
-        self, window: WindowState, warm: Array | None, deadline: Deadline
-    ) -> Hypothesis | None:
-        """Return the hypothesis that the previous window's jumps are as it explained them."""
-        if self._explained is None or warm is None:
-            return None
-        return continued_jumps(window, self._explained, warm, deadline)
-
-    def _learn(self, uncertainty: Uncertainty, process_noise: ProcessNoise | None) -> bool:
+    def _learn(self, uncertainty: Uncertainty, solution: Solution) -> bool:
         """Remember what an accepted window says; one that nothing explains teaches nothing.
 
         Returns whether it was explained.
         """
-        best, fits = uncertainty.hypothesis, uncertainty.fit
+        best, fits, other = uncertainty.hypothesis, uncertainty.fit, solution.disturbed
         objective = best.problem.objective
         grid, unknowns = objective.grid, objective.unknowns
-        if process_noise is not None:
-            self._process_noise = process_noise
+        explained = is_confirmed(fits, uncertainty.skill)
+        if other is not None:
+            if not best.jumps:
+                self._process_noise.add(other.noise)
         # What a state at its bound leaves is no noise: there the model may not hold.
         elif not states_at_bound(unknowns.model, best.trajectory[0]):
             left = variances_left(best.trajectory[1], grid, best.point.size)
             odd = fits.too_large or fits.too_small
             (self._noise.doubt if odd else self._noise.accept)(left, fits.colour)
-        self._explained = None if fits.too_large or process_noise is not None else best
-        if fits.too_large:
+        self._explained = best if explained and not fits.too_large else None
+        if not explained:
             return False
         start, end = float(grid.t[0]), float(grid.t[-1])
         near = self._announcements.settings.same_time * (end - start)
         self._arrival_cost.update_jumps(uncertainty.jumps, start, end, near)
-        white = process_noise is None or fits.colour.white
-        if white and not uncertainty.drifting and np.isfinite(uncertainty.covariance).all():
-            final = best.layout.final(best.point)[unknowns.n_states :]
-            covariance = uncertainty.covariance[np.ix_(final, final)]
-            if uncertainty.bent:  # the valley is not where correlations say that it is
-                covariance = np.diag(np.diagonal(covariance))
-            mean = best.point[final]
-            self._arrival_cost.add(WindowPosterior(end, mean, covariance))
+        if any(jump.new for jump in uncertainty.jumps):
+            self._scatter.forget()
+        # What is not white narrows the prior only by as much as windows agree.
+        sound = (uncertainty.skill is None and not fits.too_large) or fits.is_noise
+        known = uncertainty.scatter is not None
+        if (sound or known) and not uncertainty.drifting:
+            self._hand_on(uncertainty, end, 1.0 if sound else fits.inflation)
         return True
+
+    def _hand_on(self, uncertainty: Uncertainty, end: float, inflation: float) -> None:
+        """Hand the parameters at the end (s) of a window on to later ones."""
+        best = uncertainty.hypothesis
+        if not np.isfinite(uncertainty.covariance).all():
+            return
+        final = best.layout.final(best.point)[self._solver.unknowns.n_states :]
+        covariance = inflation * uncertainty.covariance[np.ix_(final, final)]
+        if uncertainty.bent:  # the valley is not where correlations say that it is
+            covariance = np.diag(np.diagonal(covariance))
+        self._arrival_cost.add(WindowPosterior(end, best.point[final], covariance))

@@ -13,6 +13,7 @@ from obs_ros.optimization.memetic import MemeticSettings
 from obs_ros.samples.stuck_sensor import stuck, words
 
 EARNED = 20  # windows in a row that fit: fewer happen by chance near rest
+SKILLED = 4  # in a row whose forecasts beat holding the last value: these are no imitation
 
 
 @dataclass(frozen=True)
@@ -54,32 +55,55 @@ class Probation:
     event of its own, and casts no doubt on others.
     """
 
-    def __init__(self, windows: int = EARNED) -> None:
-        self._windows = windows
+    def __init__(self, windows: int = EARNED, skilled: int = SKILLED) -> None:
+        self._windows, self._skilled = windows, skilled
         self._trusted = False
         self._since: float | None = None  # the end (s) of the last window that did not fit
-        self._earned = 0
+        self._earned = self._foretold = 0
 
-    def judge(self, estimate: Estimate, fits: bool) -> Estimate:
-        """Return the estimate as it is to be believed; `fits` within the noise that is known."""
+    def judge(
+        self, estimate: Estimate, fits: bool, skill: float | None = None, *, given: bool = True
+    ) -> Estimate:
+        """Return the estimate as it is to be believed; `fits` by the model and noise alone.
+
+        Process noise contradicts the model too. With it, the `skill` of forecasts shows that the
+        model is no imitation; until then the estimate keeps no standard deviations if the noise
+        that it contradicts was `given`.
+        """
         if self._trusted:
             return estimate
+        self._foretold = self._foretold + 1 if (skill or 0.0) > 0.0 else 0
         if not fits:
             self._since, self._earned = estimate.t1, 0
-            return estimate
+            self._trusted = self._foretold >= self._skilled
+            if self._trusted or not given or skill is None:
+                return estimate
+            left = self._skilled - self._foretold
+            return _withheld(
+                estimate,
+                Outcome.APPROXIMATE if skill > 0.0 else estimate.outcome,
+                'check the noise and units, or wait: standard deviations follow after '
+                f'{left} more windows whose forecasts beat holding the last value',
+            )
         self._earned += 1
         self._trusted = self._since is None or self._earned > self._windows
         if self._trusted:
             return estimate
-        return replace(
+        return _withheld(
             estimate,
-            outcome=Outcome.MODEL_MISMATCH,
-            message=(
-                'check units, model and fixed values, or reset if what disturbed it is over: the '
-                f'window that ended at {self._since:g} s contradicted the model; this one fits '
-                f'({estimate.message})'
-            ),
-            jumps=(),
-            stddev=dict.fromkeys(estimate.stddev, np.nan),
-            initial_stddev=dict.fromkeys(estimate.initial_stddev, np.nan),
+            Outcome.MODEL_MISMATCH,
+            'check units, model and fixed values, or reset if what disturbed it is over: the '
+            f'window that ended at {self._since:g} s contradicted the model; this one fits',
         )
+
+
+def _withheld(estimate: Estimate, outcome: Outcome, why: str) -> Estimate:
+    """Return the estimate without jumps and deviations, and why."""
+    return replace(
+        estimate,
+        outcome=outcome,
+        message=f'{why} ({estimate.message})',
+        jumps=(),
+        stddev=dict.fromkeys(estimate.stddev, np.nan),
+        initial_stddev=dict.fromkeys(estimate.initial_stddev, np.nan),
+    )

@@ -41,7 +41,7 @@ class EstimationSettings:
     initial: Mapping[str, float] = field(default_factory=dict)
     fitness: Fitness = 'least_squares'
     backend: Backend | None = None
-    process_noise: ProcessNoiseMode = 'off'
+    process_noise: ProcessNoiseMode = 'auto'
 
 
 def check_process_noise(settings: EstimationSettings, model: Model, method: Method) -> None:
@@ -49,7 +49,7 @@ def check_process_noise(settings: EstimationSettings, model: Model, method: Meth
     mode = settings.process_noise
     if mode not in MODES:
         raise ValueError(f'unknown process_noise {mode!r}: {suggest(mode, MODES)}')
-    if mode != 'off' and not method.needs_squares:
+    if mode == 'given' and not method.needs_squares:
         raise ValueError(
             f"set process_noise to 'off', not {mode!r}: "
             f'search {settings.search!r} does without squares'

@@ -40,7 +40,7 @@ def solve_window(
     fitness: Fitness = 'least_squares',
     search_options: Mapping[str, Any] | None = None,
     backend: Backend | None = None,
-    process_noise: ProcessNoiseMode = 'off',
+    process_noise: ProcessNoiseMode = 'auto',
 ) -> Estimate:
     """Estimate initial states and parameters of a plant from one record.
 

@@ -1,5 +1,6 @@
 """A model with its settings: poses windows, fits them, and solves them one by one."""
 
+import logging
 import time
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
@@ -14,7 +15,7 @@ from obs_ros.core.model import Model, checked_noise, names
 from obs_ros.core.record import Record
 from obs_ros.core.registry import suggest
 from obs_ros.core.typing import Array
-from obs_ros.horizon.disturbance import explain_by_process_noise
+from obs_ros.horizon.disturbance import assessed, explain_by_process_noise
 from obs_ros.horizon.settings import EstimationSettings, check_process_noise
 from obs_ros.horizon.warm_start import propagated
 from obs_ros.inference.assessment.assemble import empty, report
@@ -37,6 +38,8 @@ from obs_ros.optimization.memetic import MemeticSettings
 from obs_ros.optimization.methods import Method, method_for
 from obs_ros.optimization.result import Found
 from obs_ros.samples.range_check import without_absurd
+
+log = logging.getLogger(__name__)
 
 
 class TooFewSamples(ValueError):
@@ -94,6 +97,9 @@ class Solver:
         noise = checked_noise(model, settings.noise)
         check_backend(settings.backend)
         check_process_noise(settings, model, method)
+        if settings.process_noise == 'auto' and not method.needs_squares:
+            log.info('process noise is off: search %r does without squares', settings.search)
+            settings = replace(settings, process_noise='off')
         unknowns.check_initial(settings.initial)
         return cls(unknowns, method, method_settings, noise, settings)
 
@@ -169,6 +175,7 @@ class Solver:
             information = marginal_information(best, self.unknowns.n_states)
             uncertainty = Uncertainty(best, best.covariance, information)
             uncertainty = uncertainty if other is None else other.added_to(uncertainty)
+            uncertainty = assessed(uncertainty, self.settings.process_noise)
         return report(
             window,
             found,

@@ -95,8 +95,11 @@ def explain(
     return window, Explanation(best, search.alternatives(), search.finished)
 
 
-def hold_uninformed(best: Hypothesis, deadline: Deadline) -> Uncertainty:
-    """Return the hypothesis with its uncertainty; the prior holds uninformed directions."""
+def hold_uninformed(best: Hypothesis, deadline: Deadline, *, noise: bool = True) -> Uncertainty:
+    """Return the hypothesis with its uncertainty; the prior holds uninformed directions.
+
+    The profile of squares that are no `noise` would say nothing of deviations.
+    """
     problem = best.problem
     n = problem.objective.unknowns.n_states
     if best.problem.events:
@@ -106,7 +109,7 @@ def hold_uninformed(best: Hypothesis, deadline: Deadline) -> Uncertainty:
         )
     subspace = InformedSubspace.of(best)
     if not len(subspace.held):
-        covariance, bent = widened_by_profile(best)
+        covariance, bent = widened_by_profile(best) if noise else (best.covariance, False)
         return Uncertainty(best, covariance, subspace.information, bent=bent)
     holding = Posterior(problem.objective, subspace.holding(problem.prior))
     held = hypothesis_at(problem, _polished(holding, best.point, deadline)[0], best.earlier)

@@ -55,32 +55,43 @@ def with_given_walks(
     return _alternated(window, z, replace(guess, walks=walks), (), given, deadline)
 
 
+def with_known_noise(
+    window: WindowState, z: Array, noise: ProcessNoise, deadline: Deadline
+) -> Disturbed | None:
+    """Return the optimum near z (d,) under process noise that is taken as it is."""
+    found = filtered(window, z, noise)
+    return _renewed(window, found, z, noise, deadline)
+
+
 def disturbed(
     window: WindowState,
     z: Array,
     given: Array,
     previous: ProcessNoise | None,
     deadline: Deadline,
+    *,
+    afresh: bool = True,
 ) -> Disturbed | None:
     """Return the most likely explanation of a window by process noise, near a candidate z (d,).
 
     `given` (r,) are the outputs' known deviations, NaN where they are to be found; `previous` is
-    the process noise of an earlier window, a start beside the default. None if time is over, or
-    nothing finite is found.
+    the process noise of earlier windows, a start beside the default ones: walks of all groups of
+    states, and of each alone. These are left out unless `afresh`. None if time is over, or nothing
+    finite is found.
     """
-    model = window.objective.unknowns.model
-    groups = groups_of(model)
-    guess = first_guess(window, z, given, groups)
-    starts = [(guess, groups)]
-    if len(groups) > 1:
-        for group in groups:
-            walks = np.zeros_like(guess.walks)
-            walks[group] = guess.walks[group]
-            starts.append((replace(guess, walks=walks), [group]))
+    groups = groups_of(window.objective.unknowns.model)
+    starts = []
     if previous is not None:
         walking = [group for group in groups if previous.walks[group[0]] > 0.0]
         noise = np.where(np.isfinite(given), given, previous.noise)
-        starts.insert(0, (replace(previous, noise=noise), walking))
+        starts.append((replace(previous, noise=noise), walking))
+    if afresh:
+        guess = first_guess(window, z, given, groups)
+        starts.append((guess, groups))
+        for group in groups if len(groups) > 1 else ():
+            walks = np.zeros_like(guess.walks)
+            walks[group] = guess.walks[group]
+            starts.append((replace(guess, walks=walks), [group]))
     best: tuple[Disturbed, Sequence[IntArray]] | None = None
     for start, walking in starts:
         if deadline.passed:
@@ -91,11 +102,20 @@ def disturbed(
     return None if best is None else _restricted(window, *best, given, deadline)
 
 
-def plain_criterion(window: WindowState, cost: float) -> float:
-    """Return the criterion of a window without process noise, its cost in units of its scales."""
-    grid = window.objective.grid
-    values = np.count_nonzero(grid.weight, axis=0)
-    return cost + float(values @ np.log(grid.scale**2))
+def disturbed_at(window: WindowState, z: Array, noise: ProcessNoise) -> Disturbed:
+    """Return the window at a candidate z (d,) with the gains that it has, and its criterion."""
+    found = filtered(window, z, noise)
+    walks = np.unique(noise.walks[noise.walks > 0.0]).size
+    penalty = walks * np.log(window.objective.count(window.objective.nodes))
+    squares = float(window.prior.squares(z[None])[0])
+    criterion = found.neg2_log_likelihood + squares + penalty
+    return Disturbed(corrected(window, found), z, noise, criterion, found)
+
+
+def criterion_of(window: WindowState, cost: float) -> float:
+    """Return the criterion of a window at a cost, squares and penalties in units of its scales."""
+    weight = window.objective.grid.weight
+    return cost - 2.0 * float(np.sum(np.log(weight, where=weight > 0.0, out=np.zeros_like(weight))))
 
 
 def _alternated(
@@ -108,15 +128,15 @@ def _alternated(
 ) -> Disturbed | None:
     """Renew noise and candidate by turns until the likelihood stays."""
     best: Disturbed | None = None
-    found = _filtered(window, z, noise)
+    found = filtered(window, z, noise)
     for _ in range(SETTINGS.rounds):
         if not np.isfinite(found.neg2_log_likelihood):
             break
         noise = most_likely(LinearPath.of(found), noise, groups, given, least_noise(window))
-        found = _filtered(window, z, noise)
+        found = filtered(window, z, noise)
         if not np.isfinite(found.neg2_log_likelihood):
             break
-        now = _renewed(window, found, z, noise, len(groups), deadline)
+        now = _renewed(window, found, z, noise, deadline)
         if now is None:
             break
         if best is not None and now.criterion > best.criterion - SETTINGS.gain:
@@ -126,24 +146,15 @@ def _alternated(
 
 
 def _renewed(
-    window: WindowState,
-    found: FilterPass,
-    z: Array,
-    noise: ProcessNoise,
-    walks: int,
-    deadline: Deadline,
+    window: WindowState, found: FilterPass, z: Array, noise: ProcessNoise, deadline: Deadline
 ) -> Disturbed | None:
     """Return the optimum near z (d,) under the gains of a pass, with gains of its own."""
     objective = window.objective
-    problem, nodes = _corrected(window, found).posterior, objective.nodes
+    problem, nodes = corrected(window, found).posterior, objective.nodes
     solved = levenberg_marquardt(problem, z[None], nodes, SETTINGS.polish, deadline)
     if deadline.passed or not np.isfinite(solved.squares[0]):
         return None
-    z = solved.z[0]
-    found = _filtered(window, z, noise)
-    penalty = walks * np.log(objective.count(nodes))
-    criterion = found.neg2_log_likelihood + float(window.prior.squares(z[None])[0]) + penalty
-    return Disturbed(_corrected(window, found), z, noise, criterion, found)
+    return disturbed_at(window, solved.z[0], noise)
 
 
 def _restricted(
@@ -160,7 +171,7 @@ def _restricted(
     of the prior, the filter integrates them out, to first order.
     """
     unknowns = window.objective.unknowns
-    found = _filtered(window, best.z, best.noise, estimated_parameters(unknowns))
+    found = filtered(window, best.z, best.noise, estimated_parameters(unknowns))
     slopes = unknowns.scale.slopes(best.z)
     prior = np.zeros((found.index.size, found.index.size))
     places = np.searchsorted(found.index, unknowns.index)
@@ -169,10 +180,10 @@ def _restricted(
     )
     path = LinearPath.of(replace(found, prior=prior))
     noise = most_likely(path, best.noise, groups, given, least_noise(window))
-    found = _filtered(window, best.z, noise)
+    found = filtered(window, best.z, noise)
     if not np.isfinite(found.neg2_log_likelihood):
         return best
-    return _renewed(window, found, best.z, noise, len(groups), deadline) or best
+    return _renewed(window, found, best.z, noise, deadline) or best
 
 
 def estimated_parameters(unknowns: Unknowns) -> IntArray:
@@ -180,7 +191,7 @@ def estimated_parameters(unknowns: Unknowns) -> IntArray:
     return np.asarray(unknowns.index[unknowns.n_states :] - len(unknowns.model.states))
 
 
-def _filtered(
+def filtered(
     window: WindowState, z: Array, noise: ProcessNoise, moving: IntArray | None = None
 ) -> FilterPass:
     """Return the filter's pass along a candidate z (d,), linearised by parameters `moving` too."""
@@ -192,7 +203,7 @@ def _filtered(
     )
 
 
-def _corrected(window: WindowState, found: FilterPass) -> WindowState:
+def corrected(window: WindowState, found: FilterPass) -> WindowState:
     """Return the window whose rollouts are corrected with the gains of a filter's pass."""
     grid = window.objective.grid.injected(found.injection, found.S)
     objective = replace(window.objective, grid=grid)

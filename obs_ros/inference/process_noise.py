@@ -11,6 +11,7 @@ filter is a rollout that measurements correct, and its scaled innovations are re
 others: candidates are searched as without process noise, gains and candidate renewed by turns.
 """
 
+from collections import deque
 from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Literal, get_args
@@ -20,7 +21,7 @@ from scipy.optimize import minimize
 
 from obs_ros.core.model import Model
 from obs_ros.core.typing import Array, IntArray
-from obs_ros.inference.noise import noise_guess
+from obs_ros.inference.noise import LEARNING, noise_guess
 from obs_ros.inference.window_state import WindowState
 from obs_ros.integration.linear_path import LinearPath
 
@@ -36,6 +37,7 @@ class ProcessNoiseSettings:
     - `reach`: times above and below its start that a walk is sought in;
     - `rounds`: of renewing noise and candidate by turns, until -2 log likelihood falls by less than
       `gain`;
+    - `tolerance`: of -2 log likelihood in a round;
     - `polish`: iterations of the local search for the candidate in a round.
     """
 
@@ -44,13 +46,14 @@ class ProcessNoiseSettings:
     reach: float = 1e4
     rounds: int = 6
     gain: float = 0.1
+    tolerance: float = 0.01
     polish: int = 20
 
 
 SETTINGS = ProcessNoiseSettings()
 ProcessNoiseMode = Literal['off', 'auto', 'given']
 MODES: tuple[str, ...] = get_args(ProcessNoiseMode)
-STEP = 1e-4  # of a logarithm, for central differences
+STEP = 1e-5  # of a logarithm, for differences
 
 
 @dataclass(frozen=True)
@@ -68,6 +71,28 @@ class ProcessNoise:
                 unit = '' if variable.unit == '1' else f' {variable.unit}'
                 found.append(f'{variable.name} by {walk:.2g}{unit}/sqrt(s)')
         return 'pushed about by what the model leaves out: ' + ', '.join(found) if found else ''
+
+
+class LearnedProcessNoise:
+    """Process noise of the latest windows that had any: the medians are where the next one begins.
+
+    A walk that most windows lack is 0.
+    """
+
+    def __init__(self, remembered: int = LEARNING.remembered) -> None:
+        self._recent: deque[ProcessNoise] = deque(maxlen=remembered)
+
+    def add(self, found: ProcessNoise) -> None:
+        """Remember the process noise of a window."""
+        self._recent.append(found)
+
+    @property
+    def pooled(self) -> ProcessNoise | None:
+        """The medians; None as long as no window had process noise."""
+        if not self._recent:
+            return None
+        walks = np.median([one.walks for one in self._recent], axis=0)
+        return ProcessNoise(walks, np.median([one.noise for one in self._recent], axis=0))
 
 
 def groups_of(model: Model) -> list[IntArray]:
@@ -121,19 +146,20 @@ def most_likely(
 
     def criterion(theta: Array) -> tuple[float, Array]:
         m = theta.size
-        lanes = np.repeat(theta[:, None], 1 + 2 * m, axis=1)
+        lanes = np.repeat(theta[:, None], 1 + m, axis=1)
         lanes[np.arange(m), 1 + np.arange(m)] += STEP
-        lanes[np.arange(m), 1 + m + np.arange(m)] -= STEP
         found = path.neg2_log_likelihood(*noises(lanes))
         if not np.isfinite(found).all():
             return 1e300, np.zeros(m)
-        return float(found[0]), (found[1 : 1 + m] - found[1 + m :]) / (2.0 * STEP)
+        return float(found[0]), (found[1:] - found[0]) / STEP
 
     noise = np.maximum(start.noise[free], least[free])
     theta = np.log(np.concatenate([[start.walks[group[0]] for group in groups], noise]))
     reach = np.log(SETTINGS.reach)
     bounds = [(t - reach, t + reach) for t in theta[:count]]
     bounds += [(np.log(low), np.log(low / SETTINGS.least_noise)) for low in least[free]]
-    solved = minimize(criterion, theta, jac=True, method='SLSQP', bounds=bounds)
+    solved = minimize(
+        criterion, theta, jac=True, method='SLSQP', bounds=bounds, tol=SETTINGS.tolerance
+    )
     walks, noise = noises(solved.x[:, None])
     return ProcessNoise(walks[:, 0], noise[:, 0])

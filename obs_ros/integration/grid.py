@@ -97,6 +97,11 @@ class Grid:
         weight = np.divide(1.0, np.sqrt(S), out=np.zeros_like(S), where=self.weight > 0.0)
         return replace(self, weight=weight, injection=injection)
 
+    @property
+    def uncorrected(self) -> 'Grid':
+        """The same grid without an injection; its weights stay."""
+        return replace(self, injection=None)
+
     def unscaled(self, residuals: Array) -> Array:
         """Return scaled residuals (K, r) in the outputs' units; NaN = not measured."""
         if self.injection is None:

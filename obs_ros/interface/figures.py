@@ -50,6 +50,7 @@ def _of_progress(progress: Progress) -> Iterator[Figure]:
         yield 'latency_s', progress.latency
         yield 'behind_s', progress.behind
         yield from ((f'residual_rms.{name}', rms) for name, rms in estimate.output_rms.items())
+        yield from estimate.figures.items()
         yield from ((f'weak.{i}', words) for i, words in enumerate(estimate.weak, 1))
         if estimate.advice:
             yield 'advice', estimate.advice

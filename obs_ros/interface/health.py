@@ -14,6 +14,7 @@ STALE = {'output': Outcome.STALE_OUTPUT, 'input': Outcome.STALE_INPUT}
 # A confirmed fit at a bound is no alarm: many bounds are physical.
 LEVELS = {
     Outcome.CONVERGED: Level.OK,
+    Outcome.APPROXIMATE: Level.OK,
     Outcome.AT_BOUND: Level.OK,
     Outcome.DIVERGED: Level.ERROR,
 }

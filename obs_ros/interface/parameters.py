@@ -61,7 +61,7 @@ COMMON = (
         f"names of the initial states to estimate; ['{ALL}'] or ['{NONE}'] for all or none"),
     ParameterSpec('learn_noise', False,
         'true: `noise.*` is a starting value, re-estimated from accepted windows; false: it stays'),
-    ParameterSpec('process_noise', 'off',
+    ParameterSpec('process_noise', 'auto',
         'walks of the states inside a window: off; auto: found where the model alone does not '
         'explain it; given: those of the model', choices=MODES),
     ParameterSpec('fitness', FITNESSES[0], 'misfit that the search minimises', choices=FITNESSES),

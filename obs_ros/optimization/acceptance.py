@@ -12,6 +12,7 @@ class Acceptance(StrEnum):
 
     LIKE_NOISE = 'the residual is as small as the noise'
     PROCESS_NOISE = 'process noise explains the residual'
+    AS_BEFORE = 'process noise explains the window as well as earlier ones'
     KNOWN_JUMP = 'a known jump explains the window'
     ROUNDS = 'two rounds agree'
     WHITE_ROUNDS = 'two rounds agree and the residual is white'
@@ -34,18 +35,28 @@ def acceptance_with_noise(
 
 
 def acceptance_without_noise(
-    problem: Problem, z: Array, squares: float, *, rounds: int, survivors: int, negligible: float
+    problem: Problem,
+    z: Array,
+    squares: float,
+    *,
+    rounds: int,
+    flat: int,
+    survivors: int,
+    negligible: float,
 ) -> Acceptance | None:
     """Return the rule for a point z (d,) of these squares, in units that are but a guess.
 
-    `rounds` is how many rounds ended there, `survivors` how many starts of the last round did;
+    `rounds` is how many rounds ended there, `flat` how many nearly as low, `survivors` how many
+    starts of the last round did;
     below `negligible`, of the signal's root mean square, the residual is rounding, which is not
     white and need not be.
     """
-    if rounds < 2 and survivors < 2:
+    if flat < 2 and survivors < 2:
         return None
     rounding = negligible**2 * problem.signal * problem.count(problem.nodes)
     if squares <= rounding or is_white(problem.residuals(z)):
-        return Acceptance.WHITE_SURVIVORS if survivors >= 2 else Acceptance.WHITE_ROUNDS
-    # More rounds would find it again: what is left is no fault of the search.
-    return Acceptance.ROUNDS if rounds >= 2 else None
+        if survivors >= 2:
+            return Acceptance.WHITE_SURVIVORS
+        return Acceptance.WHITE_ROUNDS if rounds >= 2 else None
+    # More rounds would find nothing better: what is left is no fault of the search.
+    return Acceptance.ROUNDS if flat >= 2 else None

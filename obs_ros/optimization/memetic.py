@@ -70,6 +70,7 @@ class MemeticSettings:
     direct_iterations: int = 2  # that every start should get before a short deadline
     round_rollouts: int = 30  # of a population over the window, which a round costs roughly
     patience: int = 8  # rollouts in which a window that does not fit must come nearer
+    plateau: float = 0.01  # of squares far above noise, within which two rounds agree
     negligible: float = 1e-6  # of the signal, root mean square: what is left is rounding
     horizon: HorizonSettings = HORIZON_DEFAULTS
     local: LMSettings = LM_DEFAULTS
@@ -208,8 +209,11 @@ class Rounds:
     def _stuck(self, trail: Trail, squares: float) -> bool:
         """Whether the least squares are far above noise and hardly fall any more."""
         gain = trail.gain(squares)
-        far = squares > self.settings.horizon.bad_noise * self._freedom
-        return far and gain < self._width(squares)
+        return self._is_far(squares) and gain < self._width(squares)
+
+    def _is_far(self, squares: float) -> bool:
+        """Whether squares are far above noise, in units that may be but a guess of it."""
+        return squares > self.settings.horizon.bad_noise * self._freedom
 
     def _width(self, squares: float) -> float:
         """Return how far apart squares of one and the same optimum may be."""
@@ -229,10 +233,16 @@ class Rounds:
         if not np.isfinite(self.squares):
             return
         same = self._width(self.squares)
-        rounds = int(np.count_nonzero(np.array(self.bests) - self.squares <= same))
+        above = np.array(self.bests) - self.squares
+        rounds = int(np.count_nonzero(above <= same))
+        # What no candidate fits has flat valleys: more rounds would tell nothing new.
+        flat = int(np.count_nonzero(above <= max(same, self.settings.plateau * self.squares)))
         if self.noise_known:
             self.accepted = acceptance_with_noise(
-                self.squares, self._freedom, converged=self.converged, rounds=rounds
+                self.squares,
+                self._freedom,
+                converged=self.converged,
+                rounds=flat if self._is_far(self.squares) else rounds,
             )
             return
         fast = self.settings.acceptance == 'fast'
@@ -241,6 +251,7 @@ class Rounds:
             self.best,
             self.squares,
             rounds=rounds,
+            flat=flat,
             survivors=last.agreeing(self.squares, same) if fast else 0,
             negligible=self.settings.negligible,
         )

@@ -24,7 +24,7 @@ def estimate(**changes: Any) -> Estimate:
 
 def test_outcomes_are_the_words_of_the_contract() -> None:
     assert {str(outcome) for outcome in Outcome} == {
-        'converged', 'deadline', 'not_identifiable', 'at_bound', 'model_mismatch',
+        'converged', 'approximate', 'deadline', 'not_identifiable', 'at_bound', 'model_mismatch',
         'too_few_samples', 'stale_output', 'stale_input', 'diverged',
     }  # fmt: skip
 

@@ -233,7 +233,7 @@ def test_a_window_that_nothing_explains_teaches_nothing() -> None:
     y = record.y.copy()
     disturbed = (record.t > 60.0) & (record.t < 90.0)
     y[disturbed, 0] += 0.5 * np.sin(9.0 * record.t[disturbed])
-    found = run(Record(record.t, record.u, y), period=30.0)
+    found = run(Record(record.t, record.u, y), period=30.0, process_noise='off')
     assert [e.outcome is Outcome.MODEL_MISMATCH for e in found] == [False, False, True, False]
     assert np.isnan(list(found[2].stddev.values())).all()
     # The third teaches nothing, so that the walk since the second counts for two windows.

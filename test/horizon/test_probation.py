@@ -3,7 +3,7 @@ import pytest
 from plants import tank_record
 
 from obs_ros.core.estimate import Estimate, Outcome
-from obs_ros.horizon.probation import EARNED, Probation, without_stuck
+from obs_ros.horizon.probation import EARNED, SKILLED, Probation, without_stuck
 from obs_ros.models.three_tank import THREE_TANK
 
 
@@ -81,3 +81,30 @@ def test_a_record_with_other_outputs_has_the_stamp_of_the_newest():
     y[8:] = np.nan
     assert stamped.with_outputs(y).stamp == 7 * 10**9
     assert record.with_outputs(y).stamp is None
+
+
+def test_forecasts_that_beat_holding_earn_trust_sooner():
+    probation = Probation()
+    for k in range(SKILLED - 1):
+        doubted = probation.judge(found(10.0 * k), False, 0.9)
+        assert doubted.outcome is Outcome.APPROXIMATE
+        assert f'{SKILLED - 1 - k} more windows whose forecasts beat' in doubted.message
+        assert np.isnan(list(doubted.stddev.values())).all()
+    for estimate in (found(50.0), found(60.0)):
+        assert probation.judge(estimate, False, 0.9) is estimate
+    assert probation.judge(estimate, True) is estimate
+
+
+def test_forecasts_that_do_not_begin_anew():
+    probation = Probation()
+    for skill in (0.9, 0.2, -0.1, 0.9, 0.1):
+        judged = probation.judge(found(10.0), False, skill)
+        assert np.isnan(list(judged.stddev.values())).all()
+        assert judged.outcome is (Outcome.APPROXIMATE if skill > 0.0 else Outcome.CONVERGED)
+    assert probation.judge(found(20.0), True).outcome is Outcome.MODEL_MISMATCH
+
+
+def test_noise_that_nobody_gave_is_not_contradicted():
+    probation, estimate = Probation(), found(10.0)
+    assert probation.judge(estimate, False, 0.9, given=False) is estimate
+    assert probation.judge(found(20.0), True, given=False).outcome is Outcome.MODEL_MISMATCH

@@ -7,7 +7,7 @@ from plants import NAN, window_of
 from obs_ros import Model, Record, Variable
 from obs_ros.core.deadline import Deadline
 from obs_ros.core.typing import Array
-from obs_ros.inference.disturbed import disturbed, plain_criterion, with_given_walks
+from obs_ros.inference.disturbed import criterion_of, disturbed, with_given_walks
 from obs_ros.inference.prior import Prior
 from obs_ros.inference.process_noise import SETTINGS, ProcessNoise
 from obs_ros.inference.window_state import WindowState
@@ -72,7 +72,7 @@ def test_the_walk_is_found_and_the_noise_beside_it(walk: float, given: Array) ->
         z, squares = optimum(posed)
         best = disturbed(posed, z, given, None, Deadline())
         assert best is not None
-        assert best.criterion < plain_criterion(posed, squares)
+        assert best.criterion < criterion_of(posed, squares)
         found.append(
             (
                 best.noise.walks[0],
@@ -106,7 +106,7 @@ def test_an_exact_plant_has_none() -> None:
         posed = window(0.0, seed)
         z, squares = optimum(posed)
         best = disturbed(posed, z, KNOWN, None, Deadline())
-        none += best is None or best.criterion >= plain_criterion(posed, squares)
+        none += best is None or best.criterion >= criterion_of(posed, squares)
     assert none == 12
 
 

@@ -80,7 +80,7 @@ def test_what_the_estimator_is_doing(changes, expected):
 
 @pytest.mark.parametrize('outcome', Outcome)
 def test_every_outcome_has_a_level_and_keeps_its_message(outcome):
-    fine = (Outcome.CONVERGED, Outcome.AT_BOUND)
+    fine = (Outcome.CONVERGED, Outcome.AT_BOUND, Outcome.APPROXIMATE)
     level = Level.OK if outcome in fine else Level.WARN
     level = Level.ERROR if outcome is Outcome.DIVERGED else level
     assert judged(estimate=estimate(outcome)) == (level, outcome.value, f'{outcome.value}: as told')

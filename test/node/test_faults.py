@@ -201,6 +201,7 @@ def flagged(spoil: Callable[[Run], Run], outcome: str, says: str, **more) -> Fau
 
 
 MISMATCH = 'model_mismatch'
+UNSKILLED = 'no better than holding the last value'
 STALE = {'stale_after': 0.5}
 FAULTS = {
     'none': Fault(list),
@@ -227,15 +228,15 @@ FAULTS = {
     'wrong names': Fault(besides(names=('h1', 'h9')), {'output.unknown_name': 6}),
     'missing names': Fault(besides(names=('h1',), values=(1.0,)), {'output.missing_name': 6}),
     'wrong sizes': Fault(besides(values=(1.0, 2.0, 3.0)), {'output.wrong_length': 6}),
-    'outputs in m': flagged(scaled('output', (0.01, 0.01)), MISMATCH, 'times the noise'),
+    'outputs in m': flagged(scaled('output', (0.01, 0.01)), MISMATCH, UNSKILLED),
     'outputs in m, noise unknown': flagged(
-        scaled('output', (0.01, 0.01)), MISMATCH, 'not white', noise_known=False
+        scaled('output', (0.01, 0.01)), MISMATCH, UNSKILLED, noise_known=False
     ),
     'one output in mm': flagged(scaled('output', (10.0, 1.0)), MISMATCH, 'times the noise'),
     'inputs in l/s': flagged(
         scaled('input', (1e-3, 1e-3)), MISMATCH, 'contradicted the model', window=100
     ),
-    'inputs ten times': flagged(scaled('input', (10.0, 10.0)), MISMATCH, 'times the noise'),
+    'inputs ten times': flagged(scaled('input', (10.0, 10.0)), MISMATCH, UNSKILLED),
     'a stuck sensor': flagged(
         stuck(0), 'stale_output', 'h1 repeats the same value', counts={'samples.stuck': 100}
     ),

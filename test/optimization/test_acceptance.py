@@ -38,27 +38,29 @@ def problem(*, white: bool) -> Any:
 
 
 @pytest.mark.parametrize(
-    ('white', 'rounds', 'survivors', 'rule'),
+    ('white', 'rounds', 'flat', 'survivors', 'rule'),
     [
-        (True, 1, 1, None),
-        (True, 1, 2, Acceptance.WHITE_SURVIVORS),
-        (True, 2, 0, Acceptance.WHITE_ROUNDS),
-        (False, 1, 5, None),
-        (False, 2, 0, Acceptance.ROUNDS),
+        (True, 1, 1, 1, None),
+        (True, 1, 1, 2, Acceptance.WHITE_SURVIVORS),
+        (True, 2, 2, 0, Acceptance.WHITE_ROUNDS),
+        (True, 1, 2, 0, None),  # another optimum, nearly as low
+        (False, 1, 1, 5, None),
+        (False, 2, 2, 0, Acceptance.ROUNDS),
+        (False, 1, 2, 0, Acceptance.ROUNDS),  # a flat valley: of no candidate is this noise
     ],
 )
 def test_without_noise_whiteness_stands_in_for_size(
-    white: bool, rounds: int, survivors: int, rule: Acceptance | None
+    white: bool, rounds: int, flat: int, survivors: int, rule: Acceptance | None
 ) -> None:
     found = acceptance_without_noise(
         problem(white=white), np.zeros(2), 300.0,
-        rounds=rounds, survivors=survivors, negligible=1e-6,
+        rounds=rounds, flat=flat, survivors=survivors, negligible=1e-6,
     )  # fmt: skip
     assert found is rule
 
 
 def test_rounding_need_not_be_white() -> None:
     found = acceptance_without_noise(
-        problem(white=False), np.zeros(2), 1e-9, rounds=1, survivors=2, negligible=1e-6
+        problem(white=False), np.zeros(2), 1e-9, rounds=1, flat=1, survivors=2, negligible=1e-6
     )
     assert found is Acceptance.WHITE_SURVIVORS

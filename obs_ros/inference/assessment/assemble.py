@@ -13,6 +13,7 @@ from obs_ros.inference.assessment.fit import Fit, root_mean_square
 from obs_ros.inference.assessment.identifiability import advice, weak_directions
 from obs_ros.inference.assessment.outcome import (
     Findings,
+    is_confirmed,
     judged,
     states_at_bound,
     unknowns_at_bound,
@@ -161,11 +162,13 @@ def _knowledge(
         uncertainty is None
         or uncertainty.drifting
         or not (uncertainty.finished and found.accepted)
-        or fit.too_large
+        or not is_confirmed(fit, uncertainty.skill)
     ):
         return Knowledge(Deviations.withheld(model))
     best, n = uncertainty.hypothesis, unknowns.n_states
-    deviations = Deviations.of(best, uncertainty.covariance, fit.inflation, uncertainty.end)
+    # A residual larger than the noise means that there is more noise than was given.
+    inflation = fit.inflation * (fit.ratio**2 if fit.too_large else 1.0)
+    deviations = Deviations.of(best, uncertainty.covariance, inflation, uncertainty.end)
     final = best.layout.final(best.point)[n:]
     covariance = uncertainty.covariance[np.ix_(final, final)]
     if (alone := uncertainty.determined_alone) is not None:
@@ -178,7 +181,8 @@ def _knowledge(
     return Knowledge(
         deviations,
         weak,
-        advice(objective, state, p, chosen) if chosen.size else '',
+        # A model that is only roughly right foretells no longer window.
+        advice(objective, state, p, chosen) if chosen.size and fit.is_noise else '',
         tuple(np.array(names(model.variables))[np.isnan(values)].tolist()),
     )
 

@@ -10,6 +10,7 @@ from obs_ros.core.estimate import Outcome
 from obs_ros.core.model import Model, Variable
 from obs_ros.core.typing import Array
 from obs_ros.inference.assessment.fit import Fit
+from obs_ros.inference.assessment.skill import SKILL
 from obs_ros.inference.assessment.uncertainty import Uncertainty
 from obs_ros.inference.parameterisation import Unknowns
 from obs_ros.optimization.result import Found
@@ -53,6 +54,34 @@ class Findings:
         return '' if self.uncertainty is None else self.uncertainty.disturbance
 
     @property
+    def skill(self) -> float | None:
+        """Skill of the model's forecasts, where noise alone does not explain the window."""
+        return None if self.uncertainty is None else self.uncertainty.skill
+
+    @property
+    def unskilled(self) -> bool:
+        """Whether forecasts were compared and did not beat holding the last value."""
+        return self.skill is not None and not self.skill > 0.0
+
+    @property
+    def useful(self) -> bool:
+        """Whether forecasts were compared and show that the model is roughly right."""
+        return is_useful(self.fit, self.skill)
+
+    @property
+    def misfit(self) -> str:
+        """Words on a residual that is no noise, '' if it is."""
+        fit = self.fit
+        if fit.too_large or fit.too_small:
+            only = 'only ' if fit.too_small else ''
+            return f'the residual is {only}{fit.ratio:.3g} times the noise, given or learned'
+        if self.squares and not fit.colour.white and not fit.negligible:
+            return (
+                f'the residual is not white, its lag-1 correlation is {fit.colour.correlation:.2g}'
+            )
+        return ''
+
+    @property
     def jumps(self) -> int:
         """Number of jumps."""
         return 0 if self.uncertainty is None else len(self.uncertainty.jumps)
@@ -90,28 +119,43 @@ RULES = (
         ),
     ),
     Rule(
+        lambda w: w.unskilled,
+        Outcome.MODEL_MISMATCH,
+        lambda w: (
+            'check units, inputs, fixed values and bounds: forecasts of the model are no better '
+            'than holding the last value'
+            + (f'; {w.misfit}' if w.misfit else '')
+            + '; standard deviations are withheld'
+        ),
+    ),
+    Rule(
+        lambda w: w.useful and bool(w.misfit),
+        Outcome.APPROXIMATE,
+        lambda w: _roughly(w, w.misfit),
+    ),
+    Rule(
+        lambda w: w.useful and (w.skill or 0.0) < SKILL.convincing,
+        Outcome.APPROXIMATE,
+        lambda w: _roughly(w, 'process noise is large'),
+    ),
+    Rule(
         lambda w: w.fit.too_large,
         Outcome.MODEL_MISMATCH,
         lambda w: (
-            'check the noise, the model and its fixed values, or shorten the window: '
-            f'the residual is {w.fit.ratio:.3g} times the noise, given or learned'
+            f'check the noise, the model and its fixed values, or shorten the window: {w.misfit}'
         ),
     ),
     Rule(
         lambda w: w.fit.too_small,
         Outcome.MODEL_MISMATCH,
-        lambda w: (
-            f'check the noise if it is given: the residual is only {w.fit.ratio:.3g} times '
-            'the noise, given or learned; standard deviations are too large'
-        ),
+        lambda w: f'check the noise if it is given: {w.misfit}; standard deviations are too large',
     ),
     Rule(
-        lambda w: w.squares and not w.fit.colour.white and not w.fit.negligible,
+        lambda w: bool(w.misfit),
         Outcome.MODEL_MISMATCH,
         lambda w: (
             'look for what the model leaves out, a parameter that moved inside the window, '
-            'or coarse rounding: the residual is not white, its lag-1 correlation is '
-            f'{w.fit.colour.correlation:.2g}'
+            f'or coarse rounding: {w.misfit}'
         ),
     ),
     Rule(
@@ -137,6 +181,27 @@ RULES = (
 )
 
 
+def _roughly(w: Findings, why: str) -> str:
+    """Return the message on a model that is roughly right, with all else that is to be said."""
+    parts = ['look for what the model leaves out: it is only roughly right', why]
+    parts += [said for said in (w.bounds, w.unidentified if w.undetermined else '') if said]
+    return '; '.join(parts)
+
+
+def is_useful(fit: Fit, skill: float | None) -> bool:
+    """Whether a model that noise alone does not confirm is roughly right.
+
+    Its forecasts beat holding the last value, and it leaves no more than some times the noise.
+    """
+    large = fit.too_large and fit.ratio > SKILL.most_noise
+    return skill is not None and skill > 0.0 and not large
+
+
+def is_confirmed(fit: Fit, skill: float | None) -> bool:
+    """Whether noise explains the residual, or forecasts show that the model is roughly right."""
+    return not fit.too_large if skill is None else is_useful(fit, skill)
+
+
 def judged(findings: Findings) -> tuple[Outcome, str]:
     """Return the outcome of the first rule that applies, and its message.
 
@@ -144,6 +209,10 @@ def judged(findings: Findings) -> tuple[Outcome, str]:
     """
     rule = next(rule for rule in RULES if rule.applies(findings))
     message = rule.message(findings)
+    if findings.skill is not None:
+        message = (
+            f'{message}; forecasts an eighth of a window ahead have skill {findings.skill:.2f}'
+        )
     if findings.disturbance:
         message = f'{message}; {findings.disturbance}'
     if findings.resting:

@@ -28,6 +28,9 @@ class Uncertainty:
     - `correlation`: the noise's at lag 1, which the covariance accounts for already;
     - `end` (n, n): covariance of the state at the end with the unknowns given, by process noise;
       `disturbance` says that noise in words;
+    - `skill`: of the forecasts inside a window that noise alone does not explain, see `skill.py`;
+      None where none was needed; `scatter` (q,) is that of disjoint windows over what they
+      published, with which the covariance is raised already;
     - `determined_alone` (q,): parameters that some window has determined by itself. Of the others
       nothing is known, whatever many windows seem to add up to along a bent valley.
     """
@@ -42,6 +45,8 @@ class Uncertainty:
     determined_alone: BoolArray | None = None
     end: Array | None = None
     disturbance: str = ''
+    skill: float | None = None
+    scatter: Array | None = None
 
     @property
     def drifting(self) -> bool:

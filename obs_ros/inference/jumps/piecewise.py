@@ -212,22 +212,19 @@ class PiecewiseProblem:
         rows = unknowns.index - len(unknowns.model.states)
         order = np.argsort(times[:, 0], kind='stable')
         for k in sorted(set(intervals.tolist())):
-            mixed, after, early = p.copy(), p.copy(), 0.0
+            mixed, after = p.copy(), p.copy()
             for event in order[intervals[order] == k]:
                 share = (self._t[k + 1] - times[event]) / (self._t[k + 1] - self._t[k])
-                early = max(early, float(share.max()))
                 for i, parameter in enumerate(layout.events[event]):
                     place, row = layout.times[event] + 1 + i, rows[parameter]
                     value = unknowns.scale.values(points[:, place], parameter)
                     mixed[row] += share * (value - after[row])
                     after[row] = value
-            # A jump at a node leaves the whole interval before it to the value before.
-            last = k if early > 0.0 else k + 1
-            part = slice(first, last + 1)
-            states[part], outputs[part] = kernels.trajectories(grid.stretch(first, last), x, p)
-            x = np.ascontiguousarray(states[last])
-            if early > 0.0:
-                x = kernels.trajectories(grid.stretch(k, k + 1), x, mixed)[0][1]
+            part = slice(first, k + 1)
+            states[part], outputs[part] = kernels.trajectories(grid.stretch(first, k), x, p)
+            # Measurements at the interval's end correct what comes after it.
+            interval, x = grid.uncorrected.stretch(k, k + 1), np.ascontiguousarray(states[k])
+            x = kernels.trajectories(interval, x, mixed)[0][1]
             first, p = k + 1, after
         states[first:], outputs[first:] = kernels.trajectories(
             grid.stretch(first, grid.t.size - 1), x, p

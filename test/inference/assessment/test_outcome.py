@@ -37,7 +37,7 @@ def fit(**changes: Any) -> Any:
 
 
 def searched(**changes: Any) -> Any:
-    plain = {'finished': True, 'drifting': False, 'jumps': (), 'disturbance': ''}
+    plain = {'finished': True, 'drifting': False, 'jumps': (), 'disturbance': '', 'skill': None}
     return SimpleNamespace(**{**plain, **changes})
 
 
@@ -130,6 +130,48 @@ def test_unknowns_at_their_bounds_are_named_with_units() -> None:
     )
     free = Unknowns.of(OSCILLATOR, bounds={'stiffness': (-np.inf, 2.0)})
     assert unknowns_at_bound(free, np.array([0.5, 0.5, 0.0, 0.5])) == ''
+
+
+UNSKILLED = (
+    'check units, inputs, fixed values and bounds: forecasts of the model are no better than '
+    'holding the last value'
+)
+ROUGH = 'look for what the model leaves out: it is only roughly right'
+GRADES = [
+    (-0.5, {}, Outcome.MODEL_MISMATCH, f'{UNSKILLED}; standard deviations are withheld'),
+    (
+        -0.5, {'fit': fit(too_large=True, ratio=2.5)}, Outcome.MODEL_MISMATCH,
+        f'{UNSKILLED}; the residual is 2.5 times the noise, given or learned; '
+        'standard deviations are withheld',
+    ),
+    (
+        0.9, {'fit': fit(too_small=True, ratio=0.5)}, Outcome.APPROXIMATE,
+        f'{ROUGH}; the residual is only 0.5 times the noise, given or learned',
+    ),
+    (
+        0.9, {'fit': fit(too_large=True, ratio=11.0)}, Outcome.MODEL_MISMATCH,
+        'check the noise, the model and its fixed values, or shorten the window: '
+        'the residual is 11 times the noise, given or learned',
+    ),
+    (
+        0.4, {'bounds': 'k is at its lower bound 0'}, Outcome.APPROXIMATE,
+        f'{ROUGH}; process noise is large; k is at its lower bound 0',
+    ),
+    (
+        0.4, {'undetermined': ('k',), 'unidentified': 'move; k'}, Outcome.APPROXIMATE,
+        f'{ROUGH}; process noise is large; move; k',
+    ),
+    (0.6, {}, Outcome.CONVERGED, Acceptance.METHOD.value),
+]  # fmt: skip
+
+
+@pytest.mark.parametrize(('skill', 'changes', 'outcome', 'message'), GRADES)
+def test_forecasts_grade_a_window_that_noise_alone_does_not_explain(
+    skill: float, changes: dict[str, Any], outcome: Outcome, message: str
+) -> None:
+    found = judged(replace(GOOD, uncertainty=searched(skill=skill), **changes))
+    ahead = f'forecasts an eighth of a window ahead have skill {skill:.2f}'
+    assert found == (outcome, f'{message}; {ahead}')
 
 
 def test_process_noise_is_named_behind_the_reason() -> None:

@@ -1,0 +1,112 @@
+"""Scatter of disjoint windows beside the standard deviations that they publish.
+
+Windows that share no sample, each by itself, should differ by no more than their deviations s_k
+say. Over the latest of them, with weights 1 / s_k^2, the factor of a parameter is
+
+    factor^2 = sum_k (m_k - m)^2 / s_k^2 / (n - 1),    m the weighted mean,
+
+the ratio of Birge (1932, Phys. Rev. 40, 207-227). Deviations are raised by it where it is above 1:
+they then hold what the model leaves out from window to window, whatever that is.
+"""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from obs_ros.core.linear_algebra import scaled_inverse
+from obs_ros.core.typing import Array, IntArray
+from obs_ros.inference.assessment.identifiability import undetermined
+from obs_ros.inference.assessment.uncertainty import Uncertainty
+from obs_ros.inference.prior import BOX_VARIANCE
+
+
+@dataclass(frozen=True)
+class ScatterSettings:
+    """Disjoint windows that are compared: so many at least, and at most."""
+
+    fewest: int = 4
+    most: int = 20
+
+
+SCATTER = ScatterSettings()
+
+
+@dataclass(frozen=True)
+class Alone:
+    """Parameters (q,) and their deviations (q,), in boxes, by one window without any other."""
+
+    start: float
+    end: float
+    mean: Array
+    deviation: Array
+
+    @classmethod
+    def of(cls, uncertainty: Uncertainty, inflation: float) -> 'Alone':
+        """Take the prior out of a window's posterior; NaN stands for what it does not determine.
+
+        A deviation larger than the window's information makes it is kept.
+        """
+        best = uncertainty.hypothesis
+        unknowns, prior = best.problem.objective.unknowns, best.problem.prior
+        n, t = unknowns.n_states, best.problem.objective.grid.t
+        final = best.layout.final(best.point)[n:]
+        given, box = prior.precision[n:, n:], np.eye(final.size) / BOX_VARIANCE
+        m = best.point[final]
+        own = scaled_inverse(uncertainty.information + box)
+        mean = m + own @ (given @ (m - prior.mean[n:]) - box @ (m - 0.5))
+        published = np.diagonal(uncertainty.covariance)[final]
+        deviation = np.sqrt(inflation * np.maximum(np.diagonal(own), published))
+        told = deviation < undetermined(unknowns)[n:]
+        return cls(
+            float(t[0]), float(t[-1]),
+            np.where(told, mean, np.nan), np.where(told, deviation, np.nan),
+        )  # fmt: skip
+
+
+class Scatter:
+    """The latest windows, each as it is without the others."""
+
+    def __init__(self, settings: ScatterSettings = SCATTER) -> None:
+        self._settings = settings
+        self._windows: list[Alone] = []
+
+    def add(self, window: Alone) -> None:
+        """Remember a window."""
+        self._windows.append(window)
+        oldest = window.end - (self._settings.most + 1) * (window.end - window.start)
+        self._windows = [one for one in self._windows if one.start >= oldest]
+
+    def forget(self) -> None:
+        """Forget all windows: parameters have jumped."""
+        self._windows.clear()
+
+    def factors(self) -> Array | None:
+        """Return the factor of each parameter (q,); NaN, or None, while there are too few."""
+        disjoint: list[Alone] = []
+        for one in reversed(self._windows):
+            if len(disjoint) < self._settings.most and (
+                not disjoint or one.end <= disjoint[-1].start
+            ):
+                disjoint.append(one)
+        if len(disjoint) < self._settings.fewest:
+            return None
+        means, deviations = (
+            np.array([getattr(one, name) for one in disjoint]) for name in ('mean', 'deviation')
+        )
+        weights = np.where(np.isfinite(means), deviations**-2.0, 0.0)
+        means = np.where(np.isfinite(means), means, 0.0)
+        count = np.count_nonzero(weights, axis=0)
+        with np.errstate(all='ignore'):
+            mean = (weights * means).sum(axis=0) / weights.sum(axis=0)
+            squares = (weights * (means - mean) ** 2).sum(axis=0)
+            factors = np.sqrt(squares / (count - 1))
+        return np.where(count >= self._settings.fewest, factors, np.nan)
+
+
+def raised(covariance: Array, places: IntArray, factors: Array | None) -> Array:
+    """Return a covariance (D, D) with the deviations at `places` (q,) times factors above 1."""
+    if factors is None:
+        return covariance
+    scale = np.ones(len(covariance))
+    scale[places] = np.fmax(factors, 1.0)
+    return np.asarray(covariance * np.outer(scale, scale))

@@ -1,0 +1,314 @@
+"""A window's best explanation: by the model alone, by jumps, or by process noise.
+
+The model alone is fitted first, and jumps are sought. Where that leaves more than noise, walks of
+the states are found, and jumps sought beside them. A window that follows one with process noise
+begins with that noise, and is searched only if it does not explain this one.
+"""
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+from scipy.special import chdtri
+
+from obs_ros.core.deadline import Deadline
+from obs_ros.core.linear_algebra import scaled_inverse
+from obs_ros.core.typing import Array
+from obs_ros.horizon.disturbance import (
+    DisturbedWindow,
+    continue_process_noise,
+    criterion_at,
+    explain_by_process_noise,
+    filtered_output_error,
+    fit_of,
+    output_error,
+    with_noise_of_others,
+)
+from obs_ros.horizon.forecasts import Basis, Ends
+from obs_ros.horizon.solver import Solver, rescaled_to_residuals
+from obs_ros.horizon.stages import continued_jumps, explain, fit
+from obs_ros.inference.assessment.informed_subspace import marginal_information
+from obs_ros.inference.jumps.hypothesis import Hypothesis, hypothesis_at
+from obs_ros.inference.jumps.piecewise import PiecewiseProblem
+from obs_ros.inference.prior import Prior
+from obs_ros.inference.process_noise import ProcessNoise
+from obs_ros.inference.window_state import WindowState
+from obs_ros.optimization.acceptance import Acceptance
+from obs_ros.optimization.levenberg_marquardt import levenberg_marquardt
+from obs_ros.optimization.memetic import MemeticSettings
+from obs_ros.optimization.result import Effort, Found
+
+
+@dataclass(frozen=True)
+class SolutionSettings:
+    """Limits in explaining a window.
+
+    - `contradiction`: probability of a prior as far off as this one, were it right, below which it
+      is dropped;
+    - `unsearched`: windows in a row that may go without a search although process noise explains
+      them but roughly, as long as -2 log likelihood per value is above that of the window searched
+      last by `worse` at most.
+    """
+
+    contradiction: float = 1e-4
+    unsearched: int = 4
+    worse: float = 0.2
+
+
+SOLUTION = SolutionSettings()
+
+
+@dataclass(frozen=True)
+class Earlier:
+    """Knowledge of earlier windows: a start (d,), the jumps, the process noise; None where none.
+
+    `level` is the criterion per value of the window searched last, None if that is too long ago.
+    """
+
+    warm: Array | None
+    explained: Hypothesis | None
+    noise: ProcessNoise | None
+    level: float | None = None
+
+
+@dataclass(frozen=True)
+class Solution:
+    """The best hypothesis on a window and its near-equals; whether there was time to look.
+
+    `plain` is the best one without process noise, `disturbed` that with it, if it is published;
+    `said` tells in words what else was decided.
+    """
+
+    window: WindowState
+    found: Found
+    hypothesis: Hypothesis
+    alternatives: Sequence[Hypothesis]
+    finished: bool
+    plain: Hypothesis
+    disturbed: DisturbedWindow | None = None
+    said: str = ''
+    searched: bool = True
+
+    def by(self, disturbed: DisturbedWindow) -> 'Solution':
+        """Return the solution with process noise."""
+        return replace(
+            self,
+            window=disturbed.window,
+            found=disturbed.found,
+            hypothesis=disturbed.hypothesis,
+            alternatives=(),
+            disturbed=disturbed,
+        )
+
+
+def solved(
+    window: WindowState,
+    solver: Solver,
+    earlier: Earlier,
+    given: Array,
+    rng: np.random.Generator,
+    deadline: Deadline,
+) -> Solution | None:
+    """Return the best explanation of a window; None if every candidate diverged.
+
+    `given` (r,) are the outputs' known deviations, NaN where they are not.
+    """
+    solution = _continued(window, solver, earlier, given, deadline)
+    if solution is None:
+        solution = _searched(window, solver, earlier, given, rng, deadline)
+    if solution is None:
+        return None
+    return _jumps_beside(window, solution, earlier, deadline)
+
+
+def _searched(
+    window: WindowState,
+    solver: Solver,
+    earlier: Earlier,
+    given: Array,
+    rng: np.random.Generator,
+    deadline: Deadline,
+) -> Solution | None:
+    """Search the window, and explain by jumps or process noise what the model alone does not."""
+    known = window.noise_known
+    continued = _earlier_jumps(window, earlier, deadline) if known else None
+    window, found = fit(window, solver, earlier.warm, continued, rng, deadline)
+    if not np.isfinite(found.cost):
+        return None
+    if not known:  # only now the squares are in units of the noise
+        continued = _earlier_jumps(window, earlier, deadline)
+    window, explanation = explain(window, found, continued, deadline)
+    best = explanation.hypothesis
+    solution = Solution(
+        window, found, best, explanation.alternatives, explanation.finished, plain=best
+    )
+    mode = solver.settings.process_noise
+    for _ in range(2):
+        other = explain_by_process_noise(
+            window, found, best, given, deadline, mode=mode, previous=earlier.noise
+        )
+        if other is None:
+            return solution
+        solution = solution.by(other)
+        if not contradicts_prior(other.hypothesis):
+            return solution
+        window = replace(window, prior=Prior.box(solver.unknowns))
+        solution = replace(solution, said=DROPPED)
+    return solution
+
+
+def _continued(
+    window: WindowState, solver: Solver, earlier: Earlier, given: Array, deadline: Deadline
+) -> Solution | None:
+    """Return the window explained by process noise as earlier ones were, without a search.
+
+    None where its innovations are no noise, or the model alone does as well.
+    """
+    if earlier.noise is None or earlier.warm is None:
+        return None
+    mode = solver.settings.process_noise
+    start = Found(
+        z=earlier.warm, cost=np.inf, converged=True, accepted=None, effort=Effort(1, 'round')
+    )
+    said = ''
+    other = continue_process_noise(
+        window, start, given, deadline, mode=mode, previous=earlier.noise
+    )
+    if other is not None and contradicts_prior(other.hypothesis):
+        window, said = replace(window, prior=Prior.box(solver.unknowns)), DROPPED
+        other = continue_process_noise(
+            window, other.found, given, deadline, mode=mode, previous=earlier.noise
+        )
+    if other is None or not (other.is_noise or _as_before(window, other, earlier)):
+        return None
+    plain_window, plain = _plain(window, other.found, deadline)
+    if plain is None:
+        return None
+    if mode == 'auto' and not other.criterion < criterion_at(plain_window, plain):
+        return None
+    if not other.is_noise:
+        found = replace(other.found, accepted=Acceptance.AS_BEFORE)
+        other = replace(other, found=found)
+    finished = not deadline.passed
+    solution = Solution(
+        plain_window, other.found, plain, (), finished, plain=plain, said=said, searched=False
+    )
+    return solution.by(other)
+
+
+def _as_before(window: WindowState, other: DisturbedWindow, earlier: Earlier) -> bool:
+    """Whether process noise explains a window as well as one that was searched."""
+    if earlier.level is None:
+        return False
+    return level_of(window, other) <= earlier.level + SOLUTION.worse
+
+
+def level_of(window: WindowState, other: DisturbedWindow) -> float:
+    """Return the criterion of a window with process noise, per measured value."""
+    return other.criterion / window.objective.count(window.objective.nodes)
+
+
+def _plain(
+    window: WindowState, found: Found, deadline: Deadline
+) -> tuple[WindowState, Hypothesis | None]:
+    """Return the optimum without process noise near that with it, in its own scales."""
+    posterior = window.posterior
+    solved = levenberg_marquardt(
+        posterior, found.z[None], posterior.nodes, MemeticSettings.full_iterations, deadline
+    )
+    if deadline.passed or not np.isfinite(solved.squares[0]):
+        return window, None
+    found = replace(found, z=solved.z[0], cost=float(solved.squares[0]))
+    if not window.noise_known:
+        window, found = rescaled_to_residuals(window, found)
+    return window, hypothesis_at(PiecewiseProblem(window.objective, window.prior), found.z)
+
+
+def _jumps_beside(
+    window: WindowState, solution: Solution, earlier: Earlier, deadline: Deadline
+) -> Solution:
+    """Return the solution with jumps beside process noise, where these explain the window better.
+
+    Earlier windows say how much the states walk: this one's own walks would stand for the jump.
+    """
+    own = solution.disturbed
+    if own is None or earlier.noise is None:
+        return solution
+    window = replace(window, prior=own.hypothesis.problem.prior)
+    frozen = with_noise_of_others(window, own, earlier.noise, deadline) or own
+    known = _earlier_jumps(frozen.window, earlier, deadline)
+    found = replace(frozen.found, accepted=Acceptance.PROCESS_NOISE)
+    _, explanation = explain(frozen.window, found, known, deadline)
+    best = explanation.hypothesis
+    solution = replace(solution, finished=solution.finished and explanation.finished)
+    if not best.jumps or len(best.problem.events) > 1:
+        return solution
+    if not criterion_at(frozen.window, best) < own.criterion:
+        return solution
+    jumped = frozen.jumped(best)
+    return replace(solution.by(jumped), alternatives=explanation.alternatives)
+
+
+def _earlier_jumps(window: WindowState, earlier: Earlier, deadline: Deadline) -> Hypothesis | None:
+    """Return the hypothesis that the previous window's jumps are as it explained them."""
+    if earlier.explained is None or earlier.warm is None:
+        return None
+    return continued_jumps(window, earlier.explained, earlier.warm, deadline)
+
+
+DROPPED = 'earlier windows contradict this one, which is explained without them'
+
+
+def contradicts_prior(best: Hypothesis, settings: SolutionSettings = SOLUTION) -> bool:
+    """Whether a window's own optimum is better than a right prior would let it be.
+
+    Without the prior of the parameters, of mean m and precision P, -2 log p falls by o' P o +
+    o' P (I + B)^-1 P o with o = p - m, I the window's information and B that of the box: for a
+    right prior a chi-square of as many degrees of freedom as there are parameters.
+    """
+    problem = best.problem
+    n, q = problem.objective.unknowns.n_states, best.layout.dimension
+    given, box = problem.prior, Prior.box(problem.objective.unknowns)
+    P, B = given.precision[n:, n:], box.precision[n:, n:]
+    if problem.events or q == n or np.allclose(P, B):
+        return False
+    off = best.point[n:q] - given.mean[n:]
+    own = scaled_inverse(marginal_information(best, n) + B)
+    gain = off @ P @ off + off @ P @ own @ P @ off
+    return bool(gain > chdtri(q - n, settings.contradiction))
+
+
+def bases_of(
+    posed: WindowState, solution: Solution
+) -> dict[Basis, tuple[Ends, DisturbedWindow | None]]:
+    """Return what a window may be believed to be, with its state and parameters at the end.
+
+    A basis without a window stands for the solution as it is. Jumps belong to the solution alone.
+    """
+    own, plain = solution.disturbed, solution.plain
+    if own is None:
+        return {Basis.OUTPUT_ERROR: (ends_of(solution.hypothesis), None)}
+    found: dict[Basis, tuple[Ends, DisturbedWindow | None]] = {
+        Basis.PROCESS_NOISE: (ends_of(own.hypothesis), own)
+    }
+    if own.hypothesis.problem.events or plain.problem.events:
+        return found
+    posed = replace(posed, prior=own.hypothesis.problem.prior)
+    other = filtered_output_error(posed, plain, own)
+    found[Basis.FILTERED] = ends_of(other.hypothesis), other
+    found[Basis.OUTPUT_ERROR] = ends_of(plain), output_error(posed, plain, other)
+    return found
+
+
+def ends_of(best: Hypothesis) -> Ends:
+    """Return state and parameters at the end of a window."""
+    objective = best.problem.objective
+    last = int(np.flatnonzero(objective.grid.measured)[-1])
+    final = best.point[best.layout.final(best.point)]
+    parameters = objective.unknowns.values(final[None])[1][:, 0]
+    return Ends(best.trajectory[0][last], parameters)
+
+
+def plain_fits(solution: Solution) -> bool:
+    """Whether noise alone explains what the model leaves."""
+    return solution.disturbed is None and fit_of(solution.window, solution.hypothesis).is_noise

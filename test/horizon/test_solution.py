@@ -1,0 +1,97 @@
+"""Tests of obs_ros.horizon.solution, by way of windows in sequence."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from plants import LAG, square_wave
+
+from obs_ros import Model, Outcome, Record
+from obs_ros.core.deadline import Deadline
+from obs_ros.core.estimate import Estimate
+from obs_ros.core.rng import random_generator
+from obs_ros.core.typing import Array
+from obs_ros.horizon.moving_horizon import MovingHorizon
+from obs_ros.horizon.settings import EstimationSettings
+from obs_ros.horizon.solution import DROPPED, contradicts_prior
+from obs_ros.horizon.solver import Solver
+from obs_ros.inference.jumps.hypothesis import hypothesis_at
+from obs_ros.inference.jumps.piecewise import PiecewiseProblem
+from obs_ros.inference.prior import Prior
+
+K, TAU, SIGMA, WALK, INTERVAL, NODES = 1.2, 3.0, 0.02, 0.1, 0.1, 300
+
+
+def pushed(nodes: int, seed: int, gains: Array | float = K, walk: float = WALK) -> Record:
+    """A lag that is exactly stepped, its state pushed about."""
+    rng = np.random.default_rng([seed, 7])
+    t = INTERVAL * np.arange(nodes)
+    u = square_wave(t) * np.repeat(rng.uniform(0.5, 1.5, nodes // 30 + 1), 30)[:nodes]
+    hold = np.exp(-INTERVAL / TAU)
+    push = walk * np.sqrt(0.5 * TAU * (1.0 - hold**2))
+    gains = np.broadcast_to(gains, nodes)
+    x = np.empty(nodes)
+    x[0] = 0.5
+    for k in range(nodes - 1):
+        end = gains[k] * u[k]
+        x[k + 1] = end + (x[k] - end) * hold + push * rng.standard_normal()
+    return Record(t, u, x + SIGMA * rng.standard_normal(nodes))
+
+
+def in_sequence(record: Record, model: Model = LAG, step: int = NODES) -> list[Estimate]:
+    solver = Solver.of(model, EstimationSettings())
+    solver.prepare()
+    windows = MovingHorizon(solver)
+    found = []
+    for i, first in enumerate(range(0, record.t.size - NODES + 1, step)):
+        part = slice(first, first + NODES)
+        window = Record(record.t[part], record.u[part], record.y[part])
+        found.append(windows.solve(window, random_generator(0, i), Deadline()))
+    return found
+
+
+def test_windows_that_follow_one_with_process_noise_are_not_searched_again() -> None:
+    found = in_sequence(pushed(6 * NODES, seed=1))
+    assert {one.outcome for one in found} == {Outcome.CONVERGED}
+    searched, *rest = [one.evaluations for one in found]
+    assert max(rest) < searched / 3
+
+
+def test_a_jump_beside_process_noise_is_found_and_no_window_is_far_off() -> None:
+    """Soon after it, a jump of the gain and one of the time constant look much alike."""
+    fault = 4.5 * NODES
+    gains = np.where(np.arange(7 * NODES) < fault, K, 2.0 * K)
+    far = 0
+    for seed in range(3):
+        found = in_sequence(pushed(7 * NODES, seed, gains), step=NODES // 2)
+        (jump,) = [jump for one in found for jump in one.jumps if jump.new]
+        assert jump.time == pytest.approx(fault * INTERVAL, abs=1.0)
+        assert {'k', 'tau'} & set(jump.sizes)
+        for one in found:
+            truth = gains[round(one.t1 / INTERVAL)]
+            far += abs(one.parameters['k'] - truth) > 4.0 * one.stddev['k']
+    assert far <= 1  # of 39: between a jump and its first sign nobody can know
+
+
+def test_a_prior_that_a_window_contradicts_is_dropped_and_that_is_said() -> None:
+    """The gain doubles in a pause that no window covers."""
+    record = pushed(8 * NODES, 2, np.where(np.arange(8 * NODES) < 4 * NODES, K, 2.0 * K))
+    found = in_sequence(record)
+    said = [DROPPED in one.message or bool(one.jumps) for one in found]
+    assert any(said[4:6])
+    assert found[-1].parameters['k'] == pytest.approx(2.0 * K, abs=4.0 * found[-1].stddev['k'])
+
+
+def test_a_prior_contradicts_a_window_as_seldom_as_it_should() -> None:
+    solver = Solver.of(LAG, EstimationSettings(noise={'y': SIGMA}))
+    posed = solver.pose(pushed(NODES, 0, walk=0.0), np.array([SIGMA]), noise_known=True)
+    point = solver.unknowns.point({'x': 0.5, 'k': K, 'tau': TAU})
+    box = hypothesis_at(PiecewiseProblem(posed.objective, Prior.box(solver.unknowns)), point)
+    assert not contradicts_prior(box)
+    spread = box.covariance[1:, 1:]
+    for off, contradicted in ((2.0, False), (8.0, True)):
+        mean = point[1:] + off * np.sqrt(np.diagonal(spread))
+        problem = replace(box.problem, prior=Prior.of(solver.unknowns, mean, spread))
+        # The optimum lies half-way between what prior and window say.
+        middle = np.array([point[0], *(0.5 * (point[1:] + mean))])
+        assert contradicts_prior(hypothesis_at(problem, middle)) is contradicted
