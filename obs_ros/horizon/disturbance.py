@@ -29,8 +29,7 @@ class DisturbedWindow:
 
     def added_to(self, uncertainty: Uncertainty) -> Uncertainty:
         """Return the uncertainty with what process noise adds to it."""
-        words = self.noise.words(self.window.objective.unknowns.model)
-        return replace(uncertainty, end=self.end, disturbance=words)
+        return replace(uncertainty, end=self.end, process_noise=self.noise)
 
 
 def explain_by_process_noise(

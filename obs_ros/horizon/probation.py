@@ -82,4 +82,5 @@ class Probation:
             jumps=(),
             stddev=dict.fromkeys(estimate.stddev, np.nan),
             initial_stddev=dict.fromkeys(estimate.initial_stddev, np.nan),
+            covariance=np.empty((0, 0)),
         )

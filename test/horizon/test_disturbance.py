@@ -40,6 +40,10 @@ def test_off_a_pushed_plant_is_a_mismatch_and_auto_it_is_explained_with_deviatio
     for name, truth in (('k', K), ('tau', TAU)):
         assert abs(found.parameters[name] - truth) < 3.0 * found.stddev[name] < 1.5
     assert 0.5 * SIGMA < found.stddev['x'] < 2.0 * SIGMA
+    assert found.walks['x'] == pytest.approx(WALK, rel=0.3) and found.walks['tau'] == 0.0
+    assert found.noise['y'] == pytest.approx(SIGMA, rel=0.5)
+    deviations = np.sqrt(np.diagonal(found.covariance))
+    np.testing.assert_allclose(deviations, [found.stddev[name] for name in ('x', 'k', 'tau')])
     assert found.output_rms['y'] == pytest.approx(np.hypot(SIGMA, WALK * INTERVAL**0.5), rel=0.25)
 
 
@@ -49,6 +53,7 @@ def test_an_exact_plant_is_solved_as_without(mode: Any) -> None:
     found = solve_window(LAG, record(walk=0.0), seed=1, process_noise=mode)
     assert found.parameters == plain.parameters and found.stddev == plain.stddev
     assert (found.message, found.evaluations) == (plain.message, plain.evaluations)
+    assert not found.walks and found.noise['y'] == pytest.approx(SIGMA, rel=0.15)
 
 
 def test_given_walks_are_used_whatever_the_residual() -> None:
