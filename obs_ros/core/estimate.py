@@ -64,9 +64,11 @@ class Estimate:
     explains the window, by state and parameter, per root of a second: empty where there is none.
     `cost` is the minimum of the search. `output_rms` is the residual's root mean square by output,
     in its unit; `residual_rms` that over all measured values, meaningful where the outputs share a
-    unit. `stamp` is the newest output's stamp in ns where samples had one. `figures` are further
-    ones of the observer: gains, a generation, a best fitness. Without a usable solution (`usable`
-    is False) the values are NaN.
+    unit. `innovation` is the newest output, as measured less as predicted one step ahead, with its
+    standard deviation `innovation_stddev`, of observers that go sample by sample. `stamp` is the
+    newest output's stamp in ns where samples had one. `figures` are further ones of the observer:
+    gains, a generation, a best fitness. Without a usable solution (`usable` is False) the values
+    are NaN.
     """
 
     parameters: Mapping[str, float]
@@ -92,6 +94,8 @@ class Estimate:
     times: Array = field(default_factory=lambda: np.empty(0), repr=False)
     states: Array = field(default_factory=lambda: np.empty((0, 0)), repr=False)
     stamp: int | None = None
+    innovation: Mapping[str, float] = field(default_factory=dict)
+    innovation_stddev: Mapping[str, float] = field(default_factory=dict)
     figures: Mapping[str, float] = field(default_factory=dict)
 
     @property

@@ -15,7 +15,7 @@ from obs_ros.core.model import Model
 from obs_ros.core.residual_tests import inflation
 from obs_ros.core.typing import Array, BoolArray
 from obs_ros.inference.assessment.fit import Fit
-from obs_ros.inference.assessment.identifiability import LIMITS, undetermined
+from obs_ros.inference.assessment.identifiability import undetermined, undetermined_states
 from obs_ros.inference.jumps.hypothesis import Hypothesis
 from obs_ros.inference.process_noise import ProcessNoise
 
@@ -131,12 +131,9 @@ class Deviations:
         if end is not None:
             joint[:n, :n] += inflation * end
         state = np.sqrt(np.maximum(np.diagonal(joint)[:n], 0.0))
-        boxes = np.full(n, np.inf)
-        estimated = unknowns.index < n
-        boxes[unknowns.index[estimated]] = unknowns.scale.width[estimated]
         return cls(
             initial=found['initial'][:n],
-            state=np.where(state <= LIMITS.undetermined * boxes, state, np.nan),
+            state=np.where(state <= undetermined_states(unknowns), state, np.nan),
             parameters=found['final'][n:],
             joint=joint,
         )
