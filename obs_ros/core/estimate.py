@@ -60,15 +60,15 @@ class Estimate:
     window does not determine, `advice` the remedy; `jumps` lists the jumps inside the window.
     `covariance` (n + q, n + q) is the joint one of `state` and `parameters` in their units, and
     empty where none is known; where `stddev` calls a value not determined, it still has the
-    linearised one. `noise` are the outputs' standard deviations; `walks` the process noise that
-    explains the window, by state and parameter, per root of a second: empty where there is none.
-    `cost` is the minimum of the search. `output_rms` is the residual's root mean square by output,
-    in its unit; `residual_rms` that over all measured values, meaningful where the outputs share a
-    unit. `innovation` is the newest output, as measured less as predicted one step ahead, with its
-    standard deviation `innovation_stddev`, of observers that go sample by sample. `stamp` is the
-    newest output's stamp in ns where samples had one. `figures` are further ones of the observer:
-    gains, a generation, a best fitness. Without a usable solution (`usable` is False) the values
-    are NaN.
+    linearised one. `noise` are the outputs' standard deviations. `walks` are the process noise that
+    explains the window, by state and parameter, in their units per root of a second; empty where
+    none does. `cost` is the minimum of the search. `output_rms` is the residual's root mean square
+    by output, in its unit; `residual_rms` that over all measured values, meaningful where the
+    outputs share a unit. `innovation` is the newest output, as measured less as predicted one step
+    ahead, with its standard deviation `innovation_stddev`, of observers that go sample by sample.
+    `stamp` is the newest output's stamp in ns where samples had one. `figures` are further ones of
+    the observer: gains, a generation, a best fitness. Without a usable solution (`usable` is False)
+    the values are NaN.
     """
 
     parameters: Mapping[str, float]

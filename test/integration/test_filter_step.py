@@ -8,12 +8,15 @@ from kalman_reference import CART, NOISE, PRIOR, WALKS, X0, P, cart_window, cons
 from plants import BLOW_UP, NAN, OSCILLATOR
 
 from obs_ros import Model, Record
+from obs_ros.core.model import inside
 from obs_ros.core.typing import Array
 from obs_ros.integration.backends import kernels_for
 from obs_ros.integration.filter_step import LiveFilter
 from obs_ros.integration.grid import Grid
 from obs_ros.integration.path import Path
 from obs_ros.integration.stepper import stepper_for
+from obs_ros.integration.vectorised import NumpyKernels
+from obs_ros.models import MODELS, load_model
 
 BOTH = np.array([0, 1])
 JOINT = np.array([[0.1, 0.05, 0.0, 0.02], [0.05, 0.2, 0.03, 0.0], [0.0, 0.03, 0.1, 0.01],
@@ -82,6 +85,36 @@ def test_both_backends_agree_on_a_nonlinear_plant(moving: Any) -> None:
         numpy, numba = (getattr(live, name) for live in lives)
         np.testing.assert_allclose(numba, numpy, rtol=1e-9, atol=1e-12, err_msg=name)
     assert lives[0].p[1] == 0.7
+
+
+@pytest.mark.slow  # a compilation for each
+@pytest.mark.parametrize('name', MODELS)
+def test_every_built_in_model_has_a_filter_that_both_backends_agree_on(name: str) -> None:
+    pytest.importorskip('numba')
+    model = load_model(name)
+    n, q, r = len(model.states), len(model.parameters), len(model.outputs)
+    rng = np.random.default_rng(3)
+    t = min(model.max_step, 0.5) * np.cumsum(rng.uniform(0.5, 1.5, 30))
+    u = np.array([[inside(v) for v in model.inputs]] * 30).reshape(30, -1)
+    record = Record(t, u, np.zeros((30, r)))
+    x0 = np.array([inside(v) for v in model.states])
+    p = np.array([inside(v) for v in model.parameters])
+    clean = NumpyKernels(model).trajectories(
+        Grid.of(model, record, np.ones(r)), x0[:, None], p[:, None]
+    )[1][:, :, 0]
+    noise = 1e-2 * np.maximum(np.abs(clean).max(axis=0), 1e-3)
+    y = clean + noise * rng.standard_normal(clean.shape)
+    spread = 1e-2 * np.maximum(np.abs(np.append(x0, p)), 0.1)
+    walks = np.append(spread[:n], np.zeros(q))
+    lives = []
+    for backend in ('numpy', 'numba'):
+        live = LiveFilter.of(model, x0, p, np.diag(spread**2), walks, noise, np.arange(q))
+        for k in range(29):
+            stepper_for(model, backend).filter(live, path_of(model, record, k, k + 1), y[k + 1])
+        lives.append(live)
+    np.testing.assert_allclose(lives[1].x, lives[0].x, rtol=1e-7, atol=1e-9)
+    np.testing.assert_allclose(lives[1].S, lives[0].S, rtol=1e-6)
+    np.testing.assert_array_equal(lives[1].p, p)
 
 
 def test_what_diverges_is_not_finite_and_raises_nothing(backend: str) -> None:
