@@ -75,7 +75,7 @@ class Prediction:
         self.diverged = 0
         self._backend = backend
         self._states, self._outputs = names(model.states), names(model.outputs)
-        self._note(unknowns or Unknowns.of(model))
+        self._take_unknowns(unknowns or Unknowns.of(model))
         self._samples = SuccessiveOutputs(model, gate)
         self._repeats = Repeats([True] * len(model.outputs))
         self._trail: deque[Interval] = deque(maxlen=settings.kept)  # for estimates to come
@@ -93,7 +93,7 @@ class Prediction:
     def limit(self, gate: GateSettings, unknowns: Unknowns | None = None) -> None:
         """Let samples enter by other limits from now on, estimates be about other unknowns."""
         self._samples.gate.limit(gate)
-        self._note(unknowns or Unknowns.of(self.model))
+        self._take_unknowns(unknowns or Unknowns.of(self.model))
 
     def forget(self) -> None:
         """Forget all samples and the estimate."""
@@ -159,7 +159,7 @@ class Prediction:
             dict(zip(self._outputs, roots(carried.S, itertools.repeat(math.inf)), strict=True)),
         )
 
-    def _note(self, unknowns: Unknowns) -> None:
+    def _take_unknowns(self, unknowns: Unknowns) -> None:
         self._moving = estimated_parameters(unknowns)
         self._undetermined = undetermined_states(unknowns).tolist()
 

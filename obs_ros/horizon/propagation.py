@@ -62,13 +62,13 @@ class Start(NamedTuple):
     @classmethod
     def of(cls, model: Model, estimate: Estimate, moving: IntArray) -> 'Start':
         """Take what a usable estimate of that model says."""
-        P = estimate.covariance
+        P, size = estimate.covariance, len(model.variables)
         noise = [estimate.noise.get(name, np.nan) for name in names(model.outputs)]
         walks = [estimate.walks.get(name, 0.0) for name in names(model.variables)]
         return cls(
             np.array(list(estimate.state.values()), dtype=np.float64),
             np.array(list(estimate.parameters.values()), dtype=np.float64),
-            P if P.size and np.isfinite(P).all() else None,
+            P if P.shape == (size, size) and np.isfinite(P).all() else None,
             np.array(walks) if estimate.walks else None,
             np.array(noise),
             moving,

@@ -99,7 +99,8 @@ def test_deviations_of_a_rollout_are_propagated_to_first_order(backend: str) -> 
 
 @pytest.mark.parametrize(
     ('covariance', 'noise', 'known'),
-    [((), NOISE, False), (np.full((4, 4), NAN), NOISE, False), (JOINT, (), False),
+    [((), NOISE, False), (np.full((4, 4), NAN), NOISE, False), (np.eye(2), NOISE, False),
+     (JOINT, (), False),
      (JOINT, (0.1, 0.0, 0.1), False), (JOINT, NOISE, True)],
 )  # fmt: skip
 def test_outputs_correct_only_where_covariance_and_noise_are_known(
