@@ -90,3 +90,40 @@ def dense_smoother(record: Record, dense: Dense) -> tuple[Array, Array]:
         means[k] = dense.means[k] + G @ (means[k + 1] - F @ dense.means[k] - push)
         covariances[k] += G @ (covariances[k + 1] - predicted) @ G.T
     return means, covariances
+
+
+class Considered(NamedTuple):
+    """A filter whose parameters are considered: states (K, 2), covariances (K, 4, 4), innovations.
+
+    Innovations (K, 3) and their variances (K, 3) are of all outputs of an instant at once.
+    """
+
+    states: Array
+    covariances: Array
+    innovations: Array
+    S: Array
+
+
+def considered_filter(record: Record, cov: Array) -> Considered:
+    """Outputs one after the other, gains of gain and load 0; exact discretisation; cov (4, 4)."""
+    z, found = np.array([*X0, *P]), []
+    outputs = np.insert(C, 2, 0.0, axis=1)  # of s, v, gain, load
+    for k, y in enumerate(record.y):
+        if k > 0:
+            rate = np.zeros((4, 4))
+            rate[0, 1], rate[1, 2:] = 1.0, [record.u[k - 1, 0], 1.0]
+            dt, noise = record.t[k] - record.t[k - 1], np.diag([*WALKS[:2], 0.0, 0.0]) ** 2
+            block = expm(dt * np.block([[-rate, noise], [np.zeros((4, 4)), rate.T]]))
+            F = block[4:, 4:].T
+            z, cov = F @ z, F @ cov @ F.T + F @ block[:4, 4:]
+        seen = np.isfinite(y)
+        e = np.where(seen, y - outputs @ z, NAN)
+        S = np.where(seen, np.diagonal(outputs @ cov @ outputs.T) + NOISE**2, NAN)
+        for i in np.flatnonzero(seen) if k > 0 else ():
+            h = outputs[i]
+            K = cov @ h / (h @ cov @ h + NOISE[i] ** 2) * [1.0, 1.0, 0.0, 0.0]
+            z = z + K * (y[i] - h @ z)
+            J = np.eye(4) - np.outer(K, h)
+            cov = J @ cov @ J.T + NOISE[i] ** 2 * np.outer(K, K)
+        found.append((z[:2], cov, e, S))
+    return Considered(*(np.array(part) for part in zip(*found, strict=True)))

@@ -59,11 +59,17 @@ class Estimate:
     sample. `stddev` (of state and parameters) and `initial_stddev` are NaN where a standard
     deviation would mean nothing, and 0 for given values. `weak` names the combinations that the
     window does not determine, `advice` the remedy; `jumps` lists the jumps inside the window.
-    `cost` is the minimum of the search. `output_rms` is the residual's root mean square by output,
-    in its unit; `residual_rms` that over all measured values, meaningful where the outputs share a
-    unit. `stamp` is the newest output's stamp in ns where samples had one. `figures` are further
-    ones of the observer: gains, a generation, a best fitness. Without a usable solution (`usable`
-    is False) the values are NaN.
+    `covariance` (n + q, n + q) is the joint one of `state` and `parameters` in their units, and
+    empty where none is known; where `stddev` calls a value not determined, it still has the
+    linearised one. `noise` are the outputs' standard deviations. `walks` are the process noise that
+    explains the window, by state and parameter, in their units per root of a second; empty where
+    none does. `cost` is the minimum of the search. `output_rms` is the residual's root mean square
+    by output, in its unit; `residual_rms` that over all measured values, meaningful where the
+    outputs share a unit. `innovation` is the newest output, as measured less as predicted one step
+    ahead, with its standard deviation `innovation_stddev`, of observers that go sample by sample.
+    `stamp` is the newest output's stamp in ns where samples had one. `figures` are further ones of
+    the observer: gains, a generation, a best fitness. Without a usable solution (`usable` is False)
+    the values are NaN.
     """
 
     parameters: Mapping[str, float]
@@ -78,6 +84,9 @@ class Estimate:
     residual_rms: float = np.nan
     output_rms: Mapping[str, float] = field(default_factory=dict)
     initial_stddev: Mapping[str, float] = field(default_factory=dict)
+    covariance: Array = field(default_factory=lambda: np.empty((0, 0)), repr=False)
+    noise: Mapping[str, float] = field(default_factory=dict)
+    walks: Mapping[str, float] = field(default_factory=dict)
     weak: tuple[str, ...] = ()
     advice: str = ''
     jumps: tuple[Jump, ...] = ()
@@ -86,6 +95,8 @@ class Estimate:
     times: Array = field(default_factory=lambda: np.empty(0), repr=False)
     states: Array = field(default_factory=lambda: np.empty((0, 0)), repr=False)
     stamp: int | None = None
+    innovation: Mapping[str, float] = field(default_factory=dict)
+    innovation_stddev: Mapping[str, float] = field(default_factory=dict)
     figures: Mapping[str, float] = field(default_factory=dict)
 
     @property

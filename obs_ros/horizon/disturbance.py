@@ -73,9 +73,8 @@ class DisturbedWindow:
 
     def added_to(self, uncertainty: Uncertainty) -> Uncertainty:
         """Return the uncertainty with what process noise adds to it."""
-        words = self.noise.words(self.window.objective.unknowns.model)
         covariance = uncertainty.covariance if self.covariance is None else self.covariance
-        return replace(uncertainty, covariance=covariance, end=self.end, disturbance=words)
+        return replace(uncertainty, covariance=covariance, end=self.end, process_noise=self.noise)
 
 
 def explain_by_process_noise(
@@ -173,7 +172,7 @@ def assessed(uncertainty: Uncertainty, mode: ProcessNoiseMode) -> Uncertainty:
     """
     if mode == 'off':
         return uncertainty
-    if not uncertainty.disturbance and uncertainty.fit.is_noise:
+    if uncertainty.process_noise is None and uncertainty.fit.is_noise:
         return uncertainty
     return replace(uncertainty, skill=forecast_skill(uncertainty.hypothesis))
 

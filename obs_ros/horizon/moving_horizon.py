@@ -186,13 +186,12 @@ class MovingHorizon:
         factors = self._scatter.factors()
         best = uncertainty.hypothesis
         places = best.layout.final(best.point)[self._solver.unknowns.n_states :]
-        words = [uncertainty.disturbance, solution.said]
         return replace(
             uncertainty,
             skill=uncertainty.skill if skill is None else skill,
             covariance=raised(uncertainty.covariance, places, factors),
             scatter=factors,
-            disturbance='; '.join(word for word in words if word),
+            said=solution.said,
         )
 
     def _figures(self, uncertainty: Uncertainty) -> Mapping[str, float]:

@@ -1,22 +1,25 @@
-"""The state now: an estimate of some time ago, propagated to the newest output."""
+"""The state now: an estimate of some time ago, carried on to the newest output."""
 
+import itertools
 import math
 from collections import deque
-from collections.abc import Callable, Sequence
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
-from typing import Any, NamedTuple
-
-import numpy as np
+from typing import NamedTuple
 
 from obs_ros.core.estimate import Estimate
 from obs_ros.core.model import Model, names
 from obs_ros.core.record import Sample
-from obs_ros.core.typing import AnyArray
+from obs_ros.core.typing import Array
+from obs_ros.horizon.propagation import Interval, Propagation, Start, prepare, propagation
+from obs_ros.inference.assessment.identifiability import undetermined_states
+from obs_ros.inference.disturbed import estimated_parameters
+from obs_ros.inference.parameterisation import Unknowns
 from obs_ros.integration.backends import Backend
-from obs_ros.integration.path import LANES, Path
-from obs_ros.integration.stepper import stepper_for
+from obs_ros.integration.path import own
 from obs_ros.samples.gate import DEFAULT as GATE
 from obs_ros.samples.gate import GateSettings
+from obs_ros.samples.stuck_sensor import Repeats
 from obs_ros.samples.successive_outputs import SuccessiveOutputs
 
 
@@ -31,23 +34,33 @@ class PredictionSettings:
 DEFAULT = PredictionSettings()
 
 
-class Interval(NamedTuple):
-    """The inputs of the plant from one output, at `begin` (ns), to the next, at `end`."""
+class Predicted(NamedTuple):
+    """States at the newest output, of `stamp` (ns), by name; NaN = not determined, not measured.
 
-    begin: int
-    end: int
-    path: Path
+    `residual` is the innovation: that output as measured less as predicted, one step ahead where
+    outputs correct the state, else from the estimate. Deviations are standard deviations; of a
+    residual that of the noise and of the predicted output together. All in the variables' units.
+    """
+
+    stamp: int
+    state: Mapping[str, float]
+    stddev: Mapping[str, float]
+    residual: Mapping[str, float]
+    residual_stddev: Mapping[str, float]
 
 
 class Prediction:
-    """Integrates the model from the newest estimate on, under the inputs that came since.
+    """Carries the newest estimate on to every output, under the inputs that came since.
 
-    x (n,) at the estimate's stamp, p (q,) its parameters: x' = f(t, x, u, p) to the newest output,
-    which itself is not used. Inputs do as their Variable says, and hold their last value. Without
-    a usable estimate there is no prediction; nor does one last beyond a value that is not finite.
+    Without process noise the state at the newest output is that of the model alone, x' =
+    f(t, x, u, p). Where the estimate tells process noise, the outputs since then, the newest
+    included, correct it: see `propagation`. Inputs do as their Variable says, and hold their last
+    value. Without a usable estimate there is no prediction; nor does one last beyond a value that
+    is not finite.
 
-    Samples enter by the rules of `Gate`; `limit` sets the limits that the observer has.
-    One thread calls everything but `prepare`, which compiles and is for any.
+    Samples enter by the rules of `Gate`; `limit` sets the limits that the observer has, and
+    `unknowns` what it estimates (None: all). What a stuck sensor repeats corrects nothing. One
+    thread calls everything but `prepare`, which compiles and is for any.
     """
 
     def __init__(
@@ -56,27 +69,31 @@ class Prediction:
         backend: Backend | None = None,
         gate: GateSettings = GATE,
         settings: PredictionSettings = DEFAULT,
+        unknowns: Unknowns | None = None,
     ) -> None:
         self.model = model
         self.diverged = 0
         self._backend = backend
+        self._states, self._outputs = names(model.states), names(model.outputs)
+        self._take_unknowns(unknowns or Unknowns.of(model))
         self._samples = SuccessiveOutputs(model, gate)
-        self._names = names(model.states)
-        self._x = np.empty((len(model.states), LANES))
-        self._p = np.empty((len(model.parameters), LANES))
+        self._repeats = Repeats([True] * len(model.outputs))
         self._trail: deque[Interval] = deque(maxlen=settings.kept)  # for estimates to come
-        self._rest: list[Path] = []  # along which x is to be propagated
+        self._rest: list[Interval] = []  # along which the state is to be carried
         self._at_once = settings.at_once
+        self._carrier: Propagation | None = None
         self._newest: int | None = None
         self.since: int | None = None  # stamp of the estimate
 
-    def prepare(self) -> None:
-        """Compile the model's steps, unless they are; may take some seconds."""
-        stepper_for(self.model, self._backend)
+    def prepare(self, *, correcting: bool = False) -> None:
+        """Compile the model's steps, and with `correcting` the filter; may take some seconds."""
+        moving = self._moving if correcting else None
+        prepare(self.model, self._backend, moving)
 
-    def limit(self, gate: GateSettings) -> None:
-        """Let samples enter by other limits from now on."""
+    def limit(self, gate: GateSettings, unknowns: Unknowns | None = None) -> None:
+        """Let samples enter by other limits from now on, estimates be about other unknowns."""
         self._samples.gate.limit(gate)
+        self._take_unknowns(unknowns or Unknowns.of(self.model))
 
     def forget(self) -> None:
         """Forget all samples and the estimate."""
@@ -85,7 +102,7 @@ class Prediction:
 
     def end(self) -> None:
         """Forget the estimate: there is no prediction until the next one."""
-        self.since = None
+        self.since = self._carrier = None
         self._rest.clear()
 
     def absorb(self, sample: Sample) -> int | None:
@@ -93,16 +110,17 @@ class Prediction:
         if self._samples.push(sample):
             self._forget()
         outputs = self._samples.due
-        for stamp, _ in outputs:
+        for stamp, y in outputs:
+            stuck = self._repeats.note(y)
             if self._newest is not None:
-                path = self._samples.inputs.path(self._newest, stamp)
-                interval = Interval(self._newest, stamp, own(path))
+                path = own(self._samples.inputs.path(self._newest, stamp))
+                interval = Interval(self._newest, stamp, path, y, stuck)
                 self._trail.append(interval)
                 if self.since is not None:
-                    self._rest.append(interval.path)
+                    self._rest.append(interval)
             self._newest = stamp
         if len(self._rest) >= self._at_once:
-            self._propagate()
+            self._advance()
         return self._newest if outputs and self.since is not None else None
 
     def start(self, estimate: Estimate) -> None:
@@ -115,68 +133,52 @@ class Prediction:
             self._trail.popleft()
         if stamp < (self._trail[0].begin if self._trail else self._newest):
             return  # the inputs since then are not known any more
-        for values, group in ((self._x, estimate.state), (self._p, estimate.parameters)):
-            values[:] = np.array(list(group.values())).reshape(-1, 1)
+        start = Start.of(self.model, estimate, self._moving)
+        self._carrier = propagation(self.model, self._backend, start)
         self.since = stamp
-        self._rest += [cut(interval, stamp) for interval in self._trail]
+        self._rest += self._trail
+        self._rest[:1] = [interval.cut(stamp) for interval in self._rest[:1]]
 
-    def state(self) -> dict[str, float] | None:
-        """Return the states at the newest output by name; None if there is no prediction."""
-        if self.since is None:
+    def now(self) -> Predicted | None:
+        """Return the states at the newest output; None if there is no prediction."""
+        if self._carrier is None or self._newest is None:
             return None
-        self._propagate()
-        x = self._x[:, 0].tolist()
+        self._advance()
+        carried = self._carrier.report()
+        x = carried.x.tolist()
         if not math.isfinite(sum(x)):
             self.diverged += 1
             self.end()
             return None
-        return dict(zip(self._names, x, strict=True))
+        stddev = roots(carried.variances, self._undetermined)
+        return Predicted(
+            self._newest,
+            dict(zip(self._states, x, strict=True)),
+            dict(zip(self._states, stddev, strict=True)),
+            dict(zip(self._outputs, carried.innovation.tolist(), strict=True)),
+            dict(zip(self._outputs, roots(carried.S, itertools.repeat(math.inf)), strict=True)),
+        )
 
-    def _propagate(self) -> None:
-        if self._rest:
-            stepper_for(self.model, self._backend).propagate(joined(self._rest), self._x, self._p)
+    def _take_unknowns(self, unknowns: Unknowns) -> None:
+        self._moving = estimated_parameters(unknowns)
+        self._undetermined = undetermined_states(unknowns).tolist()
+
+    def _advance(self) -> None:
+        if self._rest and self._carrier is not None:
+            self._carrier.advance(self._rest)
             self._rest.clear()
 
     def _forget(self) -> None:
         self.end()
+        self._repeats.clear()
         self._trail.clear()
         self._newest = None
 
 
-def own(path: Path) -> Path:
-    """Return a copy of a path that the next one does not overwrite, without unused rows."""
-    return mapped(path.pieces, lambda array: array[: path.pieces + 1].copy(), path)
-
-
-def cut(interval: Interval, stamp: int) -> Path:
-    """Return the rest of an interval's path after `stamp` (ns), which lies before its end."""
-    path = own(interval.path)
-    if stamp <= interval.begin:
-        return path
-    gone = (stamp - interval.begin) / 1e9
-    ends = np.cumsum(path.dt[: path.pieces])
-    k = min(int(np.searchsorted(ends, gone, side='right')), path.pieces - 1)
-    s = min(gone - (ends[k] - path.dt[k]), path.dt[k])
-    path.t[k] += s
-    path.dt[k] -= s
-    path.u[k] += s * path.slope[k]
-    return mapped(path.pieces - k, lambda array: array[k:].copy(), path)
-
-
-def joined(paths: Sequence[Path]) -> Path:
-    """Return one path from where the first begins to where the last ends; it has no end row."""
-    if len(paths) == 1:
-        return paths[0]
-    counts = [path.pieces for path in paths]
-
-    def chain(*arrays: AnyArray) -> AnyArray:
-        return np.concatenate([a[:count] for a, count in zip(arrays, counts, strict=True)])
-
-    return mapped(sum(counts), chain, *paths)
-
-
-def mapped(pieces: int, function: Callable[..., Any], *paths: Path) -> Path:
-    """Return the path whose every array is the function of those of the given paths."""
-    return Path(
-        pieces, *(function(*arrays) for arrays in zip(*(p[1:] for p in paths), strict=True))
-    )
+def roots(variances: Array, largest: Iterable[float]) -> list[float]:
+    """Return standard deviations; NaN where they are not known, or above the largest."""
+    found = [math.sqrt(max(variance, 0.0)) for variance in variances.tolist()]  # a NaN stays one
+    return [
+        s if s <= most and s < math.inf else math.nan
+        for s, most in zip(found, largest, strict=False)
+    ]

@@ -106,4 +106,5 @@ def _withheld(estimate: Estimate, outcome: Outcome, why: str) -> Estimate:
         jumps=(),
         stddev=dict.fromkeys(estimate.stddev, np.nan),
         initial_stddev=dict.fromkeys(estimate.initial_stddev, np.nan),
+        covariance=np.empty((0, 0)),
     )

@@ -40,9 +40,10 @@ class Disturbed:
 
     @property
     def covariance(self) -> Array:
-        """Covariance (n, n) of the state at the end, the candidate given."""
+        """Covariance (n, n) of the state at the newest output, the candidate given."""
         n = self.along.states.shape[1]
-        return self.along.P[:n, :n]
+        last = np.flatnonzero(self.along.measured.any(axis=1))[-1]
+        return self.along.covariances[last, :n, :n]
 
 
 def with_given_walks(

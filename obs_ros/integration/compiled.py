@@ -17,6 +17,7 @@ from obs_ros.core.kernel_cache import stored
 from obs_ros.core.model import Model
 from obs_ros.core.typing import AnyArray, Array, IntArray
 from obs_ros.integration.filter_pass import FilterPass, sizes
+from obs_ros.integration.filter_step import LiveFilter
 from obs_ros.integration.functions import Rebuilder
 from obs_ros.integration.grid import Grid
 from obs_ros.integration.kernel_source import FASTMATH, filter_source, source
@@ -118,10 +119,22 @@ class CompiledStepper:
         self.module = load_module(model)
         self.measure = self.module.measure
         self._propagate = self.module.propagate
+        self._steps: dict[int, Callable[..., None]] = {}  # of filters, by their number of variables
 
     def propagate(self, path: Path, x: Array, p: Array) -> None:
         """See `Stepper.propagate`."""
         self._propagate(path.t, path.dt, path.steps, path.u, path.slope, path.pieces, x, p)
+
+    def filter(self, live: LiveFilter, path: Path, y: Array) -> None:
+        """See `Stepper.filter`."""
+        d = len(live.P)
+        if d not in self._steps:
+            self._steps[d] = load_module(self.model, filter_source(self.model, d)).filter_step
+        self._steps[d](
+            path.t, path.dt, path.steps, path.u, path.slope, path.pieces, y, live.x, live.p, live.P,
+            live.variances, live.noise, live.moving, live.corrected, *live.limits, live.innovation,
+            live.S,
+        )  # fmt: skip
 
 
 class CompiledSeriesParallel:

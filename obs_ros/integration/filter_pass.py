@@ -189,6 +189,13 @@ def sizes(model: Model) -> Array:
     return np.array([smallest, *np.transpose([(v.lower, v.upper) for v in model.variables])])
 
 
+def predicted(F: Array, dt: float, Q: Array, P: Array) -> Array:
+    """Return the covariance (d, d) at the end of an interval of dt s, from P at its begin."""
+    half = np.eye(len(F)) + F
+    noises = Q + half @ Q @ half.T + F @ Q @ F.T
+    return np.asarray(F @ P @ F.T + dt / 6.0 * noises)
+
+
 Advance = Callable[[int, Any, Any], Any]  # k, states, parameters: the states at node k + 1
 
 
@@ -218,8 +225,7 @@ def run(
             z = z.copy()
             z[:n], found.transition[k - 1] = derivatives(advance(k - 1, x, p), gaps)
             F = np.concatenate([found.transition[k - 1], unit[n:]])
-            noises = Q + (unit + F) @ Q @ (unit + F).T + F @ Q @ F.T
-            P = F @ P @ F.T + found.dt[k - 1] / 6.0 * noises
+            P = predicted(F, found.dt[k - 1], Q, P)
         if grid.measured[k]:
             x, p, gaps = lanes_about(z)
             h, C = derivatives(model.output(grid.t[k], x, tuple(grid.u[k]), p), gaps)

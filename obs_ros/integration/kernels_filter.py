@@ -1,9 +1,10 @@
 # ruff: noqa: F821
 # mypy: ignore-errors
-"""The compiled pass of the extended Kalman filter, as a text that goes below `kernels.py`.
+"""The compiled extended Kalman filter, as a text that goes below `kernels.py`.
 
 Its module is made for one number N_JOINT of states and moving parameters, so that loops over them
-unroll. `filter_pass.py` has the equations, `Differences` the lanes.
+unroll. `filter_pass.py` has the equations, `Differences` the lanes, `filter_step.py` the filter
+that goes from output to output.
 """
 
 
@@ -39,7 +40,8 @@ def filter_pass(
                     differentiate(yhat, i, inverse, sensitivity[k, i])
             for i in range(N_OUTPUTS):
                 if known[k, i]:
-                    S[k, i] = update(sensitivity[k, i], noise[i], P, PC, K)
+                    S[k, i] = gain_of(sensitivity[k, i], noise[i], P, PC, K)
+                    joseph(sensitivity[k, i], noise[i], P, PC, K)
                     h = yhat[0, i * N_LANES]
                     for j in range(i):
                         if known[k, j]:
@@ -53,6 +55,49 @@ def filter_pass(
             means[k, a] = z[a]
             for b in range(N_JOINT):
                 covariances[k, a, b] = P[a, b]
+
+
+@entry
+def filter_step(
+    t, dt, steps, u, slope, pieces, y, x, p, P, variances, noise, moving, corrected, size, low,
+    high, innovation, S,
+):  # fmt: skip
+    """Take a `LiveFilter` through one path, and correct it by the outputs y (r,) at the end."""
+    lanes = np.empty((N_CHUNKS, N_STATES * N_LANES))
+    q = np.empty((N_CHUNKS, max(1, N_PARAMETERS) * N_LANES))
+    yhat = np.empty((N_CHUNKS, N_OUTPUTS * N_LANES))
+    z, inverse, shift = np.empty(N_JOINT), np.empty(N_JOINT), np.zeros(N_JOINT)
+    K, PC, C = np.empty(N_JOINT), np.empty(N_JOINT), np.empty((N_OUTPUTS, N_JOINT))
+    F, FP = np.empty((N_STATES, N_JOINT)), np.empty((N_STATES, N_JOINT))
+    begin(x, p, moving, z, q)
+    for k in range(pieces):
+        spread(z, moving, size, low, high, lanes, q, inverse)
+        for chunk in range(N_CHUNKS):
+            advance(lanes[chunk], q[chunk], t[k], dt[k], steps[k], u, slope, k)
+        for s in range(N_STATES):
+            z[s] = lanes[0, s * N_LANES]
+            differentiate(lanes, s, inverse, F[s])
+        predict(F, dt[k], variances, P, FP)
+    spread(z, moving, size, low, high, lanes, q, inverse)
+    observe(lanes, q, t[pieces], input_at(u, slope, pieces, 0.0), yhat)
+    for i in range(N_OUTPUTS):
+        differentiate(yhat, i, inverse, C[i])
+        innovation[i] = y[i] - yhat[0, i * N_LANES]
+        S[i] = gain_of(C[i], noise[i], P, PC, K) if not np.isnan(y[i]) else np.nan
+    for i in range(N_OUTPUTS):
+        if not np.isnan(y[i]):
+            gain_of(C[i], noise[i], P, PC, K)
+            e = innovation[i]
+            for a in range(N_JOINT):
+                K[a] *= corrected[a]
+                e -= C[i, a] * shift[a]
+            joseph(C[i], noise[i], P, PC, K)
+            for a in range(N_JOINT):
+                shift[a] += K[a] * e
+    for s in range(N_STATES):
+        x[s] = z[s] + shift[s]
+    for m in range(N_JOINT - N_STATES):
+        p[moving[m]] = z[N_STATES + m] + shift[N_STATES + m]
 
 
 @jit
@@ -171,10 +216,10 @@ def predict(F, dt, Q, P, FP):
 
 
 @jit
-def update(C, R, P, PC, K):
-    """Correct P by an output of derivatives C (d,) and variance R; K (d,) becomes the gain.
+def gain_of(C, R, P, PC, K):
+    """Write P C' and the optimal gain K (d,) for an output of derivatives C (d,) and variance R.
 
-    Joseph's form, with P symmetric. Returns the innovation's variance S.
+    Returns the innovation's variance S.
     """
     S = R
     for a in range(N_JOINT):
@@ -186,6 +231,12 @@ def update(C, R, P, PC, K):
     inverse = 1.0 / S
     for a in range(N_JOINT):
         K[a] = PC[a] * inverse
+    return S
+
+
+@jit
+def joseph(C, R, P, PC, K):
+    """Correct P, which is symmetric, by an output with gain K (d,); Joseph's form, for any gain."""
     for a in range(N_JOINT):
         along = 0.0
         for b in range(N_JOINT):
@@ -195,4 +246,3 @@ def update(C, R, P, PC, K):
             total = P[a, b] + (R * K[a] - along) * K[b]
             P[a, b] = total
             P[b, a] = total
-    return S

@@ -1,8 +1,11 @@
 """Inputs from one output to the next, and over a few of them with what was measured."""
 
-from typing import NamedTuple
+from collections.abc import Callable, Sequence
+from typing import Any, NamedTuple
 
-from obs_ros.core.typing import Array, BoolArray, IntArray
+import numpy as np
+
+from obs_ros.core.typing import AnyArray, Array, BoolArray, IntArray
 
 # Candidates are stepped in chunks of so many: of fewer LLVM unrolls the loop over the lanes instead
 # of vectorising it.
@@ -44,3 +47,45 @@ class Stretch(NamedTuple):
 def lanes(count: int) -> int:
     """Return the width of the arrays that `count` candidates need: whole chunks."""
     return count + -count % LANES
+
+
+def own(path: Path) -> Path:
+    """Return a copy of a path that the next one does not overwrite, without unused rows."""
+    pieces, t, dt, steps, u, slope = path  # once for every output: no loop over the arrays
+    rows = slice(pieces + 1)
+    return Path(
+        pieces, t[rows].copy(), dt[rows].copy(), steps[rows].copy(), u[rows].copy(),
+        slope[rows].copy(),
+    )  # fmt: skip
+
+
+def after(path: Path, gone: float) -> Path:
+    """Return the rest of a path after `gone` s, which are less than it takes."""
+    path = own(path)
+    ends = np.cumsum(path.dt[: path.pieces])
+    k = min(int(np.searchsorted(ends, gone, side='right')), path.pieces - 1)
+    s = min(gone - (ends[k] - path.dt[k]), path.dt[k])
+    path.t[k] += s
+    path.dt[k] -= s
+    path.u[k] += s * path.slope[k]
+    return mapped(path.pieces - k, lambda array: array[k:].copy(), path)
+
+
+def joined(paths: Sequence[Path]) -> Path:
+    """Return one path from where the first begins to where the last ends, its end row included."""
+    if len(paths) == 1:
+        return paths[0]
+    counts = [path.pieces for path in paths]
+    counts[-1] += 1
+
+    def chain(*arrays: AnyArray) -> AnyArray:
+        return np.concatenate([a[:count] for a, count in zip(arrays, counts, strict=True)])
+
+    return mapped(sum(counts) - 1, chain, *paths)
+
+
+def mapped(pieces: int, function: Callable[..., Any], *paths: Path) -> Path:
+    """Return the path whose every array is the function of those of the given paths."""
+    return Path(
+        pieces, *(function(*arrays) for arrays in zip(*(p[1:] for p in paths), strict=True))
+    )

@@ -9,6 +9,7 @@ import numpy as np
 from obs_ros.core.model import Model, inside
 from obs_ros.core.typing import Array
 from obs_ros.integration.backends import Backend, check_backend, compiled_or_numpy
+from obs_ros.integration.filter_step import LiveFilter, run_step
 from obs_ros.integration.path import LANES, Path
 from obs_ros.integration.steps import STEPS
 
@@ -29,6 +30,12 @@ class Stepper(Protocol):
 
     def measure(self, t: float, u: Array, x: Array, p: Array, y: Array) -> None:
         """Write the outputs at time t (s) under inputs u (m,) into y (r, L)."""
+
+    def filter(self, live: LiveFilter, path: Path, y: Array) -> None:
+        """Take a filter along the path, and correct it by outputs y (r,) there; NaN = not measured.
+
+        The filter is changed in place. Its first call compiles.
+        """
 
 
 class NumpyStepper:
@@ -66,6 +73,11 @@ class NumpyStepper:
         for row, values in zip(y, outputs, strict=True):
             row[:] = values
 
+    def filter(self, live: LiveFilter, path: Path, y: Array) -> None:
+        """See `Stepper.filter`."""
+        with np.errstate(all='ignore'):
+            run_step(live, self, path, y)
+
 
 def stepper_for(model: Model, backend: Backend | None = None) -> Stepper:
     """Return the model's stepper, compiled and ready; `backend` and errors as in `kernels_for`."""
@@ -88,12 +100,17 @@ def run_once(stepper: Stepper) -> float:
     """Step one chunk of candidates once, which compiles what that takes; return the seconds."""
     model = stepper.model
     begin = time.perf_counter()
-    u = np.array([[inside(v) for v in model.inputs]] * 2).reshape(2, -1)
-    path = Path(
-        1, np.zeros(2), np.full(2, min(model.max_step, 1.0)), np.ones(2, np.int64), u, 0.0 * u
-    )
+    path = tiny_path(model)
     x = np.repeat([[inside(v)] for v in model.states], LANES, axis=1)
     p = np.repeat([inside(v) for v in model.parameters], LANES).reshape(-1, LANES)
     stepper.propagate(path, x, p)
-    stepper.measure(1.0, u[0], x, p, np.empty((len(model.outputs), LANES)))
+    stepper.measure(1.0, path.u[0], x, p, np.empty((len(model.outputs), LANES)))
     return time.perf_counter() - begin
+
+
+def tiny_path(model: Model) -> Path:
+    """Return a path of one step, under inputs inside their bounds."""
+    u = np.array([[inside(v) for v in model.inputs]] * 2).reshape(2, -1)
+    return Path(
+        1, np.zeros(2), np.full(2, min(model.max_step, 1.0)), np.ones(2, np.int64), u, 0.0 * u
+    )

@@ -7,23 +7,25 @@ from typing import Any
 from obs_ros.core.estimate import Estimate
 from obs_ros.core.model import Model
 from obs_ros.core.record import Sample
-from obs_ros.horizon.prediction import Prediction
+from obs_ros.horizon.prediction import Predicted, Prediction
+from obs_ros.inference.parameterisation import Unknowns
 from obs_ros.samples.gate import GateSettings
 
 
 class Forecast:
-    """Hands predictions to `publish(stamp in ns, state)`, `rate` per s of sample time at most.
+    """Hands predictions to `publish`, `rate` per s of sample time at most.
 
     A rate of 0 means one for every output. `latency` (s) is from the arrival of the newest output
     to its prediction.
     """
 
-    def __init__(self, model: Model, publish: Callable[[int, Mapping[str, float]], None]) -> None:
+    def __init__(self, model: Model, publish: Callable[[Predicted], None]) -> None:
         self.rate = 0.0
         self.published = 0
         self.latency = 0.0
         self._prediction = Prediction(model)
         self._publish = publish
+        self._correcting = False
         self._last: int | None = None
 
     @property
@@ -40,17 +42,18 @@ class Forecast:
     def prepare(self) -> float:
         """Compile everything that is not compiled yet; return the seconds that it took."""
         begin = time.perf_counter()
-        self._prediction.prepare()
+        self._prediction.prepare(correcting=self._correcting)
         return time.perf_counter() - begin
 
     def start(self, estimate: Estimate) -> None:
         """Go on from an estimate."""
         self._prediction.start(estimate)
 
-    def follow(self, values: Mapping[str, Any]) -> None:
-        """Do as the node's parameters say."""
+    def follow(self, values: Mapping[str, Any], unknowns: Unknowns | None = None) -> None:
+        """Do as the node's parameters say, for an observer of these unknowns; None = all."""
         self.rate = values['prediction.rate']
-        self._prediction.limit(GateSettings(reach=window_reach(values)))
+        self._prediction.limit(GateSettings(reach=window_reach(values)), unknowns)
+        self._correcting = values['process_noise'] != 'off'
 
     def end(self) -> None:
         """Forget the estimate: the observer has begun a new timeline."""
@@ -67,10 +70,10 @@ class Forecast:
         stamp = self._prediction.absorb(sample)
         if stamp is None or silent or not self._is_time(stamp):
             return
-        state = self._prediction.state()
-        if state is not None:
+        predicted = self._prediction.now()
+        if predicted is not None:
             self._last = stamp
-            self._publish(stamp, state)
+            self._publish(predicted)
             self.published += 1
             self.latency = time.monotonic() - arrival
 

@@ -42,7 +42,7 @@ LIVE = (
     ParameterSpec('stale_after', 5.0,
         'wall time without samples after which a stream is stale', 's', positive=True, upper=1e6),
     ParameterSpec('prediction.enabled', True,
-        'publish ~/prediction, the state carried on to the newest output'),
+        'publish ~/prediction, the state carried on to the newest output, and ~/residual'),
     ParameterSpec('prediction.rate', 0.0,
         'predictions per s of sample time at most; 0: one for every output', 'Hz',
         lower=0.0, upper=1e6),

@@ -1,21 +1,24 @@
 """An estimate as named vectors, which the node publishes and a replay writes."""
 
 import math
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from typing import NamedTuple
 
 from obs_ros.core.estimate import Estimate
 from obs_ros.core.model import Model, names
 
-TOPICS = ('state', 'parameters', 'state_stddev', 'parameters_stddev', 'jump', 'solver')
+TOPICS = (
+    'state', 'parameters', 'state_stddev', 'parameters_stddev', 'residual', 'jump', 'solver',
+)  # fmt: skip
 
 
 class Vector(NamedTuple):
-    """Values by name at a stamp (ns), for the topic ~/`topic`."""
+    """Values by name at a stamp (ns), for the topic ~/`topic`; residuals' deviations as effort."""
 
     topic: str
     stamp: int
     values: Mapping[str, float]
+    effort: Sequence[float] = ()
 
 
 def publishable(estimate: Estimate) -> bool:
@@ -49,6 +52,9 @@ def vectors(estimate: Estimate, model: Model, solver: Mapping[str, float]) -> It
         deviations = {name: estimate.stddev.get(name, math.nan) for name in order}
         yield Vector(topic, stamp, {name: values[name] for name in order})
         yield Vector(f'{topic}_stddev', stamp, deviations)
+    if estimate.innovation:
+        spread = tuple(estimate.innovation_stddev.values())
+        yield Vector('residual', stamp, estimate.innovation, spread)
     for jump in estimate.jumps:
         if jump.new:
             yield Vector('jump', jump.stamp or 0, jump.sizes)

@@ -45,9 +45,9 @@ class RecursiveObserver:
     - `_step(before, now, path)` goes from one output to the next, the inputs being those of `path`.
 
     Both leave the estimate in `x`, `p`, `stddev` (n + q,), `innovation` (r,), the measured outputs
-    less those expected, and `figures`; in the last three NaN stands for unknown numbers. All are
-    written in place. `prepare` compiles the code of both, as it lets a twin observe `rehearsal`
-    made-up outputs.
+    less those expected, `innovation_stddev` (r,) and `figures`; in the last four NaN stands for
+    unknown numbers. All are written in place. `prepare` compiles the code of both, as it lets a
+    twin observe `rehearsal` made-up outputs.
 
     Values that are not finite never leave: the observer starts again from its initial values.
 
@@ -109,19 +109,18 @@ class RecursiveObserver:
             'parameters': parameters, 'states': states, 'fixed': fixed, 'bounds': bounds,
             'noise': noise, 'initial': initial, 'seed': seed, 'backend': backend, **settings,
         }  # fmt: skip
-        n, q, r = (len(group) for group in (self.model.states, self.model.parameters,
-                                            self.model.outputs))  # fmt: skip
-        self.x, self.p = np.empty(n), np.empty(q)
-        self.stddev, self.innovation = np.empty(n + q), np.empty(r)
-        self.figures: dict[str, float] = {}
         self._names = names(self.model.states), names(self.model.parameters)
-        self._unknowns = names(self.model.variables)
+        self._unknowns, self._outputs = names(self.model.variables), names(self.model.outputs)
+        n, q, r = map(len, (*self._names, self._outputs))
+        self.x, self.p, self.stddev = np.empty(n), np.empty(q), np.empty(n + q)
+        self.innovation, self.innovation_stddev = np.empty((2, r))
+        self.figures: dict[str, float] = {}
         self._before: Instant | None = None
         self._due = self._diverged = self._blind = False
         self._taken, self._remark, self._step_time = 0, '', 0.0
         self._counts = dict.fromkeys(('reset_non_finite', *self.reasons, 'skipped'), 0)
         # Outputs whose noise is known cannot stand still; see `stuck_sensor`.
-        self._repeats = Repeats([output.name in self.noise for output in self.model.outputs])
+        self._repeats = Repeats([name in self.noise for name in self._outputs])
         gate = GateSettings(reach=self.settings.longest_gap).within_steps(self.model)
         self._samples = SuccessiveOutputs(self.model, gate, self._repeats)
         self._forget()
@@ -176,6 +175,7 @@ class RecursiveObserver:
         assert self._before is not None
         now, (states, parameters) = self._before, self._names
         x, p, stddev = self.x.tolist(), self.p.tolist(), self.stddev.tolist()
+        innovation, spread = self.innovation.tolist(), self.innovation_stddev.tolist()
         if self._diverged or self._blind:
             x, p, stddev = ([math.nan] * len(each) for each in (x, p, stddev))
         outcome = Outcome.DIVERGED if self._diverged else Outcome.CONVERGED
@@ -195,8 +195,10 @@ class RecursiveObserver:
             message=message,
             t0=now.t,
             t1=now.t,
-            residual_rms=_rms(self.innovation.tolist()),
+            residual_rms=_rms(innovation),
             stamp=now.stamp,
+            innovation=dict(zip(self._outputs, innovation, strict=True)),
+            innovation_stddev=dict(zip(self._outputs, spread, strict=True)),
             solve_time=self._step_time,
             figures=self.figures.copy(),
         )
@@ -265,9 +267,8 @@ class RecursiveObserver:
     def _set_out(self) -> None:
         """Put everything where it starts."""
         self.rng = random_generator(self._seed)
-        n = self.x.size
-        self.x[:], self.p[:] = self.initial[:n], self.initial[n:]
-        self.stddev[:] = self.innovation[:] = math.nan
+        self.x[:], self.p[:] = np.split(self.initial, [self.x.size])
+        self.stddev[:] = self.innovation[:] = self.innovation_stddev[:] = math.nan
         self.figures.clear()
 
     def _forget(self) -> None:
@@ -291,8 +292,7 @@ def _initial_values(unknowns: Unknowns, given: Mapping[str, float]) -> Array:
         unknowns.index, unknowns.scale.lower, unknowns.scale.upper, strict=True
     ):
         nominal = model.variables[i].nominal
-        middle = 0.5 * (low + high)
-        values[i] = middle if nominal is None else min(max(nominal, low), high)
+        values[i] = 0.5 * (low + high) if nominal is None else min(max(nominal, low), high)
     order = list(names(model.variables))
     unknowns.check_initial(given)
     for name, value in given.items():

@@ -12,6 +12,7 @@ from obs_ros.core.rng import random_generator
 from obs_ros.horizon.moving_horizon import MovingHorizon
 from obs_ros.horizon.settings import EstimationSettings
 from obs_ros.horizon.solver import Solver
+from obs_ros.inference.parameterisation import Unknowns
 from obs_ros.models import load_model
 from obs_ros.samples.range_check import limits
 from obs_ros.samples.window import SlidingWindow
@@ -65,6 +66,11 @@ class SlidingWindowObserver:
         self._windows = self._begin()
         self._solved = 0
         self._epoch = 0  # counts resets: what was begun before one is dropped after it
+
+    @property
+    def unknowns(self) -> Unknowns:
+        """The states and parameters that are estimated."""
+        return self._solver.unknowns
 
     def prepare(self) -> float:
         """Compile the model's kernels, unless they are; return the seconds that it took."""

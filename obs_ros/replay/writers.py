@@ -1,7 +1,7 @@
 """Estimates written down as they come: as a table, and as a bag."""
 
 import csv
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from pathlib import Path
 
@@ -9,7 +9,7 @@ import numpy as np
 
 from obs_ros.core.estimate import Estimate
 from obs_ros.core.model import Model, names
-from obs_ros.interface.vectors import TOPICS, vectors
+from obs_ros.interface.vectors import TOPICS, Vector, vectors
 from obs_ros.replay.extras import require
 
 Take = Callable[[Estimate, int], None]
@@ -72,20 +72,21 @@ def bag_writer(path: Path, model: Model) -> Iterator[Take]:
             topic: bag.add_connection(f'{NODE}/{topic}', TYPE, typestore=store) for topic in TOPICS
         }
 
-        def write(topic: str, stamp: int, recorded: int, values: Mapping[str, float]) -> None:
+        def write(recorded: int, vector: Vector) -> None:
+            topic, stamp, values, effort = vector
             time = time_type(sec=stamp // 10**9, nanosec=stamp % 10**9)
             message = joint_state(
                 header=header_type(stamp=time, frame_id=''),
                 name=list(values),
                 position=np.array([float(value) for value in values.values()]),
                 velocity=np.empty(0),
-                effort=np.empty(0),
+                effort=np.array(effort, dtype=np.float64),
             )
             bag.write(connections[topic], recorded, store.serialize_cdr(message, TYPE))
 
         def take(estimate: Estimate, skipped: int) -> None:
             recorded = estimate.stamp or 0
-            for topic, stamp, values in vectors(estimate, model, {'skipped': float(skipped)}):
-                write(topic, stamp, recorded, values)
+            for vector in vectors(estimate, model, {'skipped': float(skipped)}):
+                write(recorded, vector)
 
         yield take

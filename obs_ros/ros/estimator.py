@@ -110,7 +110,7 @@ class Estimator(GuardedNode):
 
     def _adopt(self, proposal: tuple[Mapping[str, Any], Observer | None]) -> None:
         self._settings, observer = proposal
-        self._predict()
+        self._predict(observer or self.observer)
         if observer is None:
             if not self._prepared:
                 self._proceed()
@@ -126,7 +126,7 @@ class Estimator(GuardedNode):
         self._publish_info({**model_info(self.model), **settings_info(self._settings)})
         self._proceed()
 
-    def _predict(self) -> None:
+    def _predict(self, observer: Observer) -> None:
         """Begin to predict, or cease, as the settings say."""
         if self._settings.get('prediction.enabled') and self._forecast is None:
             self._forecast = Forecast(self.model, self._publisher.publish_prediction)
@@ -134,7 +134,7 @@ class Estimator(GuardedNode):
         elif not self._settings.get('prediction.enabled'):
             self._forecast = None
         if self._forecast is not None:
-            self._forecast.follow(self._settings)
+            self._forecast.follow(self._settings, getattr(observer, 'unknowns', None))
 
     def _prepare(self) -> float:
         """Compile what is not compiled yet, in the worker; return the seconds that it took."""

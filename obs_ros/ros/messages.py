@@ -1,6 +1,6 @@
-"""Named vectors as ROS messages: JointState with `header.stamp`, `name` and `position` only."""
+"""Named vectors as ROS messages: JointState with `header.stamp`, `name`, `position`, `effort`."""
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable
 
 from builtin_interfaces.msg import Time
 from rclpy.qos import DurabilityPolicy, QoSPolicyKind, QoSProfile, ReliabilityPolicy
@@ -28,8 +28,10 @@ def time_message(stamp: int) -> Time:
     return Time(sec=stamp // 1_000_000_000, nanosec=stamp % 1_000_000_000)
 
 
-def named_vector(stamp: int, names: Sequence[str], values: Iterable[float]) -> JointState:
+def named_vector(
+    stamp: int, names: Iterable[str], values: Iterable[float], effort: Iterable[float] = ()
+) -> JointState:
     """Return the values, by name, as a message stamped `stamp` (ns)."""
-    message = JointState(name=list(names), position=list(values))
+    message = JointState(name=list(names), position=list(values), effort=list(effort))
     message.header.stamp = time_message(stamp)
     return message

@@ -1,7 +1,6 @@
 """An estimate as messages."""
 
 import json
-from collections.abc import Mapping
 from copy import copy
 
 from rclpy.node import Node
@@ -10,14 +9,18 @@ from std_msgs.msg import String
 
 from obs_ros.core.estimate import Estimate
 from obs_ros.core.model import Model
+from obs_ros.horizon.prediction import Predicted
 from obs_ros.interface.vectors import TOPICS, publishable, vectors
 from obs_ros.ros.messages import LATCHED, OVERRIDABLE, STREAM, named_vector
 
+PREDICTED = ('prediction', 'prediction_stddev')
+
 
 class EstimatePublisher:
-    """Publishes ~/state, ~/parameters, their standard deviations, ~/jump, ~/solver and ~/outcome.
+    """Publishes estimates: ~/state, ~/parameters and their standard deviations, and so on.
 
-    And ~/prediction, with `predicting`.
+    With `predicting` ~/prediction too, and its deviations. ~/residual goes with the predictions, or
+    else with the estimates of observers that tell innovations.
     """
 
     def __init__(self, node: Node, model: Model, *, predicting: bool) -> None:
@@ -26,14 +29,19 @@ class EstimatePublisher:
             topic: node.create_publisher(
                 JointState, f'~/{topic}', copy(STREAM), qos_overriding_options=OVERRIDABLE
             )
-            for topic in (*TOPICS, *(('prediction',) if predicting else ()))
+            for topic in (*TOPICS, *(PREDICTED if predicting else ()))
         }
         self._outcome = node.create_publisher(String, '~/outcome', LATCHED)
 
-    def publish_prediction(self, stamp: int, state: Mapping[str, float]) -> None:
-        """Publish the states at `stamp` (ns)."""
-        message = named_vector(stamp, tuple(state), state.values())
-        self._publishers['prediction'].publish(message)
+    def publish_prediction(self, predicted: Predicted) -> None:
+        """Publish the states at the newest output, and the residual of that."""
+        for topic, values, effort in (
+            ('prediction', predicted.state, ()),
+            ('prediction_stddev', predicted.stddev, ()),
+            ('residual', predicted.residual, predicted.residual_stddev.values()),
+        ):
+            message = named_vector(predicted.stamp, values, values.values(), effort)
+            self._publishers[topic].publish(message)
 
     def publish(self, estimate: Estimate, latency: float, skipped: int) -> bool:
         """Publish the estimate, stamped like its newest output; `latency` in s.
@@ -49,7 +57,7 @@ class EstimatePublisher:
         timing = {
             'solve_time_s': estimate.solve_time, 'latency_s': latency, 'skipped': float(skipped),
         }  # fmt: skip
-        for topic, stamp, values in vectors(estimate, self._model, timing):
-            message = named_vector(stamp, tuple(values), map(float, values.values()))
+        for topic, stamp, values, effort in vectors(estimate, self._model, timing):
+            message = named_vector(stamp, values, map(float, values.values()), effort)
             self._publishers[topic].publish(message)
         return publishable(estimate)

@@ -10,6 +10,7 @@ from plants import LAG, square_wave
 from obs_ros import Outcome, Record, solve_window
 from obs_ros.core.deadline import Deadline
 from obs_ros.core.rng import random_generator
+from obs_ros.core.typing import Array
 from obs_ros.horizon.moving_horizon import MovingHorizon
 from obs_ros.horizon.settings import EstimationSettings
 from obs_ros.horizon.solver import Solver
@@ -19,6 +20,11 @@ INTERVAL = 0.1
 
 
 def record(nodes: int = 400, walk: float = WALK, seed: int = 0) -> Record:
+    return pushed(nodes, walk, seed)[0]
+
+
+def pushed(nodes: int, walk: float = WALK, seed: int = 0) -> tuple[Record, Array]:
+    """A record of the lag, and its state (nodes,)."""
     rng = np.random.default_rng([seed, 7])
     t = INTERVAL * np.arange(nodes)
     u = square_wave(t) * np.repeat(rng.uniform(0.5, 1.5, nodes // 30 + 1), 30)[:nodes]
@@ -28,7 +34,7 @@ def record(nodes: int = 400, walk: float = WALK, seed: int = 0) -> Record:
     x[0] = 0.5
     for k in range(nodes - 1):
         x[k + 1] = K * u[k] + (x[k] - K * u[k]) * hold + push * rng.standard_normal()
-    return Record(t, u, x + SIGMA * rng.standard_normal(nodes))
+    return Record(t, u, x + SIGMA * rng.standard_normal(nodes)), x
 
 
 def test_off_a_pushed_plant_is_a_mismatch_and_auto_it_is_explained_with_deviations() -> None:
@@ -41,6 +47,10 @@ def test_off_a_pushed_plant_is_a_mismatch_and_auto_it_is_explained_with_deviatio
     for name, truth in (('k', K), ('tau', TAU)):
         assert abs(found.parameters[name] - truth) < 3.0 * found.stddev[name] < 1.5
     assert 0.5 * SIGMA < found.stddev['x'] < 2.0 * SIGMA
+    assert found.walks['x'] == pytest.approx(WALK, rel=0.3) and found.walks['tau'] == 0.0
+    assert found.noise['y'] == pytest.approx(SIGMA, rel=0.5)
+    deviations = np.sqrt(np.diagonal(found.covariance))
+    np.testing.assert_allclose(deviations, [found.stddev[name] for name in ('x', 'k', 'tau')])
     assert found.output_rms['y'] == pytest.approx(np.hypot(SIGMA, WALK * INTERVAL**0.5), rel=0.25)
 
 
@@ -50,6 +60,7 @@ def test_an_exact_plant_is_solved_as_without(mode: Any) -> None:
     found = solve_window(LAG, record(walk=0.0), seed=1, process_noise=mode)
     assert found.parameters == plain.parameters and found.stddev == plain.stddev
     assert (found.message, found.evaluations) == (plain.message, plain.evaluations)
+    assert not found.walks and found.noise['y'] == pytest.approx(SIGMA, rel=0.15)
 
 
 def test_given_walks_are_used_whatever_the_residual() -> None:

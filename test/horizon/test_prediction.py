@@ -10,7 +10,9 @@ from obs_ros.core.estimate import Estimate, Outcome
 from obs_ros.core.model import names
 from obs_ros.core.record import Sample
 from obs_ros.horizon.prediction import Prediction, PredictionSettings
+from obs_ros.inference.parameterisation import Unknowns
 from obs_ros.models.three_tank import THREE_TANK
+from obs_ros.samples.gate import GateSettings
 
 S = 10**9
 
@@ -42,38 +44,38 @@ def prediction():
 
 def test_there_is_none_before_an_estimate(prediction):
     assert absorb(prediction, (0, 'u', 1), (0, 'y', 0), (1, 'y', 0)) == [None] * 3
-    assert prediction.state() is None
+    assert prediction.now() is None
 
 
 def test_it_goes_on_from_the_estimate_under_the_inputs_since(prediction):
     absorb(prediction, (0, 'u', 1), (0, 'y', 0), (1, 'y', 0), (1.5, 'u', 3), (2, 'y', 0))
     prediction.start(vessel()(1.0, 10.0))
     # From 1 to 1.5 x' = 0.5 - 1, to 2 it is 0.5 - 3.
-    assert prediction.state() == {'x': pytest.approx(10.0 - 0.25 - 1.25)}
+    assert prediction.now().state == {'x': pytest.approx(10.0 - 0.25 - 1.25)}
     assert absorb(prediction, (4, 'y', 0)) == [4 * S]
-    assert prediction.state() == {'x': pytest.approx(8.5 - 5.0)}
-    assert prediction.state() == {'x': pytest.approx(8.5 - 5.0)}, 'no time has passed'
+    assert prediction.now().state == {'x': pytest.approx(8.5 - 5.0)}
+    assert prediction.now().state == {'x': pytest.approx(8.5 - 5.0)}, 'no time has passed'
 
 
 def test_an_estimate_between_two_outputs_is_carried_from_there(prediction):
     absorb(prediction, (0, 'u', 1), (0, 'y', 0), (1.5, 'u', 3), (1.8, 'u', 0), (2, 'y', 0))
     prediction.start(vessel()(1.6, 10.0))
-    assert prediction.state() == {'x': pytest.approx(10.0 - 2.5 * 0.2 + 0.5 * 0.2)}
+    assert prediction.now().state == {'x': pytest.approx(10.0 - 2.5 * 0.2 + 0.5 * 0.2)}
 
 
 def test_linear_inputs_are_cut_where_they_are():
     prediction = Prediction(with_interpolation(VESSEL, 'linear'))
     absorb(prediction, (0, 'u', 0), (0, 'y', 0), (4, 'u', 4), (4, 'y', 0))
     prediction.start(vessel(0.0)(1.0, 10.0))
-    assert prediction.state() == {'x': pytest.approx(10.0 - (16.0 - 1.0) / 2.0)}
+    assert prediction.now().state == {'x': pytest.approx(10.0 - (16.0 - 1.0) / 2.0)}
 
 
 def test_a_newer_estimate_takes_over(prediction):
     absorb(prediction, (0, 'u', 1), *((t, 'y', 0) for t in range(10)))
     prediction.start(vessel()(2.0, 10.0))
-    assert prediction.state() == {'x': pytest.approx(10.0 - 3.5)}
+    assert prediction.now().state == {'x': pytest.approx(10.0 - 3.5)}
     prediction.start(vessel(1.0)(7.0, 5.0))
-    assert prediction.state() == {'x': pytest.approx(5.0)}
+    assert prediction.now().state == {'x': pytest.approx(5.0)}
     assert prediction.since == 7 * S
 
 
@@ -85,18 +87,18 @@ def test_one_that_is_not_usable_or_too_old_ends_it(prediction):
         replace(vessel()(7.0, 1.0), stamp=None),
     ):
         prediction.start(vessel()(7.0, 1.0))
-        assert prediction.state() is not None
+        assert prediction.now() is not None
         prediction.start(wrong)
-        assert prediction.state() is None and absorb(prediction, (8.5, 'y', 0)) == [None]
+        assert prediction.now() is None and absorb(prediction, (8.5, 'y', 0)) == [None]
 
 
 def test_what_diverges_is_withheld_and_counted(prediction):
     absorb(prediction, (0, 'u', 1), (0, 'y', 0))
     prediction.start(vessel(1e308)(0.0, 1e308))
     absorb(prediction, (5, 'y', 0))
-    assert prediction.state() is None and prediction.diverged == 1
+    assert prediction.now() is None and prediction.diverged == 1
     absorb(prediction, (6, 'y', 0))
-    assert prediction.state() is None and prediction.diverged == 1
+    assert prediction.now() is None and prediction.diverged == 1
 
 
 def test_a_new_timeline_ends_it(prediction):
@@ -104,14 +106,14 @@ def test_a_new_timeline_ends_it(prediction):
     prediction.start(vessel()(1000.0, 1.0))
     back = [(t, kind, 0) for t in range(5) for kind in 'uy']
     absorb(prediction, *back)
-    assert prediction.state() is None
+    assert prediction.now() is None
 
 
 def test_a_stray_stamp_is_not_predicted_to(prediction):
     absorb(prediction, (0, 'u', 1), (0, 'y', 0), (1, 'y', 0))
     prediction.start(vessel()(1.0, 1.0))
     assert absorb(prediction, (1e9, 'y', 0)) == [None]
-    assert prediction.state() == {'x': 1.0}
+    assert prediction.now().state == {'x': 1.0}
 
 
 def test_it_keeps_up_where_nobody_asks(prediction):
@@ -119,7 +121,82 @@ def test_it_keeps_up_where_nobody_asks(prediction):
     absorb(prediction, (0, 'u', 1), (0, 'y', 0))
     prediction.start(vessel()(0.0, 0.0))
     absorb(prediction, *((0.1 * k, 'y', 0) for k in range(1, 2 * most)))
-    assert prediction.state() == {'x': pytest.approx(-0.5 * 0.1 * (2 * most - 1))}
+    assert prediction.now().state == {'x': pytest.approx(-0.5 * 0.1 * (2 * most - 1))}
+
+
+def pushed(t, x, sd=0.1):
+    """An estimate of the vessel, load 0.5, that process noise explains."""
+    return replace(
+        estimate(VESSEL, t, (x,), (0.5, 0.0)), covariance=np.diag([sd, 0.01, 0.0]) ** 2,
+        walks={'x': 0.2, 'd': 0.0, 'g': 0.0}, noise={'y': 0.1},
+    )  # fmt: skip
+
+
+@pytest.mark.parametrize('stamp', [1.0, 1.6])
+def test_an_estimate_that_comes_late_is_corrected_by_the_outputs_since(stamp):
+    early, late = Prediction(VESSEL), Prediction(VESSEL)
+    outputs = [(t, 'y', 0.3 * t) for t in range(2, 8)]
+    for each in (early, late):
+        absorb(each, (0, 'u', 1), (0, 'y', 0), (1, 'y', 0), (1.3, 'u', 2))
+    if stamp > 1.0:  # known as soon as there is an interval that holds it
+        absorb(early, outputs.pop(0))
+        absorb(late, (2, 'y', 0.6))
+    early.start(pushed(stamp, 0.0))
+    absorb(early, *outputs)
+    absorb(late, *outputs)
+    late.start(pushed(stamp, 0.0))
+    assert early.now() == late.now()
+    state = early.now().state['x']
+    assert abs(state - 2.1) < 0.5 < abs(vessel_alone(stamp) - 2.1)
+    assert early.now().stddev['x'] < 0.12
+
+
+def vessel_alone(stamp):
+    before, after = 0.5 * max(1.3 - stamp, 0.0), 1.5 * (7.0 - max(stamp, 1.3))
+    return -before - after
+
+
+def test_residuals_are_those_of_the_newest_output(prediction):
+    absorb(prediction, (0, 'u', 1), (0, 'y', 0))
+    prediction.start(pushed(0.0, 1.0))
+    assert np.isnan([*prediction.now().residual.values()]).all()
+    absorb(prediction, (1, 'y', 0.8))
+    found = prediction.now()
+    # x(1) = 1 + 0.5 - 1; its variance 0.1^2 + 0.2^2 and that of the load.
+    assert found.residual == {'y': pytest.approx(0.3)}
+    assert found.residual_stddev == {'y': pytest.approx(np.sqrt(0.06 + 0.01**2), rel=1e-9)}
+    assert found.stamp == S
+    plain = Prediction(VESSEL)
+    absorb(plain, (0, 'u', 1), (0, 'y', 0))
+    plain.start(replace(pushed(0.0, 1.0), walks={}))
+    absorb(plain, (1, 'y', 0.8))
+    assert plain.now().residual == {'y': pytest.approx(0.3)}
+    assert plain.now().residual_stddev == {'y': pytest.approx(np.sqrt(0.02 + 0.01**2))}
+    assert plain.now().state == {'x': pytest.approx(0.5)}
+
+
+def test_deviations_above_a_tenth_of_the_bounds_are_withheld(prediction):
+    absorb(prediction, (0, 'u', 1), (0, 'y', 0))
+    for high, known in ((1.01, True), (0.99, False)):
+        unknowns = Unknowns.of(VESSEL, bounds={'x': (0.0, high)})
+        prediction.limit(GateSettings(), unknowns)
+        prediction.start(pushed(0.0, 1.0))
+        assert np.isfinite(prediction.now().stddev['x']) == known
+    prediction.start(replace(pushed(0.0, 1.0), covariance=np.empty((0, 0))))
+    assert np.isnan(prediction.now().stddev['x'])
+
+
+def test_a_sensor_that_is_stuck_corrects_no_more(prediction):
+    absorb(prediction, (0, 'u', 0.5), *((0.1 * k, 'y', 0.1 * (k % 3)) for k in range(3)))
+    prediction.start(pushed(0.2, 0.0, sd=1e-3))
+    absorb(prediction, *((0.1 * k, 'y', 5.0) for k in range(3, 12)))
+    near = prediction.now().state['x']
+    assert near > 4.5
+    absorb(prediction, *((0.1 * k, 'y', 5.0) for k in range(12, 40)))
+    assert np.isnan(prediction.now().residual['y'])
+    assert prediction.now().state['x'] == pytest.approx(near, abs=1e-9)
+    absorb(prediction, (4.0, 'y', 0.0))
+    assert prediction.now().state['x'] < 1.0
 
 
 def test_it_follows_three_tanks(backend):
@@ -130,5 +207,5 @@ def test_it_follows_three_tanks(backend):
         prediction.absorb(Sample(t * S, y=level))
         if t == 0:
             prediction.start(estimate(THREE_TANK, 0.0, (50.0, 40.0, 45.0), (0.6, 0.5, 0.7)))
-    state = prediction.state()
+    state = prediction.now().state
     assert [state['h1'], state['h2']] == pytest.approx(levels[-1].tolist(), abs=1e-9)

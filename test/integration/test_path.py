@@ -1,10 +1,54 @@
 """Tests of obs_ros.integration.path."""
 
+import numpy as np
 import pytest
 
-from obs_ros.integration.path import LANES, lanes
+from obs_ros.integration.path import LANES, Path, after, joined, lanes, own
+
+
+def path(pieces: int = 3, rows: int = 5) -> Path:
+    """Pieces of 1, 2, ... s from 10 s on, an input that rises by the piece's number each s."""
+    k = np.arange(rows, dtype=np.float64)
+    ends = 10.0 + np.append(0.0, np.cumsum(k + 1.0))[:-1]
+    return Path(pieces, ends, k + 1.0, np.ones(rows, np.int64), k[:, None], k[:, None])
 
 
 @pytest.mark.parametrize(('count', 'width'), [(1, 16), (15, 16), (16, 16), (17, 32), (33, 48)])
 def test_candidates_fill_whole_chunks(count: int, width: int) -> None:
     assert lanes(count) == width and width % LANES == 0
+
+
+def test_a_copy_is_not_overwritten_and_has_no_row_behind_the_end() -> None:
+    whole = path()
+    copy = own(whole)
+    whole.t[:] = 0.0
+    assert copy.t.tolist() == [10.0, 11.0, 13.0, 16.0] and copy.u.shape == (4, 1)
+
+
+@pytest.mark.parametrize(
+    ('gone', 't', 'dt', 'u'),
+    [
+        (0.0, [10.0, 11.0, 13.0, 16.0], [1.0, 2.0, 3.0], [0.0, 1.0, 2.0, 3.0]),
+        (1.5, [11.5, 13.0, 16.0], [1.5, 3.0], [1.5, 2.0, 3.0]),
+        (5.75, [15.75, 16.0], [0.25], [7.5, 3.0]),
+    ],
+)
+def test_a_path_is_cut_within_a_piece(
+    gone: float, t: list[float], dt: list[float], u: list[float]
+) -> None:
+    rest = after(path(), gone)
+    assert rest.pieces == len(dt) and rest.t.tolist() == t
+    assert rest.dt[: rest.pieces].tolist() == dt and rest.u[:, 0].tolist() == u
+
+
+def test_joined_paths_end_where_the_last_one_does() -> None:
+    first, last = own(path(1)), after(path(), 1.0)
+    chain = joined([first, last])
+    assert chain.pieces == 3 and chain.t.tolist() == [10.0, 11.0, 13.0, 16.0]
+    assert chain.dt[:3].tolist() == [1.0, 2.0, 3.0] and chain.u[:, 0].tolist() == [
+        0.0,
+        1.0,
+        2.0,
+        3.0,
+    ]
+    assert joined([first]) is first

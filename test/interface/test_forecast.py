@@ -8,12 +8,14 @@ from obs_ros import Estimate, Outcome, Sample
 from obs_ros.interface.forecast import Forecast, window_reach
 
 S = 10**9
-VALUES = {'prediction.rate': 0.0, 'window.duration': 60.0, 'window.period': 0.0}
+VALUES = {
+    'prediction.rate': 0.0, 'window.duration': 60.0, 'window.period': 0.0, 'process_noise': 'off',
+}  # fmt: skip
 
 
 def forecast(**values):
     published = []
-    found = Forecast(VESSEL, lambda stamp, state: published.append((stamp / S, state['x'])))
+    found = Forecast(VESSEL, lambda one: published.append((one.stamp / S, one.state['x'])))
     found.follow({**VALUES, **values})
     return found, published
 

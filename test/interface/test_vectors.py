@@ -18,6 +18,7 @@ JUMPS = tuple(
 ESTIMATE = Estimate(
     VALVES, LEVELS, LEVELS, {'h1': 0.5, 'p3': 0.01}, Outcome.CONVERGED, '', 0.0, 9.0, cost=2.0,
     residual_rms=0.1, evaluations=7, stamp=9 * 10**9, jumps=JUMPS, figures={'gain': 4.0},
+    innovation={'h1': 0.2, 'h2': math.nan}, innovation_stddev={'h1': 0.1, 'h2': math.nan},
 )  # fmt: skip
 
 
@@ -29,7 +30,8 @@ def test_values_come_with_deviations_and_new_jumps_at_their_own_time():
     assert found['state_stddev'].values == pytest.approx(
         {'h1': 0.5, 'h2': math.nan, 'h3': math.nan}, nan_ok=True
     )
-    assert found['jump'] == ('jump', 5 * 10**9, {'p3': -0.3})
+    assert found['jump'] == ('jump', 5 * 10**9, {'p3': -0.3}, ())
+    assert found['residual'] == ('residual', 9 * 10**9, ESTIMATE.innovation, (0.1, math.nan))
     assert found['solver'].values == {
         'cost': 2.0, 'residual_rms': 0.1, 'evaluations': 7.0, 'skipped': 1.0, 'gain': 4.0,
     }  # fmt: skip

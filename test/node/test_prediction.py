@@ -2,6 +2,7 @@
 
 import numpy as np
 import pytest
+from horizon.test_disturbance import INTERVAL, SIGMA, record
 from node.test_faults import FEEDS, LEVELS, NOISE, X0, Bench, Message
 from plants import tank_outputs
 from ros import set_parameter, vector
@@ -40,6 +41,35 @@ def test_between_windows_the_state_is_carried_to_every_output(ros, monkeypatch):
     _, told = bench.told('converged')
     assert told['predicted'] == '59' and float(told['prediction_horizon_s']) == 59.0
     assert 0.0 < float(told['prediction_latency_s']) < 5.0
+
+
+def test_where_process_noise_is_known_outputs_correct_the_prediction(ros, monkeypatch):
+    long, last = record(700), 399
+    bench = Bench(
+        ros, monkeypatch, model='plants:LAG', process_noise='auto',
+        window__duration=INTERVAL * last,
+    )  # fmt: skip
+    topics = ('prediction', 'prediction_stddev', 'residual')
+    predictions, stddevs, residuals = (ros.listen(f'/estimator/{topic}') for topic in topics)
+    messages = [
+        message
+        for t, u, y in zip(long.t, long.u, long.y, strict=True)
+        for message in (Message('input', t, ('u',), u), Message('output', t, ('y',), y))
+    ]
+    bench.play(messages[: 2 * last + 2])
+    ros.spin_until(lambda: bench.concluded)
+    assert bench.concluded[0][0].walks['x'] > 0.0
+    bench.play(messages[2 * last + 2 :])
+    ros.spin_until(lambda: len(residuals) == 300)
+    outputs = [round(1e9 * t) for t in long.t[last + 1 :]]
+    for heard, name in ((predictions, 'x'), (stddevs, 'x'), (residuals, 'y')):
+        assert {tuple(m.name) for m in heard} == {(name,)}
+        assert [1e9 * m.header.stamp.sec + m.header.stamp.nanosec for m in heard] == outputs
+    # As deviations foretell: in open loop they would be a dozen times as large.
+    scaled = np.array([m.position[0] / m.effort[0] for m in residuals])
+    assert scaled.std() == pytest.approx(1.0, abs=0.15)
+    off = np.array([m.position[0] for m in predictions]) - long.y[last + 1 :, 0]
+    assert off.std() < SIGMA and {m.position[0] < SIGMA for m in stddevs} == {True}
 
 
 def test_the_rate_of_predictions_and_whether_there_are_any_change_live(ros, monkeypatch):

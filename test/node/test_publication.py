@@ -5,10 +5,13 @@ import json
 import math
 
 import pytest
+import yaml
 from interface.test_vectors import ESTIMATE, LEVELS, TANKS, VALVES
 from ros import vector
 from std_msgs.msg import String
 
+from obs_ros import Outcome
+from obs_ros.horizon.prediction import Predicted
 from obs_ros.ros.messages import LATCHED
 from obs_ros.ros.publication import EstimatePublisher
 
@@ -33,6 +36,17 @@ def test_values_go_out_with_their_outcome_and_timing(ros, publisher):
     assert (solver['latency_s'], solver['skipped'], solver['gain']) == (0.25, 3.0, 4.0)
 
 
+def test_the_newest_outcome_is_there_for_a_subscriber_that_comes_late(ros, publisher):
+    said = 'look at the sensor: "h1" repeats 3.1 \u00b0C'
+    for stamp, outcome in ((1, Outcome.CONVERGED), (2, Outcome.STALE_OUTPUT)):
+        told = dataclasses.replace(ESTIMATE, outcome=outcome, message=said, stamp=stamp)
+        publisher.publish(told, latency=0.25, skipped=0)
+    outcomes = ros.listen('/test/outcome', String, LATCHED)
+    ros.spin_until(lambda: outcomes)
+    expected = {'stamp_ns': 2, 'outcome': 'stale_output', 'message': said}
+    assert [yaml.safe_load(one.data) for one in outcomes] == [expected]
+
+
 def test_only_figures_and_outcome_go_out_of_what_is_not_finite(ros, publisher):
     states, solver = ros.listen('/test/state'), ros.listen('/test/solver')
     lost = dataclasses.replace(ESTIMATE, state={**LEVELS, 'h1': math.nan})
@@ -41,8 +55,22 @@ def test_only_figures_and_outcome_go_out_of_what_is_not_finite(ros, publisher):
     assert not states
 
 
-def test_predictions_are_named_and_stamped(ros, publisher):
-    heard = ros.listen('/test/prediction')
-    publisher.publish_prediction(2_500_000_000, LEVELS)
+def test_the_innovation_of_an_estimate_goes_out_with_its_deviation(ros, publisher):
+    heard = ros.listen('/test/residual')
+    assert publisher.publish(ESTIMATE, latency=0.25, skipped=3)
     ros.spin_until(lambda: heard)
-    assert vector(heard[0]) == LEVELS and heard[0].header.stamp.nanosec == 500_000_000
+    assert heard[0].name == ['h1', 'h2'] and heard[0].header.stamp.sec == 9
+    assert heard[0].position[0] == 0.2 and heard[0].effort[0] == 0.1
+    assert math.isnan(heard[0].position[1]) and math.isnan(heard[0].effort[1])
+
+
+def test_predictions_are_named_and_stamped(ros, publisher):
+    heard = {t: ros.listen(f'/test/{t}') for t in ('prediction', 'prediction_stddev', 'residual')}
+    predicted = Predicted(2_500_000_000, LEVELS, {'h1': 0.5}, {'h2': 0.25}, {'h2': 0.125})
+    publisher.publish_prediction(predicted)
+    ros.spin_until(lambda: all(heard.values()))
+    state, stddev, residual = (messages[0] for messages in heard.values())
+    assert vector(state) == LEVELS and state.header.stamp.nanosec == 500_000_000
+    assert vector(stddev) == {'h1': 0.5} and stddev.header == state.header
+    assert vector(residual) == {'h2': 0.25} and residual.header == state.header
+    assert list(residual.effort) == [0.125] and not state.effort and not stddev.effort

@@ -44,6 +44,12 @@ def run(observer: Any, stream: list[Sample]) -> list[Estimate]:
     return [observer.estimate() for sample in stream if observer.absorb(sample)]
 
 
+def test_it_tells_what_it_estimates() -> None:
+    assert make(states=(), fixed={'h3': 45.0, 'h1': 50.0, 'h2': 40.0}).unknowns.names == (
+        'p1', 'p2', 'p3',
+    )  # fmt: skip
+
+
 def test_abutting_windows() -> None:
     found = run(make(noise=NOISE), samples())
     assert [(e.t0, e.t1) for e in found] == [(0, 100), (101, 200), (201, 300), (301, 400)]

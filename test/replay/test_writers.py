@@ -14,6 +14,7 @@ LEVELS, VALVES = {'h1': 0.1 + 0.2, 'h2': 2.0, 'h3': 1 / 3}, {'p1': 0.1, 'p2': 0.
 ESTIMATE = Estimate(
     VALVES, LEVELS, LEVELS, {'h1': 0.7}, Outcome.AT_BOUND, 'p3 at its bound', 0.5, 9.5,
     cost=2.0, residual_rms=0.1, output_rms={'h1': 0.01}, stamp=9_500_000_000,
+    innovation={'h1': 0.25, 'h2': math.nan}, innovation_stddev={'h1': 0.125, 'h2': math.nan},
     jumps=(Jump(5.0, 0.1, {'p1': -0.3}, {'p1': 0.01}, new=True, stamp=5 * 10**9),),
 )  # fmt: skip
 
@@ -42,5 +43,7 @@ def test_a_bag_has_the_topics_of_the_node(tmp_path):
     recorded, state = found['/estimator/state']
     assert recorded == ESTIMATE.stamp and state.header.stamp.nanosec == 500_000_000
     assert dict(zip(state.name, state.position.tolist(), strict=True)) == LEVELS
+    _, residual = found['/estimator/residual']
+    assert (residual.name, residual.position[0], residual.effort[0]) == (['h1', 'h2'], 0.25, 0.125)
     recorded, jump = found['/estimator/jump']
     assert recorded == ESTIMATE.stamp and (jump.header.stamp.sec, jump.position[0]) == (5, -0.3)

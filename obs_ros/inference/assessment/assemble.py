@@ -68,6 +68,7 @@ def report(
         )
     )
     jumps = () if uncertainty is None else uncertainty.jumps
+    walking = None if uncertainty is None else uncertainty.process_noise
     residuals = grid.unscaled(residuals)
     return Estimate(
         parameters=_named(model.parameters, p[:, 0]),
@@ -78,6 +79,9 @@ def report(
             **_named(model.parameters, known.deviations.parameters),
         },
         initial_stddev=_named(model.states, known.deviations.initial),
+        covariance=known.deviations.joint,
+        noise={} if uncertainty is None else _named(model.outputs, uncertainty.noise),
+        walks={} if walking is None else _named(model.variables, walking.walks),
         outcome=outcome,
         message='; '.join([message, *map(str, jumps)]),
         t0=float(grid.t[0]),

@@ -53,6 +53,17 @@ def undetermined(unknowns: Unknowns) -> Array:
         return np.minimum(LIMITS.undetermined, LIMITS.largest_share / unknowns.scale.growth)
 
 
+def undetermined_states(unknowns: Unknowns) -> Array:
+    """Return the deviations (n,) of states above which they are not determined, in their units.
+
+    Infinite where the initial state is given.
+    """
+    boxes = np.full(len(unknowns.model.states), np.inf)
+    first = unknowns.n_states
+    boxes[unknowns.index[:first]] = unknowns.scale.width[:first]
+    return LIMITS.undetermined * boxes
+
+
 def weak_directions(
     objective: Objective, values: Array, information: Array, covariance: Array
 ) -> tuple[str, ...]:

@@ -12,10 +12,12 @@ import numpy as np
 
 from obs_ros.core.estimate import Jump
 from obs_ros.core.model import Model
+from obs_ros.core.residual_tests import inflation
 from obs_ros.core.typing import Array, BoolArray
 from obs_ros.inference.assessment.fit import Fit
-from obs_ros.inference.assessment.identifiability import LIMITS, undetermined
+from obs_ros.inference.assessment.identifiability import undetermined, undetermined_states
 from obs_ros.inference.jumps.hypothesis import Hypothesis
+from obs_ros.inference.process_noise import ProcessNoise
 
 
 @dataclass(frozen=True)
@@ -26,11 +28,12 @@ class Uncertainty:
     - `finished`: there was time to look for jumps;
     - `bent`: the window is so far from linear that the covariance holds for single unknowns only;
     - `correlation`: the noise's at lag 1, which the covariance accounts for already;
-    - `end` (n, n): covariance of the state at the end with the unknowns given, by process noise;
-      `disturbance` says that noise in words;
+    - `process_noise`: what explains the window beside its unknowns, and `end` (n, n), the
+      covariance that it leaves of the state at the end with the unknowns given;
     - `skill`: of the forecasts inside a window that noise alone does not explain, see `skill.py`;
       None where none was needed; `scatter` (q,) is that of disjoint windows over what they
-      published, with which the covariance is raised already;
+      published, with which the covariance is raised already; `said` tells in words what else was
+      decided;
     - `determined_alone` (q,): parameters that some window has determined by itself. Of the others
       nothing is known, whatever many windows seem to add up to along a bent valley.
     """
@@ -43,15 +46,32 @@ class Uncertainty:
     bent: bool = False
     correlation: float = 0.0
     determined_alone: BoolArray | None = None
+    process_noise: ProcessNoise | None = None
     end: Array | None = None
-    disturbance: str = ''
     skill: float | None = None
     scatter: Array | None = None
+    said: str = ''
 
     @property
     def drifting(self) -> bool:
         """Whether jumps at several times look like the steps of a ramp."""
         return len(self.hypothesis.problem.events) > 1
+
+    @property
+    def disturbance(self) -> str:
+        """The process noise in words, and what else was decided."""
+        if self.process_noise is None:
+            return self.said
+        words = self.process_noise.words(self.hypothesis.problem.objective.unknowns.model)
+        return '; '.join(part for part in (words, self.said) if part)
+
+    @property
+    def noise(self) -> Array:
+        """Standard deviations (r,) of the outputs' noise."""
+        if self.process_noise is not None:
+            return self.process_noise.noise
+        scale = self.hypothesis.problem.objective.grid.scale
+        return np.asarray(scale / np.sqrt(inflation(self.correlation)))
 
     @property
     def fit(self) -> Fit:
@@ -70,18 +90,22 @@ class Uncertainty:
 class Deviations:
     """Standard deviations in the variables' units; NaN where one would mean nothing.
 
-    Of the initial state (n,), the state at the end (n,) and the parameters there (q,).
+    Of the initial state (n,), the state at the end (n,) and the parameters there (q,). `joint`
+    (n + q, n + q) is the covariance of the last two, (0, 0) where all is withheld.
     """
 
     initial: Array
     state: Array
     parameters: Array
+    joint: Array
 
     @classmethod
     def withheld(cls, model: Model) -> 'Deviations':
         """Return none."""
         n, q = len(model.states), len(model.parameters)
-        return cls(np.full(n, np.nan), np.full(n, np.nan), np.full(q, np.nan))
+        return cls(
+            np.full(n, np.nan), np.full(n, np.nan), np.full(q, np.nan), np.empty((0, 0))
+        )  # fmt: skip
 
     @classmethod
     def of(
@@ -111,16 +135,28 @@ class Deviations:
             slopes = unknowns.scale.slopes(hypothesis.point[where])
             everything[unknowns.index] = np.where(boxes <= limit, boxes * slopes, np.nan)
             found[name] = everything
-        g = hypothesis.linearisation.state_jacobian
-        variances = ((g @ covariance) * g).sum(axis=1)
+        joint = joint_covariance(hypothesis, covariance)
         if end is not None:
-            variances = variances + inflation * np.diagonal(end)
-        state = np.sqrt(np.maximum(variances, 0.0))
-        boxes = np.full(n, np.inf)
-        estimated = unknowns.index < n
-        boxes[unknowns.index[estimated]] = unknowns.scale.width[estimated]
+            joint[:n, :n] += inflation * end
+        state = np.sqrt(np.maximum(np.diagonal(joint)[:n], 0.0))
         return cls(
             initial=found['initial'][:n],
-            state=np.where(state <= LIMITS.undetermined * boxes, state, np.nan),
+            state=np.where(state <= undetermined_states(unknowns), state, np.nan),
             parameters=found['final'][n:],
+            joint=joint,
         )
+
+
+def joint_covariance(hypothesis: Hypothesis, covariance: Array) -> Array:
+    """Return the covariance (n + q, n + q) of end state and parameters by that (D, D) of the point.
+
+    In the variables' units, to first order; 0 for parameters that are not estimated.
+    """
+    unknowns = hypothesis.problem.objective.unknowns
+    final = hypothesis.layout.final(hypothesis.point)[unknowns.n_states :]
+    slopes = unknowns.scale.slopes(hypothesis.point[hypothesis.layout.final(hypothesis.point)])
+    rows = np.zeros((len(unknowns.model.variables), len(covariance)))
+    rows[: len(unknowns.model.states)] = hypothesis.linearisation.state_jacobian
+    rows[unknowns.index[unknowns.n_states :], final] = slopes[unknowns.n_states :]
+    joint = rows @ covariance @ rows.T
+    return np.asarray(0.5 * (joint + joint.T))

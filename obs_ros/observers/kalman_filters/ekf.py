@@ -110,17 +110,18 @@ def update(kf: Workspace, y: Array) -> bool:
     surprise, measured = 0.0, 0
     for i in range(y.size):
         innovation[i] = y[i] - ys[i, 0]
+        kf.joint.innovation_stddev[i] = math.nan
+        if not math.isnan(y[i]):
+            differentiate(ys[i], gaps, h)
+            kf.joint.innovation_stddev[i] = math.sqrt(max(noise[i] + spread_along(h, c, ch), 0.0))
+    for i in range(y.size):
         if math.isnan(y[i]):
             continue
-        error, s = innovation[i], noise[i]
+        error = innovation[i]
+        differentiate(ys[i], gaps, h)
         for j in range(d):
-            h[j] = (ys[i, 1 + 2 * j] - ys[i, 2 + 2 * j]) / gaps[j]
             error -= h[j] * shift[j]  # the earlier outputs have moved the mean by that
-        for j in range(d):
-            ch[j] = 0.0
-            for k in range(d):
-                ch[j] += c[j, k] * h[k]
-            s += h[j] * ch[j]
+        s = noise[i] + spread_along(h, c, ch)
         surprise += error * error / s
         measured += 1
         for j in range(d):
@@ -135,6 +136,25 @@ def update(kf: Workspace, y: Array) -> bool:
     report(kf.joint)
     spread(kf)
     return root(c, np.empty((d, d)))
+
+
+@accelerated
+def differentiate(values: Array, gaps: Array, h: Array) -> None:
+    """Write the derivatives h (D,) of a value of which all candidates' are given."""
+    for j in range(h.size):
+        h[j] = (values[1 + 2 * j] - values[2 + 2 * j]) / gaps[j]
+
+
+@accelerated
+def spread_along(h: Array, c: Array, ch: Array) -> float:
+    """Write C h into ch (D,); return h C h'."""
+    total = 0.0
+    for j in range(h.size):
+        ch[j] = 0.0
+        for k in range(h.size):
+            ch[j] += c[j, k] * h[k]
+        total += h[j] * ch[j]
+    return total
 
 
 @accelerated

@@ -46,6 +46,7 @@ class Joint(NamedTuple):
     p: Array  # (q,)
     stddev: Array  # (n + q,)
     innovation: Array  # (r,)
+    innovation_stddev: Array  # (r,) NaN = not measured
     surprise: Array  # (1,) mean squared innovation, in units of what C and R let expect
 
 
@@ -131,6 +132,7 @@ class KalmanObserver(RecursiveObserver):
             p=self.p,
             stddev=self.stddev,
             innovation=self.innovation,
+            innovation_stddev=self.innovation_stddev,
             surprise=np.zeros(1),
         )
         self.workspace = self._workspace()

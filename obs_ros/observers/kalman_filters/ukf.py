@@ -184,6 +184,8 @@ def gains(kf: Workspace, dz: Array, dy: Array, gain: Array) -> bool:
                 total += dy[k, lane] * dy[m, lane]
             s[k, m] = weights[1] * dy[k, 0] * dy[m, 0] + weights[2] * total
         s[k, k] += noise[k]
+        spread = math.nan if math.isnan(innovation[k]) else math.sqrt(max(s[k, k], 0.0))
+        kf.joint.innovation_stddev[k] = spread
     lower = np.empty((r, r))
     surprise[0] = 0.0
     if not root(s, lower):

@@ -18,6 +18,7 @@ from obs_ros.inference.jumps.piecewise import PiecewiseProblem
 from obs_ros.inference.objective import Objective
 from obs_ros.inference.parameterisation import Unknowns
 from obs_ros.inference.prior import Prior
+from obs_ros.inference.process_noise import ProcessNoise
 from obs_ros.inference.window_state import WindowState
 from obs_ros.integration.backends import kernels_for
 from obs_ros.integration.grid import Grid
@@ -92,7 +93,8 @@ def test_without_certainty_standard_deviations_are_nan_for_every_name() -> None:
     assert list(found.stddev) == ['position', 'velocity', 'stiffness', 'push']
     assert list(found.initial_stddev) == ['position', 'velocity']
     assert np.isnan([*found.stddev.values(), *found.initial_stddev.values()]).all()
-    assert found.weak == found.jumps == ()
+    assert found.weak == found.jumps == () and found.covariance.size == 0
+    assert not found.noise and not found.walks
 
 
 def test_standard_deviations_in_the_units_of_the_variables() -> None:
@@ -102,6 +104,21 @@ def test_standard_deviations_in_the_units_of_the_variables() -> None:
     assert found.stddev['stiffness'] == pytest.approx(0.03 * 1.8)
     assert found.stddev['push'] == pytest.approx(0.04 * 2.0)
     assert list(found.stddev) == ['position', 'velocity', 'stiffness', 'push']
+    deviations = np.sqrt(np.diagonal(found.covariance))
+    np.testing.assert_allclose(deviations, list(found.stddev.values()))
+
+
+def test_noise_and_walks_by_name() -> None:
+    # Scales are those of white noise that disturbs as much as the correlated one, 0.6 at lag 1.
+    found = certain(correlation=0.6)
+    assert found.noise == pytest.approx(dict(zip(('y1', 'y2'), SCALE / 2.0, strict=True)))
+    assert found.walks == {}
+    pushed = ProcessNoise(np.array([0.0, 0.3, 0.0, 0.0]), np.array([0.2, 5.0]))
+    found = certain(process_noise=pushed, end=np.diag([0.01, 0.04]))
+    assert found.noise == {'y1': 0.2, 'y2': 5.0}
+    assert found.walks == {'position': 0.0, 'velocity': 0.3, 'stiffness': 0.0, 'push': 0.0}
+    without = np.diagonal(certain().covariance)
+    np.testing.assert_allclose(np.diagonal(found.covariance) - without, [0.01, 0.04, 0.0, 0.0])
 
 
 def test_what_is_not_determined_is_withheld_named_and_advised_upon() -> None:

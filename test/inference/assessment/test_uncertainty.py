@@ -47,6 +47,22 @@ def test_after_a_jump_it_is_the_value_at_the_end_that_counts() -> None:
     covariance = np.diag([0.01, 0.02, 0.03, 0.01, 0.005]) ** 2
     found = Deviations.of(hypothesis((2,)), covariance, 1.0)
     np.testing.assert_allclose(found.parameters, [0.04, 0.01])
+    np.testing.assert_allclose(np.diagonal(found.joint)[1:], [0.04**2, 0.01**2])
+
+
+def test_the_joint_covariance_is_that_of_end_state_and_parameters() -> None:
+    rng = np.random.default_rng(5)
+    root = 0.01 * rng.standard_normal((3, 3))
+    covariance, end = root @ root.T, np.array([[0.04]])
+    found = Deviations.of(hypothesis(), covariance, 2.0, end)
+    # End state, gain and drift by (x(0), gain, drift) in boxes, by the last row of the design.
+    rows = np.vstack([integrator_design(T, U)[-1], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]])
+    rows = rows * [20.0, 2.0, 2.0]
+    expected = rows @ covariance @ rows.T
+    expected[0, 0] += 0.04
+    np.testing.assert_allclose(found.joint, 2.0 * expected, rtol=1e-6, atol=1e-12)
+    deviations = np.concatenate([found.state, found.parameters])
+    np.testing.assert_allclose(deviations, np.sqrt(np.diagonal(found.joint)), rtol=1e-12)
 
 
 def test_above_a_tenth_of_the_box_it_is_withheld() -> None:
@@ -62,12 +78,14 @@ def test_what_is_given_has_none() -> None:
     np.testing.assert_array_equal(found.initial, [0.0])
     np.testing.assert_allclose(found.parameters, [0.0, 0.02])
     np.testing.assert_allclose(found.state, [0.02 * 6.0])
+    np.testing.assert_allclose(found.joint[:, 1], 0.0)
 
 
 def test_withheld_are_all() -> None:
     found = Deviations.withheld(LAG)
     assert [v.shape for v in (found.initial, found.state, found.parameters)] == [(1,), (1,), (2,)]
     assert np.isnan([*found.initial, *found.state, *found.parameters]).all()
+    assert found.joint.size == 0
 
 
 def test_inflation_is_that_of_autoregressive_noise() -> None:

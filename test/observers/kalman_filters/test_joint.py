@@ -60,10 +60,14 @@ def test_on_a_linear_plant_it_is_the_kalman_filter(kind: Any, p: Any) -> None:
             x, c = f @ x + g * held, f @ c @ f.T + 0.04 * T * np.eye(3)
         seen = ~np.isnan(y)
         hs, innovation = h[seen], (y - h @ x)[seen]
-        gain = c @ hs.T @ np.linalg.inv(hs @ c @ hs.T + r[np.ix_(seen, seen)])
+        spread = hs @ c @ hs.T + r[np.ix_(seen, seen)]
+        gain = c @ hs.T @ np.linalg.inv(spread)
         x, c = x + gain @ innovation, c - gain @ hs @ c
         observer.absorb(Sample(round(k * T * 1e9), u=np.array([u]), y=y))
         np.testing.assert_allclose(observer.innovation[seen], innovation, atol=1e-9)
+        deviations = list(observer.estimate().innovation_stddev.values())
+        np.testing.assert_allclose(np.array(deviations)[seen], np.sqrt(np.diagonal(spread)))
+        assert np.isnan(np.array(deviations)[~seen]).all()
         np.testing.assert_allclose(observer.x, x, atol=1e-9)
         np.testing.assert_allclose(observer.joint.covariance[:3, :3], c, atol=1e-9)
         held = u

@@ -1,0 +1,210 @@
+"""From an estimate on to newer outputs: by the model alone, or corrected by these outputs.
+
+The state x and the parameters p of an estimate have the joint covariance P. Without process noise
+
+    x(t) = phi(t; x_0, p),    P_x(t) = G P G',    G = d phi / d (x_0, p),
+
+outputs correct nothing: as long as the model holds, the window has told more than they could. With
+it, the near future is in the newest outputs: an extended Kalman filter goes on from the window's
+end (Jazwinski 1970, section 8.3). Parameters without a walk stay those that the estimate tells;
+their covariance counts, see `filter_step`.
+"""
+
+from collections.abc import Sequence
+from typing import NamedTuple, Protocol
+
+import numpy as np
+
+from obs_ros.core.estimate import Estimate
+from obs_ros.core.jit import accelerated
+from obs_ros.core.model import Model, inside, names
+from obs_ros.core.typing import Array, IntArray
+from obs_ros.integration.backends import Backend
+from obs_ros.integration.filter_pass import Differences
+from obs_ros.integration.filter_step import LiveFilter
+from obs_ros.integration.path import Path, after, joined, lanes
+from obs_ros.integration.stepper import stepper_for, tiny_path
+
+
+class Interval(NamedTuple):
+    """From one output, at `begin` (ns), to the next at `end`: inputs, and outputs y (r,) there.
+
+    NaN = not measured; `stuck` lists the outputs that a stuck sensor repeats.
+    """
+
+    begin: int
+    end: int
+    path: Path
+    y: Array
+    stuck: tuple[int, ...] = ()
+
+    def cut(self, stamp: int) -> 'Interval':
+        """Return the rest after `stamp` (ns), which lies before the end."""
+        if stamp <= self.begin:
+            return self
+        return self._replace(begin=stamp, path=after(self.path, (stamp - self.begin) / 1e9))
+
+
+class Start(NamedTuple):
+    """An estimate in numbers: state x (n,), parameters p (q,), covariance P (n + q, n + q).
+
+    P is None where it is not known, walks (n + q,) where no process noise is. noise (r,) are the
+    outputs' deviations, NaN = not known; moving (w,) are the parameters that P is about.
+    """
+
+    x: Array
+    p: Array
+    P: Array | None
+    walks: Array | None
+    noise: Array
+    moving: IntArray
+
+    @classmethod
+    def of(cls, model: Model, estimate: Estimate, moving: IntArray) -> 'Start':
+        """Take what a usable estimate of that model says."""
+        P, size = estimate.covariance, len(model.variables)
+        noise = [estimate.noise.get(name, np.nan) for name in names(model.outputs)]
+        walks = [estimate.walks.get(name, 0.0) for name in names(model.variables)]
+        return cls(
+            np.array(list(estimate.state.values()), dtype=np.float64),
+            np.array(list(estimate.parameters.values()), dtype=np.float64),
+            P if P.shape == (size, size) and np.isfinite(P).all() else None,
+            np.array(walks) if estimate.walks else None,
+            np.array(noise),
+            moving,
+        )
+
+
+class Carried(NamedTuple):
+    """The state x (n,) at the newest output, with its variances (n,), and that output's innovation.
+
+    The innovation (r,) is the output measured less that predicted, of variance S (r,). NaN = not
+    measured, or not known.
+    """
+
+    x: Array
+    variances: Array
+    innovation: Array
+    S: Array
+
+
+class Propagation(Protocol):
+    """Goes on from a start, interval by interval."""
+
+    def advance(self, intervals: Sequence[Interval]) -> None:
+        """Go on through intervals that follow one another."""
+
+    def report(self) -> Carried:
+        """Tell where the last interval ended."""
+
+
+def propagation(model: Model, backend: Backend | None, start: Start) -> Propagation:
+    """Return the filter where process noise, noise and covariance are known, else the rollout."""
+    noisy = np.isfinite(start.noise) & (start.noise > 0.0)
+    if start.P is None or start.walks is None or not noisy.all():
+        return Rollout(model, backend, start)
+    return Filter(model, backend, start, start.P, start.walks)
+
+
+class Rollout:
+    """The model alone: x in lane 0, and x off in one variable of the start in the others."""
+
+    def __init__(self, model: Model, backend: Backend | None, start: Start) -> None:
+        self._stepper = stepper_for(model, backend)
+        self._noise = start.noise**2
+        self._last: Interval | None = None
+        n = start.x.size
+        index = np.append(np.arange(n), n + start.moving)
+        self._P = np.full((index.size, index.size), np.nan)
+        if start.P is not None:
+            self._P = start.P[np.ix_(index, index)]
+        differences = Differences.of(model, index)
+        z = np.concatenate([start.x, start.p[start.moving]])
+        points, self._gaps = differences.spread(z)
+        self._minus = differences.minus
+        width = lanes(points.shape[1])
+        self._x = np.repeat(start.x[:, None], width, axis=1)
+        self._p = np.repeat(start.p[:, None], width, axis=1)
+        self._y = np.empty((self._noise.size, width))
+        self._x[:, : points.shape[1]] = points[:n]
+        self._p[start.moving, : points.shape[1]] = points[n:]
+
+    def advance(self, intervals: Sequence[Interval]) -> None:
+        """See `Propagation`."""
+        path = joined([interval.path for interval in intervals])
+        self._stepper.propagate(path, self._x, self._p)
+        self._last = intervals[-1]
+
+    def report(self) -> Carried:
+        """See `Propagation`."""
+        x, variances = self._x[:, 0].copy(), spread(self._x, self._minus, self._gaps, self._P)
+        if self._last is None:
+            nothing = np.full(self._noise.size, np.nan)
+            return Carried(x, variances, nothing, nothing)
+        path, end = self._last.path, self._last.path.pieces
+        self._stepper.measure(path.t[end], path.u[end], self._x, self._p, self._y)
+        S = spread(self._y, self._minus, self._gaps, self._P) + self._noise
+        return Carried(x, variances, self._last.y - self._y[:, 0], S)
+
+
+class Filter:
+    """An extended Kalman filter from the start on, corrected by every output that is measured."""
+
+    def __init__(
+        self, model: Model, backend: Backend | None, start: Start, P: Array, walks: Array
+    ) -> None:
+        self._stepper = stepper_for(model, backend)
+        self._live = LiveFilter.of(
+            model, start.x, start.p, P, walks, start.noise, start.moving
+        )  # fmt: skip
+        self._y = np.empty(start.noise.size)
+
+    def advance(self, intervals: Sequence[Interval]) -> None:
+        """See `Propagation`."""
+        for interval in intervals:
+            self._y[:] = interval.y
+            for i in interval.stuck:
+                self._y[i] = np.nan
+            self._stepper.filter(self._live, interval.path, self._y)
+
+    def report(self) -> Carried:
+        """See `Propagation`."""
+        live = self._live
+        return Carried(live.x, live.P.diagonal()[: live.x.size], live.innovation, live.S)
+
+
+def spread_on_arrays(rows: Array, minus: IntArray, gaps: Array, P: Array) -> Array:
+    """Return variances by derivatives, all at once."""
+    G = (rows[:, 1 : 1 + gaps.size] - rows[:, minus]) / gaps
+    return np.asarray(((G @ P) * G).sum(axis=1))
+
+
+def _spread(rows: Array, minus: IntArray, gaps: Array, P: Array) -> Array:
+    """Return the variances (k,) of values whose candidates are rows (k, lanes).
+
+    Lane 1 + j is off by gaps[j] (d,) from lane minus[j] in the variable j, of covariance P (d, d).
+    """
+    d = gaps.size
+    G, variances = np.empty(d), np.zeros(len(rows))
+    for i in range(len(rows)):
+        for j in range(d):
+            G[j] = (rows[i, 1 + j] - rows[i, minus[j]]) / gaps[j]
+        for j in range(d):
+            for k in range(d):
+                variances[i] += G[j] * P[j, k] * G[k]
+    return variances
+
+
+spread = accelerated(_spread, spread_on_arrays)
+
+
+def prepare(model: Model, backend: Backend | None, moving: IntArray | None) -> None:
+    """Compile the rollout, and with parameters `moving` (w,) the filter, unless they are."""
+    stepper = stepper_for(model, backend)
+    x, p = (np.array([inside(v) for v in group]) for group in (model.states, model.parameters))
+    size, y = len(model.variables), np.zeros(len(model.outputs))
+    start = Start(x, p, np.eye(size), None, y, np.arange(p.size))
+    Rollout(model, backend, start).report()
+    if moving is not None:
+        live = LiveFilter.of(model, x, p, np.eye(size), np.ones(size), y + 1.0, moving)
+        stepper.filter(live, tiny_path(model), y)
