@@ -51,7 +51,8 @@ class ForecastSettings:
     - `gain`, `deviations`: by which log MSE must be less, on average over outputs and horizons, and
       so many standard deviations of that mean besides, for a change;
     - `steady`: windows from one change of the model to the next;
-    - `pending`: forecasts in one window at most: they begin so far apart.
+    - `pending`: forecasts in one window at most: they begin so far apart;
+    - `bridged`: samples from one window to the next over which inputs are held.
     """
 
     horizons: tuple[float, ...] = (1.0 / 8.0, 1.0)
@@ -61,6 +62,7 @@ class ForecastSettings:
     deviations: float = 2.0
     steady: int = 5
     pending: int = 8
+    bridged: float = 3.0
 
 
 FORECASTS = ForecastSettings()
@@ -123,14 +125,10 @@ class Forecasts:
         """Run the forecasts on to the end of a record."""
         if not self._pending:
             return
-        first = int(np.searchsorted(record.t, self._time, side='right')) - 1
-        if first < 0 or first + 1 >= record.t.size:
-            if first < 0:  # what came between is not known
-                self._drop()
+        part = self._since_then(record)
+        if part is None:
             return
-        t, u, y = (values[first:].copy() for values in (record.t, record.u, record.y))
-        t[0], y[0] = self._time, np.nan
-        grid = Grid.of(kernels.model, Record(t, u, y), np.ones(y.shape[1]))
+        grid = Grid.of(kernels.model, part, np.ones(part.y.shape[1]))
         x, p = (np.array(rows).T for rows in zip(*self._lanes, strict=True))
         states, outputs = kernels.trajectories(grid, x, p)
         ends = [Ends(x, p) for x, p in zip(states[-1].T, p.T, strict=True)]
@@ -141,7 +139,7 @@ class Forecasts:
             self._compare(pending, grid, outputs[1:, :, lanes])
             if not all(pending.judged):
                 left.append((pending, ends[lanes]))
-        self._time = float(t[-1])
+        self._time = float(part.t[-1])
         self._pending = [pending for pending, _ in left]
         self._lanes = [end for _, three in left for end in three]
 
@@ -200,6 +198,26 @@ class Forecasts:
         sure = np.std(saved) / np.sqrt(max(1.0, min(apart, len(newest))))
         return float(np.mean(saved) - self.settings.deviations * sure)
 
+    def _since_then(self, record: Record) -> Record | None:
+        """Return the record from where forecasts have come, to its last output; None if nothing.
+
+        Forecasts across more than some samples that no record covers are dropped.
+        """
+        t, last = record.t, int(np.flatnonzero(np.isfinite(record.y).any(axis=1))[-1])
+        first = int(np.searchsorted(t, self._time, side='right')) - 1
+        interval = float(t[-1] - t[0]) / max(1, t.size - 1)
+        if first < 0 and t[0] - self._time > self.settings.bridged * interval:
+            self._drop()
+            return None
+        if self._time >= t[last]:
+            return None
+        rest = slice(max(first, 0) + (first >= 0), last + 1)
+        return Record(
+            np.append(self._time, t[rest]),
+            np.vstack([record.u[[max(first, 0)]], record.u[rest]]),
+            np.vstack([np.full((1, record.y.shape[1]), np.nan), record.y[rest]]),
+        )
+
     def _compare(self, pending: Pending, grid: Grid, outputs: Array) -> None:
         """Add the errors of outputs (K - 1, r, B) to those of a forecast."""
         t, y, known = grid.t[1:], grid.y[1:], grid.weight[1:] > 0.0
@@ -211,7 +229,7 @@ class Forecasts:
             if pending.judged[h]:
                 continue
             end = pending.begin + horizon * pending.duration
-            upto = int(np.searchsorted(t, end * (1.0 + 1e-12), side='right'))
+            upto = int(np.searchsorted(t, end, side='right'))
             pending.model[h] += squares[:upto].sum(axis=0).T
             pending.hold[h] += holding[:upto].sum(axis=0)
             pending.count[h] += known[:upto].sum(axis=0)

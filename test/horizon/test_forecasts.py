@@ -111,3 +111,30 @@ def test_forecasts_under_way_are_bounded_however_often_windows_close(period: flo
         held = Y[[round(end / INTERVAL)]]
         forecasts.begin(ends(end, PROCESS_NOISE=RIGHT), end, DURATION, held, np.array([SIGMA]))
     assert max(lanes) <= len(Basis) * (FORECASTS.pending + 1)
+
+
+def test_windows_that_abut_are_compared_too() -> None:
+    """The first sample of one window comes an interval after the last one of the other."""
+    forecasts = Forecasts()
+    for k in range(10):
+        first = DURATION * k + (INTERVAL if k else 0.0)
+        forecasts.advance(KERNELS, record(first, DURATION * (k + 1)))
+        end = DURATION * (k + 1)
+        held = Y[[round(end / INTERVAL)]]
+        forecasts.begin(ends(end, PROCESS_NOISE=RIGHT), end, DURATION, held, np.array([SIGMA]))
+    skill = forecasts.skill()
+    assert skill is not None and skill > 0.99
+
+
+def test_inputs_after_the_last_output_wait_for_the_next_window() -> None:
+    forecasts = Forecasts()
+    for k in range(12):
+        window = record(5.0 * k, 5.0 * k + DURATION + 0.5)
+        y = window.y.copy()
+        y[-5:] = np.nan
+        forecasts.advance(KERNELS, window.with_outputs(y))
+        end = 5.0 * k + DURATION
+        held = Y[[round(end / INTERVAL)]]
+        forecasts.begin(ends(end, PROCESS_NOISE=RIGHT), end, DURATION, held, np.array([SIGMA]))
+    skill = forecasts.skill()
+    assert skill is not None and skill > 0.99
