@@ -25,6 +25,8 @@ class Uncertainty:
     """A window's hypothesis with the joint covariance (D, D) of its point.
 
     - `information` (q, q): that about the estimated parameters, the initial state unknown;
+    - `informed` (q, q): projection onto the parameters' directions that the window informs, to
+      which the covariance keeps; None: all of them;
     - `finished`: there was time to look for jumps;
     - `bent`: the window is so far from linear that the covariance holds for single unknowns only;
     - `correlation`: the noise's at lag 1, which the covariance accounts for already;
@@ -41,6 +43,7 @@ class Uncertainty:
     hypothesis: Hypothesis
     covariance: Array
     information: Array
+    informed: Array | None = None
     jumps: tuple[Jump, ...] = ()
     finished: bool = True
     bent: bool = False
