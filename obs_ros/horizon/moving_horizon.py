@@ -72,6 +72,7 @@ class MovingHorizon:
         self._probation = Probation()
         self._previous: Estimate | None = None
         self._first = True  # whether no window has been solved
+        self._contradicted: set[int] = set()  # places of given priors that some window contradicts
         self._explained: Hypothesis | None = None  # the previous window's
         # Parameters that some window has determined by itself.
         self._alone = np.zeros(solver.unknowns.dimension - solver.unknowns.n_states, dtype=np.bool_)
@@ -253,8 +254,10 @@ class MovingHorizon:
         # What is not white narrows the prior only by as much as windows agree.
         sound = (uncertainty.skill is None and not fits.too_large) or fits.is_noise
         known = uncertainty.scatter is not None
-        # A contradicted prior stays one, told anew by every window: no other may hide it.
-        if (sound or known) and not (uncertainty.drifting or contradictions(best)):
+        self._contradicted |= {wrong.place for wrong in contradictions(best)}
+        # A contradicted prior is no knowledge to hand on: later windows would seem to agree.
+        wrong = best.problem.prior.gives(self._contradicted)
+        if (sound or known) and not (uncertainty.drifting or wrong):
             self._hand_on(uncertainty, end, 1.0 if sound else fits.inflation)
         return True
 

@@ -4,6 +4,7 @@ A normal prior of mean m and precision P adds (z - m)' P (z - m), -2 log of its 
 constant: with the residuals' squares they make -2 log posterior.
 """
 
+from collections.abc import Collection
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -91,6 +92,11 @@ class Prior:
         precision[places, places] -= given[places]
         given[places] = 0.0
         return replace(self, mean=mean, precision=precision, given=given)
+
+    def gives(self, places: Collection[int]) -> bool:
+        """Whether a prior is given of any of the unknowns at `places`."""
+        given = self.given
+        return given is not None and any(given[place] > 0.0 for place in places)
 
     @property
     def without_boxes(self) -> 'Prior':

@@ -343,6 +343,16 @@ class TestGivenPriors:
             assert float(said[2]) > 6.0
             assert estimate.jumps == () and 4.0 < estimate.parameters['tau'] < 5.0
 
+    def test_one_that_was_contradicted_is_not_handed_on(self) -> None:
+        """Windows of noise enough that only some contradict it; all weigh it, none learns it."""
+        record = lag_run(150.0, STEADY, sigma=0.3, seed=1)
+        found = run(record, period=30.0, noise={'y': 0.3}, priors={'tau': (3.8, 0.1)})
+        told = ['contradicts' in estimate.message for estimate in found]
+        assert told[0] and not all(told)
+        for estimate in found:
+            assert estimate.stddev['tau'] == pytest.approx(0.095, rel=0.05)
+            assert 3.85 < estimate.parameters['tau'] < 4.0
+
     def test_a_jump_is_found_beside_one_that_is_right(self) -> None:
         record = lag_run(60.0, STEADY, (15.0, 3.0, 5.0))
         first, *later = run(record, period=15.0, priors={'k': (2.0, 0.1)})

@@ -164,6 +164,7 @@ def test_given_priors_stand_beside_boxes() -> None:
     np.testing.assert_allclose(found.precision, np.diag(expected))
     np.testing.assert_allclose(found.given, [1600.0 - 0.01, 400.0 - 12.0, 0.0])
     assert found.precision[2, 2] == box.precision[2, 2]
+    assert found.gives({0}) and found.gives([2, 1]) and not found.gives({2}) and not box.gives({1})
     later = Prior.known(unknowns, start=False)
     np.testing.assert_allclose(np.diagonal(later.precision), [0.01, 400.0, 12.0])
     assert Prior.known(unknowns, start=False, jumped=np.array([1])).given is None
