@@ -234,6 +234,8 @@ class MovingHorizon:
         best, fits, other = uncertainty.hypothesis, uncertainty.fit, solution.disturbed
         objective = best.problem.objective
         grid, unknowns = objective.grid, objective.unknowns
+        wrong = contradictions(best, uncertainty.projection, fits.inflation)
+        self._contradicted |= {each.place for each in wrong}
         explained = is_confirmed(fits, uncertainty.skill)
         if other is not None:
             if not best.jumps:
@@ -254,7 +256,6 @@ class MovingHorizon:
         # What is not white narrows the prior only by as much as windows agree.
         sound = (uncertainty.skill is None and not fits.too_large) or fits.is_noise
         known = uncertainty.scatter is not None
-        self._contradicted |= {wrong.place for wrong in contradictions(best)}
         # A contradicted prior is no knowledge to hand on: later windows would seem to agree.
         wrong = best.problem.prior.gives(self._contradicted)
         if (sound or known) and not (uncertainty.drifting or wrong):

@@ -197,11 +197,9 @@ def _contradicted(uncertainty: Uncertainty | None, found: Found, fit: Fit) -> st
     """Say which given priors are contradicted; nothing of a point that is not believed."""
     if uncertainty is None or not found.accepted:
         return ''
-    best, projection = uncertainty.hypothesis, uncertainty.informed
-    # Covariances may have been widened; only that of a projection belongs to it.
-    informed = None if projection is None else (projection, uncertainty.covariance)
-    unknowns = best.problem.objective.unknowns
-    return ', '.join(c.words(unknowns) for c in contradictions(best, informed, fit.inflation))
+    best = uncertainty.hypothesis
+    wrong = contradictions(best, uncertainty.projection, fit.inflation)
+    return ', '.join(each.words(best.problem.objective.unknowns) for each in wrong)
 
 
 def _named(variables: Sequence[Variable], values: Array) -> Mapping[str, float]:

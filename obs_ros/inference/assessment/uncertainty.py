@@ -77,6 +77,14 @@ class Uncertainty:
         return np.asarray(scale / np.sqrt(inflation(self.correlation)))
 
     @property
+    def projection(self) -> tuple[Array, Array] | None:
+        """`informed` with the covariance that keeps to it; None where all directions count.
+
+        Covariances that are widened make no estimate of what a window says by itself.
+        """
+        return None if self.informed is None else (self.informed, self.covariance)
+
+    @property
     def fit(self) -> Fit:
         """The hypothesis's residual beside the noise, given or learned."""
         best = self.hypothesis
