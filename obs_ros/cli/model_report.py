@@ -35,7 +35,7 @@ REPORT = ReportSettings()
 
 
 def variables(model: Model) -> list[str]:
-    """Return a line for every variable: unit, bounds, nominal value."""
+    """Return a line for every variable: unit, bounds, nominal value, prior and walk."""
     lines = []
     for kind, group in (
         ('state', model.states),
@@ -52,9 +52,22 @@ def variables(model: Model) -> list[str]:
             elif kind == 'input':
                 bounds = v.interpolation
             scale = ', log scale' if v.scale == 'log' else ''
-            text = (bounds + scale + nominal).removeprefix(', ')
+            text = (bounds + scale + nominal + _known(v)).removeprefix(', ')
             lines.append(f'  {kind:9}  {v.name:16} {v.unit:8} {text}'.rstrip())
     return lines
+
+
+def _known(v: Variable) -> str:
+    """Return the words on prior and walk."""
+    words = ''
+    if v.prior is not None:
+        words += f', prior {v.prior[0]:g} (sd {v.prior[1]:g})'
+    if v.walk == math.inf:
+        words += ', new in every window'
+    elif v.walk is not None:
+        of, unit = (' of the logarithm', '') if v.scale == 'log' else ('', _unit(v))
+        words += f', walk{of} {v.walk:g}{unit}/sqrt(s)'
+    return words
 
 
 def rollout(model: Model, trial: Trial) -> list[str]:
@@ -121,7 +134,7 @@ def identifiable(
     unknowns = Unknowns.of(model)
     objective = Objective(kernels, trial.grid(model, scale), unknowns)
     z = unknowns.point(dict(zip(unknowns.names, (*trial.x0, *trial.p), strict=True)))
-    problem = PiecewiseProblem(objective, Prior.box(unknowns))
+    problem = PiecewiseProblem(objective, Prior.known(unknowns, start=True))
     best, n = hypothesis_at(problem, z), unknowns.n_states
     informed = InformedSubspace.of(best)
     covariance = informed.covariance(best)

@@ -12,6 +12,7 @@ import numpy as np
 
 from obs_ros.core import model_check
 from obs_ros.core.registry import suggest
+from obs_ros.core.texts import quoted
 from obs_ros.core.typing import Array
 
 Interpolation = Literal['hold', 'linear', 'mean']
@@ -34,15 +35,18 @@ class Variable:
     two values of a parameter: `log` where it counts how many times larger one is than the other, as
     with stiffnesses, rates and whatever enters in products and powers; values of equal product then
     lie on a straight line. `walk` makes a parameter a disturbance: how far it wanders in one
-    second, as a standard deviation in units per square root of a second, infinite for one that is
-    new in every window. Without it a parameter stays where it is, or jumps. On a state `walk` is
-    process noise, which `process_noise: given` takes as it is.
+    second, as a standard deviation in units per square root of a second (on a log scale, of its
+    logarithm), infinite for one that is new in every window. Without it a parameter stays where it
+    is, or jumps. On a state `walk` is process noise, which `process_noise: given` takes as it is.
+    `prior` is the knowledge of a parameter, or of a state at the start, before anything is
+    measured: mean and standard deviation of a normal distribution, in `unit`. On a log scale the
+    logarithm is normal, its deviation to first order the ratio of both.
 
     Numbers are floats, whether given as such or as integers.
 
     Raises ValueError for a name that is no identifier, what is no number, crossed bounds, bounds
-    that a logarithm does not have, a nominal outside them and a walk that is not positive, or on a
-    scale that has none.
+    that a logarithm does not have, a nominal outside them, a walk that is not positive, and a prior
+    without a finite mean, positive on a log scale, and a finite, positive standard deviation.
     """
 
     name: str
@@ -53,6 +57,7 @@ class Variable:
     interpolation: Interpolation = 'hold'
     walk: float | None = None
     scale: Scale = 'linear'
+    prior: tuple[float, float] | None = None
 
     def __post_init__(self) -> None:
         if not self.name.isidentifier():
@@ -77,8 +82,8 @@ class Variable:
             )
         if self.walk is not None and not self.walk > 0.0:
             raise ValueError(f'{self.name}: walk {self.walk} is not positive')
-        if self.walk is not None and self.scale == 'log':
-            raise ValueError(f'{self.name}: what walks, in {self.unit}, needs a linear scale')
+        if self.prior is not None:
+            object.__setattr__(self, 'prior', _checked_prior(self.name, self.prior, self.scale))
 
 
 @dataclass(frozen=True)
@@ -91,8 +96,9 @@ class Model:
     candidate, and compiled. `max_step` (s) is the longest integration step: longer sample intervals
     are split evenly.
 
-    Raises ValueError when names clash, a step is not positive, or a function fails, returns
-    something else than one number for each entry, or is finite nowhere; with the line at fault.
+    Raises ValueError when names clash, a step is not positive, a state's walk is infinite, or a
+    function fails, returns something else than one number for each entry, or is finite nowhere;
+    with the line at fault.
     """
 
     name: str
@@ -129,6 +135,12 @@ class Model:
             if variable.scale != 'linear':
                 raise ValueError(
                     f'model {self.name!r}: {variable.name} has scale {variable.scale!r}, '
+                    'which only parameters may have'
+                )
+        for variable in self.states:
+            if variable.walk == math.inf:
+                raise ValueError(
+                    f'model {self.name!r}: give state {variable.name} a finite walk, not inf, '
                     'which only parameters may have'
                 )
         for function, entries in (('dynamics', self.states), ('output', self.outputs)):
@@ -207,6 +219,20 @@ def _number(what: str, value: object) -> float:
         with contextlib.suppress(OverflowError):
             return float(value)
     raise ValueError(f'{what} must be a number, not {value!r}')
+
+
+def _checked_prior(name: str, prior: object, scale: Scale) -> tuple[float, float]:
+    """Return mean and standard deviation as floats; raises ValueError for what cannot be them."""
+    if not isinstance(prior, list | tuple | np.ndarray) or len(prior) != 2:
+        raise ValueError(f'{name}: prior must be (mean, standard deviation), not {quoted(prior)}')
+    mean, sd = (_number(f'{name}: prior', entry) for entry in prior)
+    if not math.isfinite(mean):
+        raise ValueError(f'{name}: prior mean {mean} is not finite')
+    if not 0.0 < sd < math.inf:
+        raise ValueError(f'{name}: prior standard deviation {sd} is not positive and finite')
+    if scale == 'log' and not mean > 0.0:
+        raise ValueError(f'{name}: prior mean {mean} must be positive on a log scale')
+    return mean, sd
 
 
 def _around(variable: Variable, rng: np.random.Generator) -> Array:

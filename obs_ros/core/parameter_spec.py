@@ -24,6 +24,7 @@ class ParameterSpec:
     """One parameter: its `default` gives the type; a tuple stands for an array.
 
     `lower` and `upper` bound numbers and the entries of arrays, `positive` excludes 0 as well,
+    `infinite` allows infinity beside the numbers up to a finite `upper`, as `nan` allows NaN.
     `choices` lists the words allowed, `length` fixes an array's. `read_only` ones are set at start
     only.
     """
@@ -36,6 +37,7 @@ class ParameterSpec:
     upper: float = math.inf
     positive: bool = False
     nan: bool = False
+    infinite: bool = False
     choices: tuple[str, ...] = ()
     length: int | None = None
     read_only: bool = False
@@ -52,7 +54,8 @@ class ParameterSpec:
             return '> 0' if math.isinf(self.upper) else f'> 0, <= {_figure(self.upper)}'
         if math.isinf(self.upper):
             return '' if math.isinf(self.lower) else f'>= {_figure(self.lower)}'
-        return f'{_figure(self.lower)} to {_figure(self.upper)}'
+        or_infinite = ', or inf' if self.infinite else ''
+        return f'{_figure(self.lower)} to {_figure(self.upper)}{or_infinite}'
 
     def coerce(self, value: Any) -> Value:
         """Return `value` as the parameter's type: integers pass where floats are meant.
@@ -109,6 +112,8 @@ class ParameterSpec:
     def _allows(self, value: float) -> bool:
         if math.isnan(value):
             return self.nan
+        if self.infinite and value == math.inf:
+            return True
         return self.lower <= value <= self.upper and (value > 0 or not self.positive)
 
 

@@ -88,6 +88,14 @@ class ArrivalCost:
         newest = self.last_before(start)
         return None if newest is None else self._since(newest, start, duration, newest.end)
 
+    def given_prior(self, start: float, *, first: bool) -> Prior:
+        """Return what is known at `start` (s) where no window ended by then: the given priors.
+
+        Those of states count in the `first` window, those of parameters until they jump.
+        """
+        jumped = [place for jump in self.jumps if jump.time <= start for place in jump.parameters]
+        return Prior.known(self._unknowns, start=first, jumped=np.array(jumped, dtype=np.int64))
+
     def most_informative_prior(self, start: float, duration: float) -> Prior | None:
         """Return the prior by the most informative window of the last `duration` (s).
 
@@ -120,9 +128,11 @@ class ArrivalCost:
         wandering = np.isfinite(walks)
         apart = start - entry.end + 2.0 / 3.0 * duration
         walked[wandering] += walks[wandering] ** 2 * apart
-        walked[np.isinf(walks)] = FORGOTTEN * variances[np.isinf(walks)]
+        new = np.isinf(walks)
+        walked = np.where(new, FORGOTTEN * variances, np.minimum(walked, FORGOTTEN * variances))
         covariance = entry.covariance + np.diag(walked)
-        return Prior.of(self._unknowns, entry.mean, covariance, gap)
+        prior = Prior.of(self._unknowns, entry.mean, covariance, gap)
+        return prior.with_given(self._unknowns, self._unknowns.n_states + np.flatnonzero(new))
 
     def prune(self, start: float, duration: float) -> None:
         """Forget what no window that starts at or after `start` (s) can need."""

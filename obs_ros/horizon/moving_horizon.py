@@ -39,6 +39,7 @@ from obs_ros.horizon.solution import (
 from obs_ros.horizon.solver import Solver, TooFewSamples
 from obs_ros.horizon.stages import determined_alone, hold_uninformed, is_uninformative, recall
 from obs_ros.inference.assessment.assemble import empty, report
+from obs_ros.inference.assessment.contradiction import contradictions
 from obs_ros.inference.assessment.outcome import is_confirmed, states_at_bound
 from obs_ros.inference.assessment.skill import last_values, least_noises
 from obs_ros.inference.assessment.uncertainty import Uncertainty
@@ -70,6 +71,8 @@ class MovingHorizon:
         self._announcements = Announcements()
         self._probation = Probation()
         self._previous: Estimate | None = None
+        self._first = True  # whether no window has been solved
+        self._contradicted: set[int] = set()  # places of given priors that some window contradicts
         self._explained: Hypothesis | None = None  # the previous window's
         # Parameters that some window has determined by itself.
         self._alone = np.zeros(solver.unknowns.dimension - solver.unknowns.n_states, dtype=np.bool_)
@@ -87,6 +90,7 @@ class MovingHorizon:
         if sound.record is None:
             return empty(model, record, Outcome.STALE_OUTPUT, sound.said)
         estimate = self._solve_measured(sound.record, rng, deadline)
+        self._first = False
         if estimate.usable:
             self._previous = estimate
         if not sound.repeated:
@@ -98,7 +102,7 @@ class MovingHorizon:
         self, record: Record, rng: np.random.Generator, deadline: Deadline
     ) -> Estimate:
         if not self._solver.method.needs_squares:
-            return self._solver.solve(record, rng, deadline, self._previous)
+            return self._solver.solve(record, rng, deadline, self._previous, first=self._first)
         try:
             return self._estimate(record, rng, deadline)
         except TooFewSamples as error:
@@ -213,10 +217,11 @@ class MovingHorizon:
         if scale is not None:  # of white noise that would disturb as much
             scale = scale * np.sqrt(inflation(correlation))
         start = float(record.t[0])
+        prior = self._arrival_cost.prior(start, float(record.t[-1]) - start)
         return self._solver.pose(
             record,
             scale,
-            self._arrival_cost.prior(start, float(record.t[-1]) - start),
+            prior or self._arrival_cost.given_prior(start, first=self._first),
             noise_known=scale is not None,
             correlation=correlation,
         )
@@ -229,6 +234,8 @@ class MovingHorizon:
         best, fits, other = uncertainty.hypothesis, uncertainty.fit, solution.disturbed
         objective = best.problem.objective
         grid, unknowns = objective.grid, objective.unknowns
+        wrong = contradictions(best, uncertainty.projection, fits.inflation)
+        self._contradicted |= {each.place for each in wrong}
         explained = is_confirmed(fits, uncertainty.skill)
         if other is not None:
             if not best.jumps:
@@ -249,7 +256,9 @@ class MovingHorizon:
         # What is not white narrows the prior only by as much as windows agree.
         sound = (uncertainty.skill is None and not fits.too_large) or fits.is_noise
         known = uncertainty.scatter is not None
-        if (sound or known) and not uncertainty.drifting:
+        # A contradicted prior is no knowledge to hand on: later windows would seem to agree.
+        wrong = best.problem.prior.gives(self._contradicted)
+        if (sound or known) and not (uncertainty.drifting or wrong):
             self._hand_on(uncertainty, end, 1.0 if sound else fits.inflation)
         return True
 

@@ -1,12 +1,13 @@
 """Settings of an estimation that are the same from window to window."""
 
 from collections.abc import Iterable, Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from typing import Any
 
 from obs_ros.core.model import Model
 from obs_ros.core.registry import suggest
 from obs_ros.inference.objective import Fitness
+from obs_ros.inference.parameterisation import Unknowns
 from obs_ros.inference.process_noise import MODES, ProcessNoiseMode
 from obs_ros.integration.backends import Backend
 from obs_ros.optimization.methods import Method
@@ -28,7 +29,10 @@ class EstimationSettings:
     - `fitness`: `least_squares`, `euclidean` or `correlation`; the last two not for `memetic`.
     - `backend`: `numba` or `numpy`; None takes Numba where it is installed.
     - `process_noise`: `auto` tries it where the model alone does not explain a window, `off` never,
-      `given` takes the walks of the model's states as they are.
+      `given` takes the walks of the states as they are.
+    - `walks`: by name, in place of the model's; 0 takes the model's away.
+    - `priors`: (mean, standard deviation) by name, in place of the model's; None takes the model's
+      away. Those of states count in the first window; all of them in least squares only.
     """
 
     search: str | Method = 'memetic'
@@ -42,6 +46,39 @@ class EstimationSettings:
     fitness: Fitness = 'least_squares'
     backend: Backend | None = None
     process_noise: ProcessNoiseMode = 'auto'
+    walks: Mapping[str, float] | None = None
+    priors: Mapping[str, tuple[float, float] | None] | None = None
+
+
+@dataclass(frozen=True)
+class PosingSettings:
+    """Limits in posing a window whose noise is not given.
+
+    - `values_per_unknown`: measured values that each unknown needs: a residual of fewer could not
+      tell noise from a wrong fit.
+    - `unequal`: ratio of the outputs' residuals, in their guessed scales, above which the outputs
+      are weighted anew; below, efficiency gains less than 1 %.
+    - `reweightings`: rounds of that at most; two are usual.
+    """
+
+    values_per_unknown: int = 4
+    unequal: float = 1.2
+    reweightings: int = 3
+
+
+POSING = PosingSettings()
+
+
+def with_starts(settings: EstimationSettings, unknowns: Unknowns) -> EstimationSettings:
+    """Return the settings with the means of priors as initial values that are not given.
+
+    Raises ValueError for initial values and priors of what is not estimated.
+    """
+    unknowns.check_initial(settings.initial)
+    priors = settings.priors or {}
+    unknowns.check_estimated('a prior', [name for name in priors if priors[name] is not None])
+    means = {v.name: v.prior[0] for v in unknowns.model.variables if v.prior}
+    return replace(settings, initial={**means, **settings.initial})
 
 
 def check_process_noise(settings: EstimationSettings, model: Model, method: Method) -> None:

@@ -41,6 +41,8 @@ def solve_window(
     search_options: Mapping[str, Any] | None = None,
     backend: Backend | None = None,
     process_noise: ProcessNoiseMode = 'auto',
+    walks: Mapping[str, float] | None = None,
+    priors: Mapping[str, tuple[float, float] | None] | None = None,
 ) -> Estimate:
     """Estimate initial states and parameters of a plant from one record.
 
@@ -68,6 +70,8 @@ def solve_window(
         fitness=fitness,
         backend=backend,
         process_noise=process_noise,
+        walks=walks,
+        priors=priors,
     )
     solver = Solver.of(load_model(model), settings)
     rng = random_generator(seed)

@@ -12,11 +12,13 @@ import numpy as np
 from obs_ros.core.deadline import Deadline
 from obs_ros.core.estimate import Estimate, Outcome
 from obs_ros.core.model import Model, checked_noise, names
+from obs_ros.core.prior_knowledge import with_knowledge
 from obs_ros.core.record import Record
 from obs_ros.core.registry import suggest
 from obs_ros.core.typing import Array
 from obs_ros.horizon.disturbance import assessed, explain_by_process_noise
-from obs_ros.horizon.settings import EstimationSettings, check_process_noise
+from obs_ros.horizon.given_priors import under_given_priors
+from obs_ros.horizon.settings import POSING, EstimationSettings, check_process_noise, with_starts
 from obs_ros.horizon.warm_start import propagated
 from obs_ros.inference.assessment.assemble import empty, report
 from obs_ros.inference.assessment.fit import root_mean_square
@@ -47,25 +49,6 @@ class TooFewSamples(ValueError):
 
 
 @dataclass(frozen=True)
-class PosingSettings:
-    """Limits in posing a window whose noise is not given.
-
-    - `values_per_unknown`: measured values that each unknown needs: a residual of fewer could not
-      tell noise from a wrong fit.
-    - `unequal`: ratio of the outputs' residuals, in their guessed scales, above which the outputs
-      are weighted anew; below, efficiency gains less than 1 %.
-    - `reweightings`: rounds of that at most; two are usual.
-    """
-
-    values_per_unknown: int = 4
-    unequal: float = 1.2
-    reweightings: int = 3
-
-
-POSING = PosingSettings()
-
-
-@dataclass(frozen=True)
 class Solver:
     """A model with its checked settings: solves windows by themselves, poses and fits the others.
 
@@ -82,6 +65,7 @@ class Solver:
     def of(cls, model: Model, settings: EstimationSettings | None = None) -> 'Solver':
         """Check the settings; raises ValueError with the name and the value that is wrong."""
         settings = settings or EstimationSettings()
+        model = with_knowledge(model, settings.walks, settings.priors)
         unknowns = Unknowns.of(
             model, settings.parameters, settings.states, settings.fixed, settings.bounds
         )
@@ -100,7 +84,7 @@ class Solver:
         if settings.process_noise == 'auto' and not method.needs_squares:
             log.info('process noise is off: search %r does without squares', settings.search)
             settings = replace(settings, process_noise='off')
-        unknowns.check_initial(settings.initial)
+        settings = with_starts(settings, unknowns)
         return cls(unknowns, method, method_settings, noise, settings)
 
     @property
@@ -135,11 +119,13 @@ class Solver:
         rng: np.random.Generator,
         deadline: Deadline,
         previous: Estimate | None = None,
+        *,
+        first: bool = True,
     ) -> Estimate:
-        """Estimate one window; see `solve_window`."""
+        """Estimate one window, the `first` one or another; see `solve_window`."""
         record, absurd = without_absurd(record)
         try:
-            estimate = self._solve(record, rng, deadline, previous)
+            estimate = self._solve(record, rng, deadline, previous, first)
         except TooFewSamples as error:
             estimate = empty(self.model, record, Outcome.TOO_FEW_SAMPLES, str(error))
         if not absurd:
@@ -153,19 +139,21 @@ class Solver:
         rng: np.random.Generator,
         deadline: Deadline,
         previous: Estimate | None,
+        first: bool,
     ) -> Estimate:
         begun = time.perf_counter()
         squares = self.method.needs_squares
         known = squares and len(self.noise) == len(self.model.outputs)
-        window = self.pose(record, noise_known=known)
+        window = self.pose(record, prior=Prior.known(self.unknowns, start=first), noise_known=known)
         warm = self.warm_start(record, previous)
-        window, found = self.fit(window, window.objective, rng, deadline, warm)
+        window, found = self.fit(window, window.with_given_priors, rng, deadline, warm)
         if not np.isfinite(found.cost):
             return self.diverged(window)
         uncertainty = None
+        if squares and not known:
+            window, found = rescaled_to_residuals(window, found)
+        found = under_given_priors(window, found, deadline, polish=squares)
         if squares:
-            if not known:
-                window, found = rescaled_to_residuals(window, found)
             best = hypothesis_at(PiecewiseProblem(window.objective, window.prior), found.z)
             other = explain_by_process_noise(
                 window, found, best, self.given_noise, deadline, mode=self.settings.process_noise
@@ -196,7 +184,7 @@ class Solver:
         """Return a window's objective and prior, outputs in units of `scale` (r,).
 
         `scale` None means the noise, given or guessed; 1 for fitnesses other than squares. `prior`
-        None means that the unknowns may lie anywhere in their boxes. Raises TooFewSamples.
+        None means the given ones, of a first window. Raises TooFewSamples.
         """
         grid = Grid.of(self.model, record, self._scale(record) if scale is None else scale)
         objective = Objective(self.kernels, grid, self.unknowns, self.settings.fitness)
@@ -207,7 +195,7 @@ class Solver:
                 'take a longer window, estimate less, or give the noise: '
                 f'{values} measured values for {dimension} unknowns, at least {needed} are needed'
             )
-        prior = prior or Prior.box(self.unknowns)
+        prior = prior or Prior.known(self.unknowns, start=True)
         return WindowState(record, objective, prior, noise_known, correlation)
 
     def warm_start(self, record: Record, previous: Estimate | None) -> Array | None:

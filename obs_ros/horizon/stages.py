@@ -13,6 +13,7 @@ from obs_ros.core.linear_algebra import scaled_inverse
 from obs_ros.core.residual_tests import independent_share, inflation
 from obs_ros.core.typing import Array, BoolArray
 from obs_ros.horizon.solver import Solver, rescaled_to_residuals
+from obs_ros.inference.assessment.contradiction import contradictions
 from obs_ros.inference.assessment.identifiability import undetermined
 from obs_ros.inference.assessment.informed_subspace import InformedSubspace
 from obs_ros.inference.assessment.profile import widened_by_profile
@@ -86,10 +87,22 @@ def fit(
 def explain(
     window: WindowState, found: Found, continued: Hypothesis | None, deadline: Deadline
 ) -> tuple[WindowState, Explanation]:
-    """Return the hypothesis that explains the window: parameters that jumped, or none."""
+    """Return the hypothesis that explains the window: parameters that jumped, or none.
+
+    A given prior that is contradicted counts for nothing in the search: no jump right after the
+    start must stand for it.
+    """
     still = hypothesis_at(PiecewiseProblem(window.objective, window.prior), found.z)
-    search = JumpSearch(still, deadline, known=continued, correlation=window.correlation)
+    wrong = [contradiction.place for contradiction in contradictions(still)]
+    first, known = still, continued
+    if wrong:
+        loose = window.prior.without_given(np.array(wrong))
+        first = _under(loose, still, deadline)
+        known = None if continued is None else _under(loose, continued, deadline)
+    search = JumpSearch(first, deadline, known=known, correlation=window.correlation)
     best = search.run() if found.accepted else still
+    if wrong:
+        best = _under(window.prior, best, deadline) if best.problem.events else still
     if best.jumps and not window.noise_known:
         window, best = _in_own_noise(window, best, deadline)
     return window, Explanation(best, search.alternatives(), search.finished)
@@ -115,7 +128,7 @@ def hold_uninformed(best: Hypothesis, deadline: Deadline, *, noise: bool = True)
     held = hypothesis_at(problem, _polished(holding, best.point, deadline)[0], best.earlier)
     if not held.squares < best.squares + STAGES.price_of_holding:
         held = best  # far from linear: there is no such fit where the prior has it
-    return Uncertainty(held, subspace.covariance(held), subspace.information)
+    return Uncertainty(held, subspace.covariance(held), subspace.information, subspace.informed)
 
 
 def recall(uncertainty: Uncertainty, prior: Prior | None, deadline: Deadline) -> Uncertainty:
@@ -177,6 +190,12 @@ def _polished(
     nodes = problem.objective.nodes
     solved = levenberg_marquardt(problem, start[None], nodes, STAGES.polish, deadline)
     return solved.z[0], float(solved.squares[0])
+
+
+def _under(prior: Prior, best: Hypothesis, deadline: Deadline) -> Hypothesis:
+    """Return the hypothesis of the same jumps under another prior."""
+    problem = replace(best.problem, prior=prior)
+    return hypothesis_at(problem, _polished(problem, best.point, deadline)[0], best.earlier)
 
 
 def _from_warm(

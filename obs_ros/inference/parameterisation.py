@@ -38,6 +38,11 @@ class Scale:
         """Widths (d,) of the boxes."""
         return self.upper - self.lower
 
+    @cached_property
+    def unit(self) -> Array:
+        """Widths (d,) of the boxes, on a log scale those of the logarithms."""
+        return np.where(self.growth > 0.0, self.growth, self.width)
+
     def values(self, z: Array, i: int | slice = EVERY) -> Array:
         """Return the values of unknown i at places z of its box, or of all at points z (..., d)."""
         linear = self.lower[i] + z * self.width[i]
@@ -53,8 +58,7 @@ class Scale:
         """Return the points (..., d) of the unit box at which the unknowns have these values."""
         log = self.growth > 0.0
         ratio = np.where(log, np.maximum(values, TINY) / np.where(log, self.lower, 1.0), 1.0)
-        logarithmic = np.log(ratio) / np.where(log, self.growth, 1.0)
-        return np.where(log, logarithmic, (values - self.lower) / self.width)
+        return np.where(log, np.log(ratio), values - self.lower) / self.unit
 
 
 @dataclass(frozen=True)
@@ -85,10 +89,11 @@ class Unknowns:
 
         `fixed` gives values to others, whose default is their nominal value; `bounds` replaces the
         model's. Where a bound is infinite the search begins within ten times the nominal value, or
-        ten units, of the nominal value or the other bound, and goes where the data lead.
+        ten units, of the nominal value or the other bound, and goes where the data lead; the mean
+        of a prior stands before the nominal value.
 
-        Raises ValueError for an unknown name, crossed bounds, a name both estimated and fixed,
-        nothing to estimate, and a value that nobody gives.
+        Raises ValueError for an unknown name, crossed bounds, a prior's mean outside them, a name
+        both estimated and fixed, nothing to estimate, and a value that nobody gives.
         """
         fixed, bounds = dict(fixed or {}), dict(bounds or {})
         _check_given(model, fixed, bounds)
@@ -104,6 +109,7 @@ class Unknowns:
             if variable.name in chosen:
                 low, high = bounds.get(variable.name, (variable.lower, variable.upper))
                 check_bounds(variable.name, low, high, variable.scale)
+                _check_prior(variable, low, high)
                 boxes.append(_beginning(variable, low, high))
                 limits.append(
                     (0.0 if np.isfinite(low) else low, 1.0 if np.isfinite(high) else high)
@@ -137,14 +143,26 @@ class Unknowns:
 
         NaN for those that do not walk, but jump.
         """
-        variables = [self.model.variables[i] for i in self.index[self.n_states :]]
+        variables = self._variables[self.n_states :]
         walks = [np.nan if v.walk is None else v.walk for v in variables]
-        return np.array(walks) / self.scale.width[self.n_states :]
+        return np.array(walks) / self.scale.unit[self.n_states :]
+
+    @cached_property
+    def priors(self) -> tuple[Array, Array]:
+        """Means (d,) and standard deviations (d,) of the given priors, in boxes; NaN: none."""
+        given = np.array([v.prior or (np.nan, np.nan) for v in self._variables]).reshape(-1, 2)
+        mean, sd = given.T
+        relative = sd / np.where(self.scale.growth > 0.0, mean, 1.0)
+        return self.scale.places(mean), relative / self.scale.unit
 
     @property
     def names(self) -> tuple[str, ...]:
         """Names of the unknowns, states first."""
-        return tuple(self.model.variables[i].name for i in self.index)
+        return names(self._variables)
+
+    @property
+    def _variables(self) -> tuple[Variable, ...]:
+        return tuple(self.model.variables[i] for i in self.index)
 
     def values(self, z: Array) -> tuple[Array, Array]:
         """Return initial states (n, B) and parameters (q, B) of points z (B, d) of the unit box."""
@@ -155,12 +173,17 @@ class Unknowns:
 
     def check_initial(self, values: Mapping[str, float]) -> None:
         """Raise ValueError unless the values to start from are finite and of what is estimated."""
+        self.check_estimated('an initial value', values)
         for name, value in values.items():
-            self.model.variable(name)
-            if name not in self.names:
-                raise ValueError(f'{name} cannot have an initial value: it is not estimated')
             if not np.isfinite(value):
                 raise ValueError(f'{name} starts from {value}, which is not a finite number')
+
+    def check_estimated(self, what: str, given: Iterable[str]) -> None:
+        """Raise ValueError unless everything that is given `what`, by name, is estimated."""
+        for name in given:
+            self.model.variable(name)
+            if name not in self.names:
+                raise ValueError(f'{name} cannot have {what}: it is not estimated')
 
     def prepare(self) -> None:
         """Compile what `perturbed` needs, or load it compiled."""
@@ -222,6 +245,15 @@ def _check_given(
             raise ValueError(f'bounds of {name} must be (lower, upper), not {quoted(pair)}')
 
 
+def _check_prior(variable: Variable, low: float, high: float) -> None:
+    """Raise ValueError for a prior whose mean is outside the bounds."""
+    if variable.prior is not None and not low <= variable.prior[0] <= high:
+        raise ValueError(
+            f'{variable.name}: widen the bounds, or correct the prior: its mean '
+            f'{variable.prior[0]} is outside [{low}, {high}]'
+        )
+
+
 def _given(variable: Variable, fixed: Mapping[str, float]) -> float:
     """Return the value of a variable that is not estimated."""
     value = fixed.get(variable.name, variable.nominal)
@@ -235,7 +267,7 @@ def _given(variable: Variable, fixed: Mapping[str, float]) -> float:
 
 def _beginning(variable: Variable, low: float, high: float) -> tuple[float, float]:
     """Return finite bounds to begin a search in."""
-    nominal = variable.nominal
+    nominal = variable.nominal if variable.prior is None else variable.prior[0]
     origin = nominal if nominal is not None else next((b for b in (low, high) if np.isfinite(b)), 0)
     reach = REACH * max(abs(nominal or 0.0), 1.0)
     return (

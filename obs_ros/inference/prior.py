@@ -4,7 +4,8 @@ A normal prior of mean m and precision P adds (z - m)' P (z - m), -2 log of its 
 constant: with the residuals' squares they make -2 log posterior.
 """
 
-from dataclasses import dataclass
+from collections.abc import Collection
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -16,18 +17,22 @@ from obs_ros.inference.parameterisation import Unknowns
 BOX_VARIANCE = 1.0 / 12.0  # of a uniform distribution over the box
 STATE_SD = 10.0  # boxes: next to nothing is known of an initial state
 LEAST_VARIANCE = 1e-12  # against that of the box: below is rounding
+NOWHERE = np.zeros(0, dtype=np.int64)
 
 
 @dataclass(frozen=True)
 class Prior:
     """A normal distribution of the unknowns: mean (d,) and precision (d, d), in boxes.
 
-    `gap`: its age in windows; with 0, no jump before the window is considered.
+    - `gap`: its age in windows; with 0, no jump before the window is considered;
+    - `given` (d,): precision beyond that of the boxes by priors that the user gives, 0 where there
+      is none; the precision has nothing else in such a row. None: there is none at all.
     """
 
     mean: Array
     precision: Array
     gap: float = 0.0
+    given: Array | None = None
 
     @classmethod
     def of(cls, unknowns: Unknowns, mean: Array, covariance: Array, gap: float = 0.0) -> 'Prior':
@@ -49,6 +54,55 @@ class Prior:
         """Return the prior of parameters that may lie anywhere in their boxes."""
         variances = box_variances(unknowns)
         return cls.of(unknowns, np.full(variances.size, 0.5), np.diag(variances))
+
+    @classmethod
+    def known(cls, unknowns: Unknowns, *, start: bool, jumped: IntArray = NOWHERE) -> 'Prior':
+        """Return the prior before any window: the given ones, and boxes for what has none.
+
+        Those of initial states count with `start`, in the window that the plant starts with; those
+        of parameters whose places have `jumped` since do not count.
+        """
+        places = np.arange(0 if start else unknowns.n_states, unknowns.dimension)
+        return cls.box(unknowns).with_given(unknowns, np.setdiff1d(places, jumped))
+
+    def with_given(self, unknowns: Unknowns, places: IntArray) -> 'Prior':
+        """Return this with the given priors of the unknowns at `places`, where there are any.
+
+        No direction is known less than that it lies in its box.
+        """
+        means, deviations = unknowns.priors
+        places = places[np.isfinite(means[places])]
+        if not places.size:
+            return self
+        boxes = np.append(np.full(unknowns.n_states, STATE_SD**2), box_variances(unknowns))
+        variances = np.clip(deviations**2, LEAST_VARIANCE * boxes, boxes)
+        mean, precision = self.mean.copy(), self.precision.copy()
+        given = np.zeros_like(mean) if self.given is None else self.given.copy()
+        mean[places] = means[places]
+        precision[places] = precision[:, places] = 0.0
+        precision[places, places] = 1.0 / variances[places]
+        given[places] = 1.0 / variances[places] - 1.0 / boxes[places]
+        return replace(self, mean=mean, precision=precision, given=given)
+
+    def without_given(self, places: IntArray) -> 'Prior':
+        """Return this with boxes in place of the given priors at `places`."""
+        assert self.given is not None
+        mean, precision, given = self.mean.copy(), self.precision.copy(), self.given.copy()
+        mean[places] = 0.5
+        precision[places, places] -= given[places]
+        given[places] = 0.0
+        return replace(self, mean=mean, precision=precision, given=given)
+
+    def gives(self, places: Collection[int]) -> bool:
+        """Whether a prior is given of any of the unknowns at `places`."""
+        given = self.given
+        return given is not None and any(given[place] > 0.0 for place in places)
+
+    @property
+    def without_boxes(self) -> 'Prior':
+        """The given priors alone: of all other unknowns nothing is known, not even their boxes."""
+        assert self.given is not None
+        return replace(self, precision=np.diag(np.diagonal(self.precision) * (self.given > 0.0)))
 
     def squares(self, z: Array) -> Array:
         """Return (z - mean)' precision (z - mean) of points z (B, d)."""

@@ -37,6 +37,13 @@ class WindowState:
         """The squares of residuals and prior, which a fit minimises."""
         return Posterior(self.objective, self.prior)
 
+    @property
+    def with_given_priors(self) -> Objective | Posterior:
+        """The squares of residuals and given priors alone, which a window by itself minimises."""
+        if self.prior.given is None or not self.objective.is_least_squares:
+            return self.objective
+        return Posterior(self.objective, self.prior.without_boxes)
+
     def rescaled(self, factors: Array) -> 'WindowState':
         """Return the window with the outputs' scales (r,) multiplied by `factors` (r,)."""
         return replace(self, objective=self.objective.rescaled(factors))

@@ -1,5 +1,6 @@
 """A whole population of candidates through a window: compiled where Numba is, else on NumPy."""
 
+import copy
 import functools
 import importlib.util
 import logging
@@ -7,11 +8,12 @@ import os
 import re
 import time
 from collections.abc import Callable
-from typing import Literal, Protocol, TypeVar
+from typing import Any, Literal, Protocol, TypeVar
 
 import numpy as np
 
 from obs_ros.core.model import Model, inside
+from obs_ros.core.prior_knowledge import without_knowledge
 from obs_ros.core.record import Record
 from obs_ros.core.typing import Array, IntArray
 from obs_ros.integration.filter_pass import FilterPass
@@ -91,6 +93,10 @@ def kernels_for(model: Model, backend: Backend | None = None) -> Kernels:
 
 @functools.lru_cache(maxsize=64)
 def _kernels(model: Model, backend: str | None) -> Kernels:
+    plain = without_knowledge(model)
+    if plain is not model:
+        return of_model(_kernels(plain, backend), model)
+
     def compiled() -> Kernels:
         from obs_ros.integration.compiled import CompiledKernels
 
@@ -99,6 +105,13 @@ def _kernels(model: Model, backend: str | None) -> Kernels:
         return kernels
 
     return compiled_or_numpy(model, backend, compiled, lambda: NumpyKernels(model))
+
+
+def of_model(made: Made, model: Model) -> Made:
+    """Return the same code for a model that differs in walks and priors only: nothing compiles."""
+    other: Any = copy.copy(made)
+    other.model = model
+    return other  # type: ignore[no-any-return]
 
 
 def compiled_or_numpy(

@@ -7,8 +7,9 @@ from typing import Protocol
 import numpy as np
 
 from obs_ros.core.model import Model, inside
+from obs_ros.core.prior_knowledge import without_knowledge
 from obs_ros.core.typing import Array, IntArray
-from obs_ros.integration.backends import Backend, check_backend, compiled_or_numpy
+from obs_ros.integration.backends import Backend, check_backend, compiled_or_numpy, of_model
 from obs_ros.integration.path import LANES, Stretch
 from obs_ros.integration.steps import axpy
 
@@ -96,6 +97,10 @@ def series_parallel_for(model: Model, backend: Backend | None = None) -> SeriesP
 
 @functools.lru_cache(maxsize=64)
 def _series_parallel(model: Model, backend: str | None) -> SeriesParallel:
+    plain = without_knowledge(model)
+    if plain is not model:
+        return of_model(_series_parallel(plain, backend), model)
+
     measured_states(model)  # refuses before anything is compiled
 
     def compiled() -> SeriesParallel:

@@ -7,8 +7,9 @@ from typing import Protocol
 import numpy as np
 
 from obs_ros.core.model import Model, inside
+from obs_ros.core.prior_knowledge import without_knowledge
 from obs_ros.core.typing import Array
-from obs_ros.integration.backends import Backend, check_backend, compiled_or_numpy
+from obs_ros.integration.backends import Backend, check_backend, compiled_or_numpy, of_model
 from obs_ros.integration.filter_step import LiveFilter, run_step
 from obs_ros.integration.path import LANES, Path
 from obs_ros.integration.steps import STEPS
@@ -86,6 +87,10 @@ def stepper_for(model: Model, backend: Backend | None = None) -> Stepper:
 
 @functools.lru_cache(maxsize=64)
 def _stepper(model: Model, backend: str | None) -> Stepper:
+    plain = without_knowledge(model)
+    if plain is not model:
+        return of_model(_stepper(plain, backend), model)
+
     def compiled() -> Stepper:
         from obs_ros.integration.compiled import CompiledStepper
 

@@ -4,7 +4,7 @@ import math
 import re
 from typing import Any, get_args
 
-from obs_ros.core.model import Model
+from obs_ros.core.model import Model, Variable
 from obs_ros.core.parameter_spec import LARGEST_SEED, ParameterSpec
 from obs_ros.inference.objective import FITNESSES
 from obs_ros.inference.process_noise import MODES
@@ -16,6 +16,7 @@ from obs_ros.optimization.methods import METHODS
 from obs_ros.samples.range_check import LARGEST
 
 ALL, NONE = 'all', 'none'
+NOTHING = (0.0, 0.0)  # the prior of which nothing is known
 
 # Declared by rclpy and rcl themselves, wherever the user says so: no business of these tables.
 _FOREIGN = re.compile(r'use_sim_time|start_type_description_service|qos_overrides\..*')
@@ -63,7 +64,7 @@ COMMON = (
         'true: `noise.*` is a starting value, re-estimated from accepted windows; false: it stays'),
     ParameterSpec('process_noise', 'auto',
         'walks of the states inside a window: off; auto: found where the model alone does not '
-        'explain it; given: those of the model', choices=MODES),
+        'explain it; given: those of the model, or `walk.*`', choices=MODES),
     ParameterSpec('fitness', FITNESSES[0], 'misfit that the search minimises', choices=FITNESSES),
     ParameterSpec('seed', 0, 'seed of the search; the same samples then give the same estimates',
         lower=0, upper=LARGEST_SEED),
@@ -94,13 +95,15 @@ def observer_parameters(model: Model, name: str) -> tuple[ParameterSpec, ...]:
     observer: Any = load_observer(name)
     if not observer.immediate:
         start = 'in a start that the next window tries beside its own; nan: mid of bounds'
-        return (*LIVE, *COMMON, *model_parameters(model), *initial_parameters(model, start))
+        return (*LIVE, *COMMON, *model_parameters(model), *initial_parameters(model, start),
+                *prior_parameters(model))  # fmt: skip
     start = "at the start; nan: the observer's own, nominal or mid of bounds"
     return (
         *(spec for spec in (*LIVE, *COMMON) if spec.name in SHARED),
         *parameter_specs(observer.Settings, own_prefix(name)),
         *model_parameters(model, "the observer's own"),
         *initial_parameters(model, start),
+        *(prior_parameters(model) if takes_priors(observer) else ()),
     )
 
 
@@ -111,6 +114,34 @@ def initial_parameters(model: Model, start: str) -> tuple[ParameterSpec, ...]:
             lower=-LARGEST, upper=LARGEST, nan=True)
         for v in model.variables
     )  # fmt: skip
+
+
+def prior_parameters(model: Model) -> tuple[ParameterSpec, ...]:
+    """Return the parameters for what is known of the variables: their walks and their priors."""
+    return (
+        *(ParameterSpec(f'walk.{v.name}', v.walk or 0.0, _wandering(v), _walk_unit(v),
+            lower=0.0, upper=LARGEST, infinite=v in model.parameters)
+          for v in model.variables),
+        *(ParameterSpec(f'prior.{v.name}', v.prior or NOTHING,
+            f'mean and standard deviation of {v.name} before anything is measured; '
+            '[0, 0]: nothing is known', v.unit, lower=-LARGEST, upper=LARGEST, length=2)
+          for v in model.variables),
+    )  # fmt: skip
+
+
+def _wandering(variable: Variable) -> str:
+    what = 'the logarithm of ' if variable.scale == 'log' else ''
+    return f'standard deviation that {what}{variable.name} wanders by in 1 s; 0: not known, or none'
+
+
+def _walk_unit(variable: Variable) -> str:
+    unit = '1' if variable.scale == 'log' else variable.unit
+    return f'{unit}/sqrt(s)'
+
+
+def takes_priors(observer: Any) -> bool:
+    """Whether an observer class takes walks and priors of the model's variables."""
+    return getattr(observer, 'takes_priors', False)
 
 
 def model_parameters(

@@ -6,7 +6,7 @@ from typing import Any
 
 from obs_ros.core.model import Model
 from obs_ros.core.parameter_spec import Value
-from obs_ros.interface.parameters import ALL, LIVE, NONE, own_prefix
+from obs_ros.interface.parameters import ALL, LIVE, NONE, NOTHING, own_prefix, takes_priors
 from obs_ros.observers.base import Observer, load_observer
 
 MOST_STEPS = 1e7  # of the model, over a window and to the next: a second, for one candidate
@@ -33,6 +33,8 @@ def build_observer(model: Model, values: Mapping[str, Any]) -> Observer:
         'initial': _given('initial.', values),
         'seed': values['seed'],
     }
+    if takes_priors(observer):
+        common |= _knowledge(model, values)
     if observer.immediate:
         settings = _under(own_prefix(values['observer']), values)
         immediate: Observer = observer(model, **common, **settings)
@@ -55,6 +57,21 @@ def build_observer(model: Model, values: Mapping[str, Any]) -> Observer:
         fitness=values['fitness'],
     )
     return windowed
+
+
+def _knowledge(model: Model, values: Mapping[str, Any]) -> dict[str, Any]:
+    """Return walks and priors that are not the model's."""
+    walks, priors = _under('walk.', values), _under('prior.', values)
+    return {
+        'walks': {
+            name: walk for name, walk in walks.items() if walk != (model.variable(name).walk or 0.0)
+        },
+        'priors': {
+            name: None if prior == NOTHING else prior
+            for name, prior in priors.items()
+            if prior != (model.variable(name).prior or NOTHING)
+        },
+    }
 
 
 def _check_steps(model: Model, reach: float) -> None:

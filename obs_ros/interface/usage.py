@@ -59,6 +59,9 @@ def usage() -> str:
             'fixed.NAME': 'holds a state or parameter there; nan: it is estimated, or nominal',
             'initial.NAME': 'a start that the next window tries beside its own; nan: none',
             'noise.OUTPUT': 'standard deviation of a measured output; 0: estimated',
+            'walk.NAME': 'standard deviation by which a state or parameter wanders in 1 s; 0: none',
+            'prior.NAME': '[mean, standard deviation] of a parameter, or of a state at the start; '
+                '[0, 0]: nothing is known',
             'signals.NAME.topic, .type, .field, .scale, .offset, .stamp':
                 'where an output or input comes from (at start only)',
         },
@@ -75,8 +78,9 @@ def settings_page() -> str:
         '# Settings of the observers\n\n'
         'Parameters of each observer that goes sample by sample, besides those that all share\n'
         '(`parameters`, `states`, `seed`, `bounds.<name>`, `fixed.<name>`, `noise.<output>`,\n'
-        '`initial.<name>`, `stale_after`). [Which observer?](which-observer.md) says what each is '
-        'for.\n\nThis page is made by `python -m obs_ros.interface.usage`.'
+        '`initial.<name>`, `stale_after`). `ekf` and `ukf` take `walk.<name>` and `prior.<name>`\n'
+        'too, which count before the shares below. [Which observer?](which-observer.md) says what\n'
+        'each is for.\n\nThis page is made by `python -m obs_ros.interface.usage`.'
     ]
     for name in sorted(OBSERVERS):
         observer: Any = load_observer(name)

@@ -30,7 +30,7 @@ class Observer(Protocol):
 
     One thread calls `absorb` and `reset`; another may call `estimate` meanwhile. An `immediate`
     one has its estimate ready when `absorb` returns True: then `estimate` is cheap, and is for the
-    same thread, after each such sample.
+    same thread, after each such sample. One with `takes_priors` takes walks and priors by name.
     """
 
     immediate: ClassVar[bool]

@@ -59,7 +59,7 @@ class RecursiveObserver:
     fixed : values of names that are not estimated.
     bounds : (lower, upper) by name, instead of the model's.
     noise : standard deviation by output, in its unit.
-    initial : values by name to start from; default the nominal value, else the middle of the box.
+    initial : values by name to start from; default a prior's mean, the nominal value or mid of box.
     seed : of everything random; the same seed and samples give the same bits.
     backend : `numba` or `numpy`; None takes Numba where it is installed.
     settings : those of the class, see `Settings`.
@@ -291,8 +291,8 @@ def _initial_values(unknowns: Unknowns, given: Mapping[str, float]) -> Array:
     for i, low, high in zip(
         unknowns.index, unknowns.scale.lower, unknowns.scale.upper, strict=True
     ):
-        nominal = model.variables[i].nominal
-        values[i] = 0.5 * (low + high) if nominal is None else min(max(nominal, low), high)
+        expected = (model.variables[i].prior or (model.variables[i].nominal,))[0]
+        values[i] = 0.5 * (low + high) if expected is None else min(max(expected, low), high)
     order = list(names(model.variables))
     unknowns.check_initial(given)
     for name, value in given.items():

@@ -31,6 +31,7 @@ class SlidingWindowObserver:
     """
 
     immediate: ClassVar[bool] = False
+    takes_priors: ClassVar[bool] = True
 
     def __init__(
         self,
@@ -43,8 +44,8 @@ class SlidingWindowObserver:
         learn_noise: bool = False,
         **settings: Any,
     ) -> None:
-        self.model = load_model(model)
-        self._solver = Solver.of(self.model, EstimationSettings(**settings))
+        self._solver = Solver.of(load_model(model), EstimationSettings(**settings))
+        self.model = self._solver.model
         self._learn_noise = learn_noise
         self._window = SlidingWindow(
             duration,

@@ -123,7 +123,7 @@ class Estimator(GuardedNode):
         self.observer, self._break = observer, observer.last_break
         self._prepared = False
         self.progress.restart()
-        self._publish_info({**model_info(self.model), **settings_info(self._settings)})
+        self._publish_info({**model_info(observer.model), **settings_info(self._settings)})
         self._proceed()
 
     def _predict(self, observer: Observer) -> None:

@@ -41,5 +41,7 @@ def _variables(variables: Sequence[Variable]) -> list[dict[str, Any]]:
     return [
         {'name': v.name, 'unit': v.unit, 'bounds': [v.lower, v.upper]}
         | ({} if v.scale == 'linear' else {'scale': v.scale})
+        | ({} if v.walk is None else {'walk': v.walk})
+        | ({} if v.prior is None else {'prior': list(v.prior)})
         for v in variables
     ]

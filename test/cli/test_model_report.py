@@ -1,11 +1,15 @@
 """The report on a model: variables, trial, speed, and what a window determines."""
 
+import math
 import re
+from dataclasses import replace
 
 import pytest
 
+from obs_ros import Variable
 from obs_ros.cli.model_report import ReportSettings, identifiable, rollout, speed, variables
 from obs_ros.cli.model_trial import simulated
+from obs_ros.core.prior_knowledge import with_knowledge
 from obs_ros.integration.backends import kernels_for
 from obs_ros.models import load_model
 
@@ -61,3 +65,32 @@ def test_noise_that_is_not_given_is_a_guess_from_the_spread(kernels, trial):
     guess = 0.1 * trial.record.y[:, 1].std()
     assert lines[1] == '  output     h1               0.02 cm'
     assert lines[2] == f'  output     h2               {guess:.3g} cm, a guess: give --noise h2=...'
+
+
+def test_priors_and_walks_stand_beside_the_bounds():
+    known = with_knowledge(TANKS, {'h1': 0.2, 'p1': math.inf, 'p2': 0.01}, {'h1': (40.0, 2.0)})
+    lines = variables(known)
+    for line in (
+        '  state      h1               cm       0 to 100, prior 40 (sd 2), walk 0.2 cm/sqrt(s)',
+        '  parameter  p1               1        0 to 1, nominal 1, new in every window',
+        '  parameter  p2               1        0 to 1, nominal 1, walk 0.01/sqrt(s)',
+    ):
+        assert line in lines
+    log = replace(TANKS, parameters=(
+        Variable('p1', 'm', 0.1, 1.0, scale='log', walk=0.1), *TANKS.parameters[1:],
+    ))  # fmt: skip
+    expected = '  parameter  p1               m        0.1 to 1, log scale, walk of the logarithm'
+    assert f'{expected} 0.1/sqrt(s)' in variables(log)
+
+
+def test_what_is_known_beforehand_makes_more_known(trial):
+    """A prior that is as exact as the window halves the variance."""
+    noise = {'h1': 0.01, 'h2': 0.01}
+
+    def limit(priors):
+        kernels = kernels_for(with_knowledge(TANKS, None, priors), 'numpy')
+        (line,) = (x for x in identifiable(kernels, trial, noise) if ' p2 ' in x)
+        return float(line.rpartition(' ')[2])
+
+    alone = limit({})
+    assert limit({'p2': (0.9, 0.5 * alone)}) == pytest.approx(alone / math.sqrt(2.0), rel=0.02)

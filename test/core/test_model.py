@@ -161,10 +161,6 @@ def test_a_value_inside_the_bounds(variable: Variable, value: float) -> None:
             'k: bounds 0.0 and 1.0 must be positive and finite on a log scale',
         ),
         ({'scale': 'log'}, 'k: bounds -inf and inf must be positive and finite on a log scale'),
-        (
-            {'lower': 0.5, 'upper': 1.0, 'scale': 'log', 'walk': 0.1},
-            'k: what walks, in N/m, needs a linear scale',
-        ),
     ],
 )
 def test_a_scale_that_does_not_fit(settings: dict[str, Any], message: str) -> None:
@@ -195,3 +191,45 @@ def test_what_is_no_number_is_refused_by_name(wrong: Any) -> None:
         Variable('v', lower=wrong)
     with pytest.raises(ValueError, match=r"^model 'plant': max_step must be a number, not "):
         plant(max_step=wrong)
+
+
+def test_on_a_log_scale_there_are_walks_of_the_logarithm() -> None:
+    found = Variable('k', 'N/m', lower=0.5, upper=1.0, scale='log', walk=0.1)
+    assert (found.scale, found.walk) == ('log', 0.1)
+
+
+def test_a_state_has_no_infinite_walk() -> None:
+    said = "model 'plant': give state x a finite walk, not inf, which only parameters may have"
+    with pytest.raises(ValueError, match=re.escape(said)):
+        plant(states=[Variable('x', walk=math.inf)])
+
+
+@pytest.mark.parametrize('given', [(3, 1), [3.0, 1.0], np.array([3.0, 1.0])])
+def test_a_prior_is_two_floats(given: Any) -> None:
+    found = Variable('k', prior=given)
+    assert found.prior == (3.0, 1.0) and [type(each) for each in found.prior] == [float, float]
+    assert hash(found) == hash(Variable('k', prior=(3.0, 1.0)))
+
+
+@pytest.mark.parametrize(
+    ('prior', 'message'),
+    [
+        (3.0, 'k: prior must be (mean, standard deviation), not 3.0'),
+        ((3.0,), 'k: prior must be (mean, standard deviation), not (3.0,)'),
+        ('ab', "k: prior must be (mean, standard deviation), not 'ab'"),
+        ((3.0, '1'), "k: prior must be a number, not '1'"),
+        ((math.nan, 1.0), 'k: prior mean nan is not finite'),
+        ((3.0, 0.0), 'k: prior standard deviation 0.0 is not positive and finite'),
+        ((3.0, -1.0), 'k: prior standard deviation -1.0 is not positive and finite'),
+        ((3.0, math.inf), 'k: prior standard deviation inf is not positive and finite'),
+        ((3.0, math.nan), 'k: prior standard deviation nan is not positive and finite'),
+    ],
+)
+def test_what_is_no_prior_is_refused(prior: Any, message: str) -> None:
+    with pytest.raises(ValueError, match=f'^{re.escape(message)}$'):
+        Variable('k', prior=prior)
+
+
+def test_on_a_log_scale_a_priors_mean_is_positive() -> None:
+    with pytest.raises(ValueError, match=r'^k: prior mean -1.0 must be positive on a log scale$'):
+        Variable('k', lower=0.5, upper=2.0, scale='log', prior=(-1.0, 0.5))

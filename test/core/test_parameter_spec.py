@@ -95,3 +95,12 @@ def test_names_that_mean_nothing_are_named_with_close_ones_and_old_ones_refused(
 
 def test_arrays_are_lists_to_ros():
     assert plain((1.0, 2.0)) == [1.0, 2.0] and plain('a') == 'a'
+
+
+def test_infinity_may_stand_beside_a_range():
+    walk = ParameterSpec('walk', 0.0, 'a walk', lower=0.0, upper=5.0, infinite=True)
+    assert walk.coerce(math.inf) == math.inf and walk.coerce(5) == 5.0
+    assert walk.range == '0 to 5, or inf'
+    for wrong in (5.1, -math.inf, math.nan, -1.0):
+        with pytest.raises(ValueError, match=r'^walk must be 0 to 5, or inf, not '):
+            walk.coerce(wrong)

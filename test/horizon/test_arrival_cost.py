@@ -7,7 +7,9 @@ import numpy as np
 import pytest
 from plants import INTEGRATOR
 
+from obs_ros import Variable
 from obs_ros.core.estimate import Jump
+from obs_ros.core.prior_knowledge import with_knowledge
 from obs_ros.horizon.arrival_cost import KEPT, ArrivalCost, KnownJump, WindowPosterior
 from obs_ros.inference.parameterisation import Unknowns
 from obs_ros.inference.prior import Prior
@@ -122,6 +124,51 @@ def test_a_disturbance_that_walks_is_widened_as_far_as_it_does(walk: float) -> N
         walked = (walk / 2.0) ** 2 * (start - 20.0 + 2.0 / 3.0 * DURATION)
         assert found[0, 0] == pytest.approx(4e-4 + jumps, rel=1e-6)
         assert found[1, 1] == pytest.approx(9e-4 + jumps + walked, rel=1e-6)
+
+
+def test_on_a_log_scale_the_logarithm_walks() -> None:
+    gain = Variable('gain', lower=0.5, upper=2.0, scale='log', walk=0.01)
+    unknowns = Unknowns.of(replace(INTEGRATOR, parameters=(gain, INTEGRATOR.parameters[1])))
+    found = ArrivalCost(unknowns)
+    found.add(WindowPosterior(20.0, np.array([0.2, 0.9]), COVARIANCE))
+    walked = (0.01 / np.log(4.0)) ** 2 * (15.0 + 2.0 / 3.0 * DURATION)
+    jumps = 0.01 * BOX * 1.5
+    assert covariance(found.prior(35.0, DURATION))[0, 0] == pytest.approx(4e-4 + jumps + walked)
+
+
+def test_a_walk_beyond_all_numbers_forgets_and_no_more() -> None:
+    prior = disturbed(1e100).prior(25.0, DURATION)
+    assert prior is not None and np.isfinite(prior.precision).all()
+    assert covariance(prior)[1, 1] == pytest.approx(BOX, rel=1e-3)
+
+
+def test_a_disturbance_that_is_new_in_every_window_is_drawn_from_its_prior() -> None:
+    drift = replace(INTEGRATOR.parameters[1], walk=math.inf, prior=(0.5, 0.1))
+    model = replace(INTEGRATOR, parameters=(INTEGRATOR.parameters[0], drift))
+    sequence = ArrivalCost(Unknowns.of(model))
+    sequence.add(WindowPosterior(20.0, np.array([0.2, 0.9]), COVARIANCE))
+    prior = sequence.prior(25.0, DURATION)
+    assert prior is not None and prior.given is not None
+    np.testing.assert_allclose(prior.mean, [0.5, 0.2, 0.75])
+    np.testing.assert_allclose(prior.precision[2], [0.0, 0.0, 400.0])
+    np.testing.assert_allclose(prior.given, [0.0, 0.0, 388.0])
+    assert covariance(prior)[0, 0] == pytest.approx(4e-4 + 0.01 * BOX * 0.5, rel=0.05)
+
+
+def test_given_priors_hold_until_a_jump() -> None:
+    priors = {'x': (2.0, 0.5), 'gain': (1.2, 0.1), 'drift': (0.0, 0.1)}
+    unknowns = Unknowns.of(with_knowledge(INTEGRATOR, None, priors))
+    sequence = ArrivalCost(unknowns)
+    for first in (True, False):
+        found, expected = (
+            sequence.given_prior(30.0, first=first),
+            Prior.known(unknowns, start=first),
+        )
+        np.testing.assert_array_equal(found.precision, expected.precision)
+    sequence.jumps = [KnownJump(25.0, GAIN)]
+    before, after = (sequence.given_prior(start, first=False) for start in (24.9, 25.0))
+    np.testing.assert_allclose(np.diagonal(before.precision), [0.01, 400.0, 400.0])
+    np.testing.assert_allclose(np.diagonal(after.precision), [0.01, 12.0, 400.0])
 
 
 def test_a_jump_since_then_widens_what_jumped_to_its_box() -> None:

@@ -1,5 +1,6 @@
 """Tests of obs_ros.horizon.moving_horizon."""
 
+import re
 from dataclasses import replace
 from typing import Any
 
@@ -280,6 +281,95 @@ def test_a_disturbance_is_followed_and_passes_for_no_jump() -> None:
         record = Record(t, square_wave(t), y + noise)
         jumps.append(plain.solve(record, random_generator(0, k), Deadline()).jumps)
     assert [list(jump.sizes) for jump in jumps[1]] == [['drift']]
+
+
+@pytest.mark.parametrize('given', [None, (0.2, 0.1)])
+def test_a_disturbance_is_drawn_anew_from_its_prior(given: tuple[float, float] | None) -> None:
+    """At rest gain and drift cannot be told apart: the prior says of every window how far."""
+    priors = {} if given is None else {'drift': given, 'gain': (1.3, 0.1)}
+    windows = windows_for(DISTURBED, priors=priors)
+    for k in range(3):
+        t = 6.0 * k + 0.1 * np.arange(60)
+        y = integrator_design(t, np.ones(60)) @ [1.0, 1.3, 0.2]
+        y += SIGMA * np.random.default_rng([k, 9]).standard_normal(60)
+        found = windows.solve(Record(t, np.ones(60), y), random_generator(0, k), Deadline())
+        if given is None:
+            assert np.isnan(found.stddev['drift'])
+            continue
+        # The gain is learned from window to window, by a drift that is another one in each.
+        assert found.parameters['gain'] + found.parameters['drift'] == pytest.approx(1.5, abs=0.05)
+        told = [found.stddev[name] for name in ('gain', 'drift')]
+        assert told == pytest.approx([0.1 / np.sqrt(2.0 + k)] * 2, rel=0.1)
+
+
+class TestGivenPriors:
+    """Knowledge before anything is measured."""
+
+    def test_they_count_in_windows_that_no_other_precedes(self) -> None:
+        """At rest nothing is told of k; later windows take over what the first ones had."""
+        t = 0.1 * np.arange(1001)
+        noise = SIGMA * np.random.default_rng(4).standard_normal(1001)
+        record = Record(t, np.zeros(1001), noise)
+        found = run(record, priors={'k': (2.0, 0.1), 'tau': (5.0, 0.2)})
+        assert len(found) == 8
+        for estimate in found:
+            assert estimate.outcome is Outcome.CONVERGED
+            assert list(estimate.parameters.values()) == pytest.approx([2.0, 5.0], abs=0.02)
+            told = [estimate.stddev[name] for name in ('k', 'tau')]
+            assert told == pytest.approx([0.1, 0.2], rel=0.1)
+        without = run(record)
+        assert all(e.outcome is Outcome.NOT_IDENTIFIABLE for e in without)
+
+    def test_that_of_a_state_is_about_the_start(self) -> None:
+        """It narrows the first window; a later one that begins elsewhere is as without."""
+        record = lag_run(70.0, STEADY)
+        plain = run(record, period=40.0)
+        found = run(record, period=40.0, priors={'x': (0.5, 1e-3)})
+        assert found[0].initial_stddev['x'] == pytest.approx(1e-3, rel=0.01)
+        assert plain[0].initial_stddev['x'] > 0.01
+        assert found[1].initial_stddev['x'] == pytest.approx(plain[1].initial_stddev['x'], rel=0.02)
+        assert not any('contradicts' in e.message for e in found)
+
+    def test_one_that_is_contradicted_is_told_by_every_window_and_passes_for_no_jump(self) -> None:
+        found = run(lag_run(90.0, STEADY), priors={'tau': (4.0, 0.1)})
+        assert len(found) == 7
+        for estimate in found:
+            said = re.match(
+                r'check the prior, or the model: tau = (\S+) s contradicts its prior 4 s '
+                r'\(sd 0.1\) by (\S+) standard deviations; ', estimate.message,
+            )  # fmt: skip
+            assert said, estimate.message
+            assert float(said[1]) == pytest.approx(5.0, abs=0.3)
+            assert float(said[2]) > 6.0
+            assert estimate.jumps == () and 4.0 < estimate.parameters['tau'] < 5.0
+
+    def test_one_that_was_contradicted_is_not_handed_on(self) -> None:
+        """Windows of noise enough that only some contradict it; all weigh it, none learns it."""
+        record = lag_run(150.0, STEADY, sigma=0.3, seed=1)
+        found = run(record, period=30.0, noise={'y': 0.3}, priors={'tau': (3.8, 0.1)})
+        told = ['contradicts' in estimate.message for estimate in found]
+        assert told[0] and not all(told)
+        for estimate in found:
+            assert estimate.stddev['tau'] == pytest.approx(0.095, rel=0.05)
+            assert 3.85 < estimate.parameters['tau'] < 4.0
+
+    def test_a_jump_is_found_beside_one_that_is_right(self) -> None:
+        record = lag_run(60.0, STEADY, (15.0, 3.0, 5.0))
+        first, *later = run(record, period=15.0, priors={'k': (2.0, 0.1)})
+        (jump,) = first.jumps
+        assert list(jump.sizes) == ['k'] and jump.sizes['k'] == pytest.approx(1.0, abs=0.2)
+        assert 'contradicts' not in first.message
+        # From then on the prior is of a value that is no more.
+        for estimate in later[1:]:
+            assert estimate.jumps == () and 'contradicts' not in estimate.message
+            assert estimate.parameters['k'] == pytest.approx(3.0, abs=4.0 * estimate.stddev['k'])
+
+    def test_without_squares_they_count_in_every_window(self) -> None:
+        t = 0.1 * np.arange(601)
+        noise = SIGMA * np.random.default_rng(4).standard_normal(601)
+        settings: dict[str, Any] = {'search': 'chaotic_de', 'priors': {'k': (2.0, 0.05)}}
+        for estimate in run(Record(t, np.zeros(601), noise), period=30.0, **settings):
+            assert estimate.parameters['k'] == pytest.approx(2.0, abs=0.01)
 
 
 def test_correlated_noise_passes_neither_for_jumps_nor_for_information() -> None:

@@ -4,9 +4,12 @@ import inspect
 from dataclasses import FrozenInstanceError, fields
 
 import pytest
+from plants import LAG
 
 from obs_ros import solve_window
-from obs_ros.horizon.settings import EstimationSettings
+from obs_ros.core.prior_knowledge import with_knowledge
+from obs_ros.horizon.settings import EstimationSettings, with_starts
+from obs_ros.inference.parameterisation import Unknowns
 
 
 def test_the_front_door_has_every_setting_with_the_same_default() -> None:
@@ -26,3 +29,18 @@ def test_they_are_documented_and_do_not_change() -> None:
         settings.fitness = 'least_squares'  # type: ignore[misc]
     with pytest.raises(TypeError, match='fitnes'):
         EstimationSettings(fitnes='euclidean')  # type: ignore[call-arg]
+
+
+def test_a_start_begins_at_the_means_of_priors_but_for_what_is_given() -> None:
+    model = with_knowledge(LAG, None, {'k': (2.0, 0.1), 'x': (0.5, 0.2)})
+    unknowns = Unknowns.of(model)
+    found = with_starts(EstimationSettings(initial={'k': 3.0}), unknowns)
+    assert found.initial == {'x': 0.5, 'k': 3.0}
+    assert with_starts(EstimationSettings(), Unknowns.of(LAG)).initial == {}
+    held = Unknowns.of(model, fixed={'k': 1.0})
+    with pytest.raises(ValueError, match='k cannot have a prior: it is not estimated'):
+        with_starts(EstimationSettings(priors={'k': (2.0, 0.1)}), held)
+    with pytest.raises(ValueError, match='k cannot have an initial value: it is not estimated'):
+        with_starts(EstimationSettings(initial={'k': 2.0}), held)
+    # Taken away, or the model's own: nothing to complain of.
+    assert with_starts(EstimationSettings(priors={'k': None}), held).initial['x'] == 0.5

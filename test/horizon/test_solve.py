@@ -504,6 +504,19 @@ def test_a_wrong_model_is_named(model: Any, message: str) -> None:
         ({'deadline': NAN}, 'deadline nan s is not a number >= 0'),
         ({'seed': -1}, 'seed must be an integer >= 0, not -1'),
         ({'bounds': {'p1': 0.5}}, 'bounds of p1 must be (lower, upper), not 0.5'),
+        ({'walks': {'p11': 0.1}}, "no state or parameter 'p11': did you mean"),
+        ({'walks': {'p1': -0.1}}, 'p1: walk -0.1 is not positive'),
+        ({'priors': {'h': (1.0, 0.1)}}, "no state or parameter 'h': did you mean"),
+        ({'priors': {'p1': 0.5}}, 'p1: prior must be (mean, standard deviation), not 0.5'),
+        ({'priors': {'p1': (0.5, 0.0)}}, 'p1: prior standard deviation 0.0 is not positive'),
+        (
+            {'priors': {'p1': (1.5, 0.1)}},
+            'p1: widen the bounds, or correct the prior: its mean 1.5 is outside [0.0, 1.0]',
+        ),
+        (
+            {'priors': {'p1': (0.5, 0.1)}, 'fixed': {'p1': 0.5}},
+            'p1 cannot have a prior: it is not estimated',
+        ),
     ],
 )
 def test_wrong_settings_are_named(settings: dict[str, Any], message: str) -> None:

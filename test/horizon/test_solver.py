@@ -68,3 +68,17 @@ def test_a_start_comes_from_the_previous_estimate_or_the_initial_values() -> Non
     assert warm is not None
     found = dict(zip(plain.unknowns.names, plain.unknowns.scale.values(warm), strict=True))
     assert found['k'] == pytest.approx(estimate.parameters['k'])
+
+
+def test_walks_and_priors_take_the_place_of_the_models() -> None:
+    given = solver(walks={'x': 0.1}, priors={'tau': (4.0, 0.5)}, process_noise='given')
+    assert [v.walk for v in given.model.variables] == [0.1, None, None]
+    assert [v.prior for v in given.model.variables] == [None, None, (4.0, 0.5)]
+    assert given.kernels.model == given.model and solver().model is LAG
+    start = given.warm_start(record(), None)
+    assert start is not None
+    assert given.unknowns.scale.values(start)[2] == pytest.approx(4.0)
+    window = given.pose(record(), noise_known=True)
+    assert window.prior.given is not None and window.prior.given[2] > 0.0
+    with pytest.raises(ValueError, match="give a state of model 'lag' a walk"):
+        solver(walks={'k': 0.1}, process_noise='given')

@@ -8,10 +8,13 @@ from plants import LAG, lag_outputs, square_wave
 
 from obs_ros import Record
 from obs_ros.core.deadline import Deadline
+from obs_ros.core.prior_knowledge import with_knowledge
 from obs_ros.core.rng import random_generator
 from obs_ros.horizon import stages
 from obs_ros.horizon.settings import EstimationSettings
 from obs_ros.horizon.solver import Solver
+from obs_ros.inference.assessment.contradiction import contradictions
+from obs_ros.inference.parameterisation import Unknowns
 from obs_ros.inference.prior import Prior
 from obs_ros.inference.window_state import WindowState
 from obs_ros.optimization.acceptance import Acceptance
@@ -95,3 +98,34 @@ def test_a_more_informative_prior_is_recalled_where_it_fits() -> None:
     contradicted = replace(uncertainty.hypothesis, cost=-1e9)
     kept = replace(uncertainty, hypothesis=contradicted)
     assert stages.recall(kept, sharp, Deadline()) is kept
+
+
+def test_a_wrong_prior_is_no_jump_and_a_jump_is_one_beside_it() -> None:
+    """Searched without the prior, weighed with it."""
+    unknowns = Unknowns.of(with_knowledge(LAG, None, {'tau': (2.5, 0.05)}))
+    prior = Prior.known(unknowns, start=True)
+    for size, events in ((0.0, ()), (0.6, ((K,),))):
+        posed = replace(window(jump=size), prior=prior)
+        posed = replace(posed, objective=replace(posed.objective, unknowns=unknowns))
+        found = fitted(posed)[1]
+        _, explanation = stages.explain(posed, found, None, Deadline())
+        best = explanation.hypothesis
+        assert best.problem.events == events
+        assert best.problem.prior is prior
+        places = [found.place for found in contradictions(best)]
+        assert places == [unknowns.names.index('tau')]
+
+
+def test_at_rest_wide_priors_hold_what_the_window_does_not_tell() -> None:
+    """However far noise in the initial state would take it."""
+    unknowns = Unknowns.of(with_knowledge(LAG, None, {'k': (2.0, 1.2), 'tau': (5.0, 4.5)}))
+    posed, found = fitted(window(moving=False, prior=Prior.known(unknowns, start=True)))
+    _, explanation = stages.explain(posed, found, None, Deadline())
+    uncertainty = stages.hold_uninformed(explanation.hypothesis, Deadline())
+    x, k, tau = unknowns.scale.values(uncertainty.hypothesis.point)
+    assert x == pytest.approx(0.0, abs=0.1)
+    assert (k, tau) == pytest.approx((2.0, 5.0), abs=0.05)
+    deviations = np.sqrt(np.diagonal(uncertainty.covariance))[1:] * unknowns.scale.width[1:]
+    np.testing.assert_allclose(deviations, [1.2, 4.5], rtol=0.05)
+    assert uncertainty.projection is not None
+    assert contradictions(uncertainty.hypothesis, uncertainty.projection) == []

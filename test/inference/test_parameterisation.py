@@ -11,7 +11,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 from plants import OSCILLATOR
 
-from obs_ros.core.model import Variable
+from obs_ros.core.model import Model, Variable
 from obs_ros.inference.parameterisation import Unknowns
 from obs_ros.models.three_tank import THREE_TANK
 
@@ -168,3 +168,55 @@ def test_without_a_bound_the_search_begins_near_the_nominal_value_and_may_leave(
     assert box['h3'] == (0.0, 100.0) and limits['h3'] == [0.0, 1.0]
     far = unknowns.point({'h1': 0.0, 'h2': 0.0, 'h3': 0.0, 'p1': 31.0, 'p2': 0.0, 'p3': 0.0})
     assert far.tolist() == [-4.0, 0.0, 0.0, 2.0, 0.0, 0.0]
+
+
+def known(**changes: Any) -> Model:
+    p1 = Variable('p1', 'm', 0.5, 8.0, scale='log', **changes)
+    h2 = replace(THREE_TANK.states[1], prior=(40.0, 5.0))
+    states = (THREE_TANK.states[0], h2, THREE_TANK.states[2])
+    return replace(THREE_TANK, states=states, parameters=(p1, *THREE_TANK.parameters[1:]))
+
+
+def test_on_a_log_scale_a_walk_is_one_of_the_logarithm() -> None:
+    linear = replace(THREE_TANK.parameters[1], walk=0.02)
+    walking = known(walk=0.1)
+    parameters = (walking.parameters[0], linear, walking.parameters[2])
+    walks = Unknowns.of(replace(walking, parameters=parameters)).walks
+    np.testing.assert_allclose(walks, [0.1 / math.log(16.0), 0.02, math.nan])  # p2 is 1 wide
+    assert Unknowns.of(known(walk=math.inf)).walks[0] == math.inf
+
+
+def test_priors_are_in_boxes_and_on_a_log_scale_of_the_logarithm() -> None:
+    mean, sd = Unknowns.of(known(prior=(2.0, 0.1))).priors
+    np.testing.assert_allclose(mean, [math.nan, 0.4, math.nan, 0.5, math.nan, math.nan])
+    share = 0.05 / math.log(16.0)
+    np.testing.assert_allclose(sd, [math.nan, 0.05, math.nan, share, math.nan, math.nan])
+    mean, sd = Unknowns.of(known(), bounds={'h2': (20.0, 60.0)}).priors
+    np.testing.assert_allclose((mean[1], sd[1]), (0.5, 0.125))
+    assert np.isnan(np.concatenate([mean, sd])).sum() == 10
+    assert [each.size for each in Unknowns.of(THREE_TANK, states=(), fixed={
+        'h1': 1.0, 'h2': 1.0, 'h3': 1.0}).priors] == [3, 3]  # fmt: skip
+
+
+def test_a_priors_mean_lies_within_the_bounds() -> None:
+    said = 'h2: widen the bounds, or correct the prior: its mean 40.0 is outside [0.0, 30.0]'
+    with pytest.raises(ValueError, match=re.escape(said)):
+        Unknowns.of(known(), bounds={'h2': (0.0, 30.0)})
+    assert Unknowns.of(known(), bounds={'h2': (0.0, 40.0)}).dimension == 6
+    assert Unknowns.of(known(), fixed={'h2': 50.0}).dimension == 5  # nobody asks for it
+
+
+def test_without_bounds_a_search_begins_about_the_priors_mean() -> None:
+    free = replace(THREE_TANK.parameters[0], lower=-math.inf, upper=math.inf, prior=(5e3, 10.0))
+    model = replace(THREE_TANK, parameters=(free, *THREE_TANK.parameters[1:]))
+    scale = Unknowns.of(model).scale
+    assert (scale.lower[3], scale.upper[3]) == (5e3 - 5e4, 5e3 + 5e4)
+
+
+def test_only_what_is_estimated_can_be_given_something() -> None:
+    unknowns = Unknowns.of(THREE_TANK, fixed={'p1': 0.5})
+    unknowns.check_estimated('a prior', ['p2', 'h1'])
+    with pytest.raises(ValueError, match=r'^p1 cannot have a prior: it is not estimated$'):
+        unknowns.check_estimated('a prior', ['p2', 'p1'])
+    with pytest.raises(ValueError, match="no state or parameter 'p22'"):
+        unknowns.check_estimated('a prior', ['p22'])

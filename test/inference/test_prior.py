@@ -7,6 +7,7 @@ from plants import INTEGRATOR, OSCILLATOR, integrator_design, square_wave, windo
 from obs_ros import Record
 from obs_ros.core.deadline import Deadline
 from obs_ros.core.linear_algebra import scaled_inverse
+from obs_ros.core.prior_knowledge import with_knowledge
 from obs_ros.core.typing import Array
 from obs_ros.inference.parameterisation import Unknowns
 from obs_ros.inference.prior import Posterior, Prior, box_variances
@@ -140,3 +141,54 @@ def test_a_prior_and_a_window_tell_what_both_windows_tell_at_once() -> None:
     np.testing.assert_allclose(prior.precision[1:, 1:], np.linalg.inv(batch[2:, 2:]), rtol=1e-5)
     # What one window alone says is farther away.
     assert np.abs((means[0][1:] - best[2:]) / deviations[2:]).max() > 0.1
+
+
+def known(**priors: tuple[float, float]) -> Unknowns:
+    return Unknowns.of(with_knowledge(INTEGRATOR, None, priors))
+
+
+def test_where_nothing_is_given_it_is_the_box_bit_for_bit() -> None:
+    box = Prior.box(BOTH)
+    for found in (Prior.known(BOTH, start=True), Prior.known(BOTH, start=False)):
+        assert found.given is None
+        np.testing.assert_array_equal(found.mean, box.mean)
+        np.testing.assert_array_equal(found.precision, box.precision)
+
+
+def test_given_priors_stand_beside_boxes() -> None:
+    unknowns = known(x=(2.0, 0.5), gain=(1.2, 0.1))
+    found, box = Prior.known(unknowns, start=True), Prior.box(unknowns)
+    assert found.given is not None
+    np.testing.assert_allclose(found.mean, [0.6, 0.6, 0.5])
+    expected = [(20.0 / 0.5) ** 2, (2.0 / 0.1) ** 2, 12.0]
+    np.testing.assert_allclose(found.precision, np.diag(expected))
+    np.testing.assert_allclose(found.given, [1600.0 - 0.01, 400.0 - 12.0, 0.0])
+    assert found.precision[2, 2] == box.precision[2, 2]
+    assert found.gives({0}) and found.gives([2, 1]) and not found.gives({2}) and not box.gives({1})
+    later = Prior.known(unknowns, start=False)
+    np.testing.assert_allclose(np.diagonal(later.precision), [0.01, 400.0, 12.0])
+    assert Prior.known(unknowns, start=False, jumped=np.array([1])).given is None
+    alone = found.without_boxes
+    np.testing.assert_allclose(alone.precision, np.diag([1600.0, 400.0, 0.0]))
+
+
+def test_a_given_prior_is_no_wider_than_its_box_and_no_narrower_than_rounding() -> None:
+    found = Prior.known(known(gain=(1.0, 50.0), drift=(0.5, 1e-12)), start=True)
+    assert found.given is not None
+    np.testing.assert_allclose(np.diagonal(found.precision)[1:], [12.0, 12e12])
+    np.testing.assert_allclose(found.given, [0.0, 0.0, 12e12])
+    np.testing.assert_allclose(found.mean, [0.5, 0.5, 0.75])
+
+
+def test_given_priors_are_independent_of_all_else() -> None:
+    unknowns = known(drift=(0.2, 0.1))
+    before = Prior.of(unknowns, np.array([0.6, 0.3]), np.array([[4e-4, 3e-4], [3e-4, 9e-4]]), 0.5)
+    found = before.with_given(unknowns, np.array([2]))
+    np.testing.assert_allclose(found.precision[2], [0.0, 0.0, 400.0])
+    np.testing.assert_array_equal(found.precision[:2, :2], before.precision[:2, :2])
+    assert found.gap == 0.5
+    np.testing.assert_allclose(found.mean, [0.5, 0.6, 0.6])
+    assert before.with_given(unknowns, np.array([1])) is before  # there is none
+    again = found.without_given(np.array([2]))
+    np.testing.assert_allclose(again.precision[2], [0.0, 0.0, 12.0])
+    assert again.given is not None and not again.given.any() and again.mean[2] == 0.5

@@ -1,9 +1,13 @@
 """Tests of obs_ros.inference.window_state."""
 
+from dataclasses import replace
+
 import numpy as np
 from plants import OSCILLATOR, window_of
 
 from obs_ros import Record
+from obs_ros.core.prior_knowledge import with_knowledge
+from obs_ros.inference.parameterisation import Unknowns
 from obs_ros.inference.prior import Prior
 from obs_ros.inference.window_state import WindowState
 
@@ -35,3 +39,16 @@ def test_its_posterior_has_the_squares_of_residuals_and_prior() -> None:
     window = state()
     expected = window.objective.costs(Z) + window.prior.squares(Z)
     np.testing.assert_allclose(window.posterior.costs(Z), expected, rtol=1e-12)
+
+
+def test_by_itself_it_has_the_squares_of_given_priors_but_none_of_boxes() -> None:
+    plain = state()
+    assert plain.with_given_priors is plain.objective
+    model = with_knowledge(OSCILLATOR, None, {'push': (1.0, 0.1)})
+    unknowns = Unknowns.of(model)
+    window = replace(plain, prior=Prior.known(unknowns, start=True))
+    off = (2.0 * Z[0, 3] - 1.0) / 0.1  # push lies in [0, 2]
+    found = window.with_given_priors.costs(Z)
+    np.testing.assert_allclose(found, plain.objective.costs(Z) + off**2, rtol=1e-12)
+    other = replace(window, objective=replace(plain.objective, fitness='euclidean'))
+    assert other.with_given_priors is other.objective

@@ -9,9 +9,10 @@ from typing import Any
 
 import numpy as np
 import pytest
-from plants import BLOW_UP, OSCILLATOR
+from plants import BLOW_UP, LAG, OSCILLATOR
 
-from obs_ros.integration.backends import check_backend, kernels_for
+from obs_ros.core.prior_knowledge import with_knowledge
+from obs_ros.integration.backends import check_backend, kernels_for, run_once
 from obs_ros.integration.vectorised import NumpyKernels
 
 
@@ -132,3 +133,36 @@ def test_numpy_kernels_take_constant_derivatives_and_outputs() -> None:
         [[1.0, 1.0, 1.0]]
     ]
     assert kernels.grams(grid, 2, np.zeros((1, 3)), np.empty((0, 3)), 3)[0, 0, 0] == 1.0
+
+
+def test_models_that_differ_in_walks_and_priors_share_kernels(backend: str) -> None:
+    lag = replace(LAG, name=f'known_{backend}')
+    first = kernels_for(lag, backend)
+    for walk, mean in ((0.1, 2.0), (0.2, 3.0)):
+        model = with_knowledge(lag, {'k': walk}, {'tau': (mean, 0.5), 'x': (0.0, 1.0)})
+        found = kernels_for(model, backend)
+        assert found.model == model != lag and found is kernels_for(model, backend)
+        assert {**vars(found), 'model': lag} == vars(first)
+
+
+def test_for_another_walk_or_prior_nothing_is_compiled(monkeypatch: Any) -> None:
+    compiled = pytest.importorskip('obs_ros.integration.compiled')
+    made: list[str] = []
+    make = compiled.CompiledKernels.__init__
+
+    def counted(self: Any, model: Any) -> None:
+        made.append(model.name)
+        make(self, model)
+
+    monkeypatch.setattr(compiled.CompiledKernels, '__init__', counted)
+    lag = replace(LAG, name='counted')
+    kernels = kernels_for(lag, 'numba')
+    before = [len(kernel.signatures) for kernel in vars(kernels.module).values()
+              if hasattr(kernel, 'signatures')]  # fmt: skip
+    for prior in ((5.0, 1.0), (6.0, 2.0)):
+        other = kernels_for(with_knowledge(lag, {'x': 0.1}, {'tau': prior}), 'numba')
+        run_once(other)
+        after = [len(kernel.signatures) for kernel in vars(other.module).values()
+                 if hasattr(kernel, 'signatures')]  # fmt: skip
+        assert after == before
+    assert made == ['counted'] and sum(before) > 0

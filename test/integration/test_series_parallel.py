@@ -7,6 +7,7 @@ import numpy as np
 import pytest
 from plants import BLOW_UP
 
+from obs_ros.core.prior_knowledge import with_knowledge
 from obs_ros.integration.path import Stretch
 from obs_ros.integration.series_parallel import measured_states, series_parallel_for
 from obs_ros.models import load_model
@@ -108,3 +109,9 @@ def test_outputs_are_found_among_the_states() -> None:
     assert measured_states(swapped).tolist() == [2, 0]
     with pytest.raises(ValueError, match='output h2 is none of the states'):
         series_parallel_for(replace(THREE_TANK, output=lambda t, x, u, p: (x[0], 2.0 * x[1])))
+
+
+def test_models_that_differ_in_walks_and_priors_share_their_steps() -> None:
+    known = with_knowledge(JET, {'Psi': 0.1}, {JET.parameters[0].name: (1.0, 0.1)})
+    found, plain = series_parallel_for(known, 'numba'), series_parallel_for(JET, 'numba')
+    assert found.model == known and {**vars(found), 'model': JET} == vars(plain)

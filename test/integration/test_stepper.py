@@ -8,6 +8,7 @@ import pytest
 from plants import BLOW_UP, NAN, OSCILLATOR
 
 from obs_ros import Model, Record
+from obs_ros.core.prior_knowledge import with_knowledge
 from obs_ros.core.typing import Array
 from obs_ros.integration.backends import kernels_for
 from obs_ros.integration.grid import Grid
@@ -53,3 +54,9 @@ def test_a_plant_without_inputs_and_parameters_and_a_candidate_that_diverges(bac
 
 def test_lanes_come_in_chunks() -> None:
     assert [lanes(count) for count in (1, 15, 16, 17)] == [16, 16, 16, 32]
+
+
+def test_models_that_differ_in_walks_and_priors_share_steppers(backend: str) -> None:
+    known = with_knowledge(OSCILLATOR, {'push': 0.1}, {'stiffness': (1.0, 0.1)})
+    found, plain = stepper_for(known, backend), stepper_for(OSCILLATOR, backend)
+    assert found.model == known and {**vars(found), 'model': OSCILLATOR} == vars(plain)

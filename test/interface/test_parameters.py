@@ -1,7 +1,11 @@
 """Tables of parameters: every row is in order, and no two get in each other's way."""
 
+import math
+from dataclasses import replace
+
 import pytest
 
+from obs_ros import Variable
 from obs_ros.core.parameter_spec import markdown_table
 from obs_ros.interface import parameters as tables
 from obs_ros.interface.bindings import signal_parameters
@@ -13,6 +17,7 @@ from plant_sim import settings as plant_settings
 TANKS = load_model('three_tank')
 ALL_SPECS = (
     *tables.CHOICE, *tables.LIVE, *tables.COMMON, *tables.model_parameters(TANKS),
+    *tables.prior_parameters(TANKS),
     *plant_settings.CHOICE, *plant_settings.COMMON, *plant_settings.fault_parameters(TANKS),
 )  # fmt: skip
 
@@ -69,3 +74,28 @@ def test_an_observers_own_parameters_begin_with_its_name():
 )  # fmt: skip
 def test_parameters_that_every_node_has_are_known(name, foreign):
     assert is_foreign(name) == foreign
+
+
+@pytest.mark.parametrize('observer', OBSERVERS)
+def test_observers_that_take_them_have_walks_and_priors(observer):
+    names = {spec.name for spec in observer_parameters(TANKS, observer)}
+    taken = observer in ('sliding_window', 'ekf', 'ukf')
+    assert tables.takes_priors(load_observer(observer)) == taken
+    for name in ('walk.h1', 'walk.p1', 'prior.h1', 'prior.p1'):
+        assert (name in names) == taken
+
+
+def test_walks_and_priors_begin_as_the_model_has_them():
+    model = replace(TANKS, parameters=(
+        Variable('p1', 'm', 0.1, 1.0, scale='log', walk=0.01, prior=(0.5, 0.1)),
+        replace(TANKS.parameters[1], walk=math.inf), TANKS.parameters[2],
+    ))  # fmt: skip
+    rows = {spec.name: spec for spec in tables.prior_parameters(model)}
+    assert [rows[f'walk.{n}'].default for n in ('h1', 'p1', 'p2')] == [0.0, 0.01, math.inf]
+    assert rows['prior.p1'].default == (0.5, 0.1) and rows['prior.h1'].default == (0.0, 0.0)
+    assert rows['walk.h1'].unit == 'cm/sqrt(s)' and rows['walk.p1'].unit == '1/sqrt(s)'
+    assert 'the logarithm of p1' in rows['walk.p1'].description
+    assert rows['walk.p2'].coerce(math.inf) == math.inf
+    for name, wrong in (('walk.h1', math.inf), ('walk.p1', -1.0), ('prior.h1', (1.0, 2e100))):
+        with pytest.raises(ValueError, match=f'^{name} must be '):
+            rows[name].coerce(wrong)

@@ -1,6 +1,8 @@
 """Observers are made of a node's parameters."""
 
 import math
+import re
+from dataclasses import replace
 
 import pytest
 
@@ -37,3 +39,46 @@ def test_only_changes_of_more_than_the_live_parameters_make_another_observer():
     live = {'deadline': 9.0, 'stale_after': 9.0, 'prediction.enabled': False}
     assert not differs(before | live, before)
     assert differs(before | {'seed': 1}, before) and differs(before | {'fixed.p1': 0.5}, before)
+
+
+KNOWN = {'walk.h1': 0.2, 'walk.p1': 0.01, 'prior.h1': (40.0, 2.0), 'prior.p2': (0.5, 0.05)}
+
+
+@pytest.mark.parametrize('observer', ['sliding_window', 'ekf', 'ukf'])
+def test_walks_and_priors_reach_those_who_take_them(observer):
+    found = build_observer(TANKS, values(observer, **KNOWN)).model
+    assert [v.walk for v in found.variables] == [0.2, None, None, 0.01, None, None]
+    assert [v.prior for v in found.variables] == [(40.0, 2.0), None, None, None, (0.5, 0.05), None]
+    assert build_observer(TANKS, values(observer)).model is TANKS
+
+
+def test_what_the_model_has_can_be_taken_away():
+    model = replace(TANKS, parameters=(
+        replace(TANKS.parameters[0], walk=0.1, prior=(0.5, 0.1)), *TANKS.parameters[1:],
+    ))  # fmt: skip
+    rows = (*CHOICE, *observer_parameters(model, 'ekf'))
+    given = {row.name: row.default for row in rows} | {'observer': 'ekf'}
+    assert build_observer(model, given).model is model
+    found = build_observer(model, given | {'walk.p1': 0.0, 'prior.p1': (0.0, 0.0)}).model
+    assert (found.parameters[0].walk, found.parameters[0].prior) == (None, None)
+
+
+@pytest.mark.parametrize(
+    ('given', 'message'),
+    [
+        ({'prior.p1': (0.5, -0.1)}, 'p1: prior standard deviation -0.1 is not positive'),
+        ({'prior.p1': (0.5, 0.0)}, 'p1: prior standard deviation 0.0 is not positive'),
+        ({'prior.p1': (5.0, 0.1)}, 'p1: widen the bounds, or correct the prior: its mean 5.0'),
+        ({'prior.p1': (0.5, 0.1), 'fixed.p1': 0.5}, 'p1 cannot have a prior: it is not estimated'),
+    ],
+)
+@pytest.mark.parametrize('observer', ['sliding_window', 'ekf'])
+def test_priors_that_do_not_go_with_the_rest_are_refused(observer, given, message):
+    with pytest.raises(ValueError, match=f'^{re.escape(message)}'):
+        build_observer(TANKS, values(observer, **given))
+
+
+def test_a_given_walk_makes_process_noise_of_that_kind():
+    with pytest.raises(ValueError, match="set process_noise to 'auto': 'given' finds none"):
+        build_observer(TANKS, values('sliding_window', process_noise='given'))
+    build_observer(TANKS, values('sliding_window', process_noise='given', **{'walk.h1': 0.1}))

@@ -562,11 +562,13 @@ def test_every_parameter_that_is_not_read_only_changes_live(ros, monkeypatch):
         'search.population': 30, 'search.generations': 9, 'search.strategy': 'best/1/bin',
         'search.differential_weight': 0.6, 'search.crossover': 0.8,
         'bounds.p1': [0.1, 0.9], 'fixed.p3': 0.7, 'noise.h1': 0.02, 'initial.h3': 44.0,
+        'walk.h1': 0.1, 'walk.p2': math.inf, 'prior.h2': [40.0, 2.0], 'prior.p1': [0.5, 0.1],
         'process_noise': 'off',
     }  # fmt: skip
     assert set_parameter(estimator, 'process_noise', 'auto').successful
     declared = set(estimator.get_parameters_by_prefix(''))
-    families = ('bounds.', 'fixed.', 'noise.', 'initial.', 'qos_overrides.', 'use_sim_time',
+    families = ('bounds.', 'fixed.', 'noise.', 'initial.', 'walk.', 'prior.', 'qos_overrides.',
+                'use_sim_time',
                 'start_type', 'model', 'observer', 'signals.', 'merge_wait')  # fmt: skip
     assert {n for n in declared if not n.startswith(families)} <= set(values)
     answer = estimator.set_parameters_atomically([Parameter(n, value=v) for n, v in values.items()])

@@ -4,6 +4,7 @@ import yaml
 from ros import Ros
 from std_msgs.msg import String
 
+from obs_ros.core.prior_knowledge import with_knowledge
 from obs_ros.models import load_model
 from obs_ros.ros.info import model_info, publish_info, settings_info
 from obs_ros.ros.messages import LATCHED
@@ -24,3 +25,13 @@ def test_info_tells_what_is_on_a_log_scale():
         'name': 'dP1', 'unit': 'Pa', 'bounds': [1.0e5, 1.0e6], 'scale': 'log'
     }  # fmt: skip
     assert 'scale' not in found['states'][0]
+
+
+def test_info_tells_what_is_known_beforehand():
+    known = with_knowledge(load_model('three_tank'), {'h1': 0.2}, {'p1': (0.5, 0.1)})
+    found = model_info(known)
+    assert found['states'][0] == {
+        'name': 'h1', 'unit': 'cm', 'bounds': [0.0, 100.0], 'walk': 0.2
+    }  # fmt: skip
+    assert found['parameters'][0]['prior'] == [0.5, 0.1]
+    assert not {'walk', 'prior'} & set(found['states'][1])

@@ -1,6 +1,7 @@
 import re
 
 import pytest
+import yaml
 from interface.test_parameters import clashing
 from rcl_interfaces.msg import Parameter as ParameterMessage
 from rcl_interfaces.srv import SetParameters
@@ -8,10 +9,12 @@ from rclpy.impl.implementation_singleton import rclpy_implementation
 from rclpy.node import Node
 from rclpy.parameter import Parameter, get_parameter_value
 from ros import set_parameter
+from std_msgs.msg import String
 
 from obs_ros.core.parameter_spec import ParameterSpec
 from obs_ros.replay.settings import setup
 from obs_ros.ros.estimator import Estimator
+from obs_ros.ros.messages import LATCHED
 from obs_ros.ros.parameters import Parameters
 from plant_sim.node import Simulator
 
@@ -138,3 +141,36 @@ def test_integers_on_the_command_line_and_in_a_file_are_floats_too(ros, tmp_path
 def test_an_array_of_two_types_at_start_is_an_error_of_rcl(ros):
     with pytest.raises(rclpy_implementation.RCLError, match='Sequence should be of same type'):
         swing_settings(ros, '--ros-args', '-p', 'bounds.angle:=[1, 2.5]')
+
+
+def test_walks_and_priors_change_live_and_are_shown(ros):
+    node = swing_settings(ros)
+    infos = ros.listen('/estimator/info', String, LATCHED)
+    assert ros.spin_until(lambda: infos)
+    for name, text, reason in (
+        ('prior.stiffness', '[8.0, -1.0]', 'stiffness: prior standard deviation -1.0 is not posit'),
+        ('prior.stiffness', '[80.0, 1.0]', 'stiffness: widen the bounds, or correct the prior'),
+        ('prior.stiffness', '[8.0]', 'prior.stiffness must have 2 entries, not 1'),
+        ('prior.angle', '[1.0e+200, 1.0]', 'prior.angle must be -1e100 to 1e100 rad, not 1e+200'),
+        ('walk.rate', '-0.1', 'walk.rate must be 0 to 1e100 1/sqrt(s), not -0.1'),
+        ('walk.rate', '.inf', 'walk.rate must be 0 to 1e100 1/sqrt(s), not inf'),
+    ):
+        answer = asked(ros, name, text)
+        assert not answer.successful and answer.reason.startswith(reason), answer.reason
+    # The model's own walk of 1, taken away, and what is given in its place.
+    for name, text in (
+        ('prior.stiffness', '[8, 1]'), ('walk.angle', '2'), ('walk.stiffness', '0.0'),
+    ):  # fmt: skip
+        assert asked(ros, name, text).successful, name
+    info = yaml.safe_load(ros.spin_until(lambda: len(infos) > 3 and infos)[-1].data)
+    assert info['parameters'][0] == {
+        'name': 'stiffness', 'unit': '1', 'bounds': [1.0, 30.0], 'prior': [8.0, 1.0]
+    }  # fmt: skip
+    assert info['states'][0]['walk'] == 2.0 and info['settings']['walk.stiffness'] == 0.0
+    assert node.observer.model.parameters[0].prior == (8.0, 1.0)
+
+
+def test_priors_of_observers_that_take_none_are_ignored_with_a_word(ros, capfd):
+    ros.start(Estimator, model='observer_form_third_order', observer='rls_luenberger',
+              prior__a2=[2.0, 0.1])  # fmt: skip
+    assert 'ignored, as there are no such parameters' in capfd.readouterr().err

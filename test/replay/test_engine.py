@@ -109,3 +109,11 @@ def test_an_observer_that_fails_does_not_end_the_replay(monkeypatch):
     assert account.failed == 1
     assert account.notes == ["failed at 5 s: FloatingPointError('on purpose')"]
     assert len(taken) == 9
+
+
+def test_a_prior_counts_as_in_the_node():
+    """One that is far off is contradicted, as long as no window has taken over from it."""
+    _, taken = estimates({**GIVEN, 'prior.a': [3.0, 0.1], 'noise.r': 1e-4})
+    assert taken[0].message.startswith('check the prior, or the model: a = ')
+    _, plain = estimates({**GIVEN, 'noise.r': 1e-4})
+    assert not any('contradicts' in estimate.message for estimate in plain)

@@ -9,6 +9,7 @@ from obs_ros.core.estimate import Estimate, Outcome
 from obs_ros.core.model import Model, Variable, names
 from obs_ros.core.record import Record
 from obs_ros.core.typing import Array
+from obs_ros.inference.assessment.contradiction import contradictions
 from obs_ros.inference.assessment.fit import Fit, root_mean_square
 from obs_ros.inference.assessment.identifiability import advice, weak_directions
 from obs_ros.inference.assessment.outcome import (
@@ -65,6 +66,7 @@ def report(
             unidentified=known.said,
             bounds=unknowns_at_bound(unknowns, final),
             resting=states_at_bound(model, states),
+            contradicted=_contradicted(uncertainty, found, fit),
         )
     )
     jumps = () if uncertainty is None else uncertainty.jumps
@@ -189,6 +191,15 @@ def _knowledge(
         advice(objective, state, p, chosen) if chosen.size and fit.is_noise else '',
         tuple(np.array(names(model.variables))[np.isnan(values)].tolist()),
     )
+
+
+def _contradicted(uncertainty: Uncertainty | None, found: Found, fit: Fit) -> str:
+    """Say which given priors are contradicted; nothing of a point that is not believed."""
+    if uncertainty is None or not found.accepted:
+        return ''
+    best = uncertainty.hypothesis
+    wrong = contradictions(best, uncertainty.projection, fit.inflation)
+    return ', '.join(each.words(best.problem.objective.unknowns) for each in wrong)
 
 
 def _named(variables: Sequence[Variable], values: Array) -> Mapping[str, float]:

@@ -103,7 +103,7 @@ def advice(objective: Objective, state: Array, p: Array, chosen: IntArray) -> st
         return ''
     shortest = LIMITS.nodes / (2 * LIMITS.horizon)
     ends = np.geomspace(shortest, LIMITS.nodes, LIMITS.lengths).astype(int)
-    information = Prior.box(unknowns).precision
+    information = Prior.known(unknowns, start=True).precision
     deviations = []
     for first, last in pairwise([0, *ends]):
         part = jacobian[first:last].reshape(-1, unknowns.dimension)

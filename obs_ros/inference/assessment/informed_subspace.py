@@ -6,9 +6,10 @@ information. With J the Jacobian about the parameters, M that projects out the i
 D_k the change of J by one standard deviation of the state along its k-th direction, a direction v
 counts as informed if
 
-    v' J' M J v >= kappa sum_k v' D_k' M D_k v;
+    v' (J' M J + G) v >= kappa sum_k v' D_k' M D_k v,
 
-the prior holds the others. The generalised eigenvectors of both forms tell them apart.
+with G the information of priors that the user gives, which no noise feigns; the prior holds the
+others. The generalised eigenvectors of both forms tell them apart.
 """
 
 from collections.abc import Callable
@@ -19,7 +20,7 @@ import numpy as np
 from obs_ros.core.linear_algebra import cholesky, eigen, inverted, scaled_inverse
 from obs_ros.core.typing import Array
 from obs_ros.inference.jumps.hypothesis import Hypothesis
-from obs_ros.inference.prior import STATE_SD, Prior
+from obs_ros.inference.prior import Prior
 
 
 @dataclass(frozen=True)
@@ -43,8 +44,10 @@ SUBSPACE = SubspaceSettings()
 class InformedSubspace:
     """Projection `informed` (q, q) onto the parameters' directions that a window informs.
 
-    `information` (q, q) is that about the parameters, in boxes, with the initial state unknown and
-    the uninformed directions left out; `held` (h, q) are forms that vanish on the informed ones.
+    `information` (q, q) is that about the parameters by window and given priors, in boxes, with the
+    initial state unknown and the uninformed directions left out; `held` (h, q) are the forms that
+    the prior holds. Where no prior is given they vanish on the informed directions; where one is,
+    they leave the window to move each parameter as far as its prior is wide.
     """
 
     information: Array
@@ -58,8 +61,9 @@ class InformedSubspace:
         n = problem.objective.unknowns.n_states
         q = z.size - n
         jp = hypothesis.linearisation.jacobian[:, n:]
-        spread, free = _states_apart(hypothesis.linearisation.jacobian[:, :n])
-        information = jp.T @ free(jp)
+        spread, free = _states_apart(hypothesis.linearisation.jacobian[:, :n], problem.prior)
+        alone, prior = jp.T @ free(jp), problem.prior
+        information = _with_given(alone, prior)
         everything = cls(information, np.eye(q), np.zeros((0, q)))
         if not n or not q:
             return everything
@@ -79,7 +83,11 @@ class InformedSubspace:
             return everything
         forms = inverted(directions)
         informed = directions[:, enough] @ forms[enough]
-        return cls(informed.T @ information @ informed, informed, np.asarray(forms[~enough]))
+        held = forms[~enough]
+        if prior.given is not None:
+            held = directions[:, ~enough].T @ prior.precision[n:, n:]
+        information = _with_given(informed.T @ alone @ informed, prior)
+        return cls(information, informed, np.asarray(held))
 
     def holding(self, prior: Prior) -> Prior:
         """Return the prior that holds the uninformed directions where its mean has them."""
@@ -98,19 +106,29 @@ class InformedSubspace:
 
 
 def marginal_information(hypothesis: Hypothesis, states: int) -> Array:
-    """Return the information (q, q) about the parameters with the initial state unknown."""
+    """Return the information (q, q) about the parameters by window and given priors.
+
+    The initial state is unknown, but for a prior that is given.
+    """
     jacobian = hypothesis.linearisation.jacobian[:, : hypothesis.layout.dimension]
-    jp = jacobian[:, states:]
-    return np.asarray(jp.T @ _states_apart(jacobian[:, :states])[1](jp))
+    jp, prior = jacobian[:, states:], hypothesis.problem.prior
+    return _with_given(jp.T @ _states_apart(jacobian[:, :states], prior)[1](jp), prior)
 
 
-def _states_apart(jx: Array) -> tuple[Array, Callable[[Array], Array]]:
+def _with_given(information: Array, prior: Prior) -> Array:
+    """Return the information (q, q) about the parameters with that of given priors."""
+    if prior.given is None:
+        return information
+    return np.asarray(information + np.diag(prior.given[prior.given.size - len(information) :]))
+
+
+def _states_apart(jx: Array, prior: Prior) -> tuple[Array, Callable[[Array], Array]]:
     """Return the covariance (n, n) of initial states, and the projection that takes them out.
 
     That is a function of columns (M, any), whose part along the Jacobian jx (M, n) it takes off.
     """
     n = jx.shape[1]
-    spread = scaled_inverse(jx.T @ jx + np.eye(n) / STATE_SD**2) if n else np.zeros((0, 0))
+    spread = scaled_inverse(jx.T @ jx + prior.precision[:n, :n]) if n else np.zeros((0, 0))
     return spread, lambda columns: columns - jx @ (spread @ (jx.T @ columns))
 
 

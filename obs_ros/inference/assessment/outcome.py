@@ -24,7 +24,8 @@ class Findings:
     """All that the outcome of a window depends on.
 
     `undetermined` names the values without a standard deviation, `unidentified` says so in words
-    and with advice; `bounds` says which unknowns are at a bound, `resting` which states for long.
+    and with advice; `bounds` says which unknowns are at a bound, `resting` which states for long,
+    `contradicted` which given priors the window contradicts.
     """
 
     found: Found
@@ -37,6 +38,7 @@ class Findings:
     unidentified: str
     bounds: str
     resting: str
+    contradicted: str = ''
 
     @property
     def searched(self) -> bool:
@@ -205,7 +207,8 @@ def is_confirmed(fit: Fit, skill: float | None) -> bool:
 def judged(findings: Findings) -> tuple[Outcome, str]:
     """Return the outcome of the first rule that applies, and its message.
 
-    States that rest at a bound are said first, whatever the outcome: there the model may not hold.
+    States that rest at a bound are said first, whatever the outcome, as there the model may not
+    hold; and before all, priors that are contradicted.
     """
     rule = next(rule for rule in RULES if rule.applies(findings))
     message = rule.message(findings)
@@ -217,6 +220,8 @@ def judged(findings: Findings) -> tuple[Outcome, str]:
         message = f'{message}; {findings.disturbance}'
     if findings.resting:
         message = f'{findings.resting}: check the bounds, or the model; {message}'
+    if findings.contradicted:
+        message = f'check the prior, or the model: {findings.contradicted}; {message}'
     return rule.outcome, message
 
 

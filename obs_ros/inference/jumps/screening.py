@@ -87,7 +87,8 @@ def widened(prior: Prior, unknowns: Unknowns, *places: int) -> Prior:
     variances = box_variances(unknowns)
     for place in places:
         covariance[place, place] += variances[place - n]
-    return Prior.of(unknowns, prior.mean[n:], covariance[n:, n:], prior.gap)
+    wide = Prior.of(unknowns, prior.mean[n:], covariance[n:, n:], prior.gap)
+    return replace(wide, given=prior.given)
 
 
 def at_nodes(t: Array, times: Array) -> Array:

@@ -5,25 +5,26 @@ The joint state z = (x, theta) has the n states, then the estimated parameters, 
     x' = f(x, u, theta) + w,   theta' = w_theta,   (w, w_theta) ~ N(0, Q)
     y = h(x, u, theta) + v,    v ~ N(0, R)
 
-with Q and R diagonal (Ljung 1979). C is the covariance of z. The candidates that a filter
-propagates, perturbed means or sigma points, lie in lanes.
+with Q and R diagonal (Ljung 1979). C is the covariance of z. The walk of a parameter on a log scale
+is one of its logarithm: its entry of Q is (walk theta)^2, to first order in the walk. The
+candidates that a filter propagates, perturbed means or sigma points, lie in lanes.
 """
 
 import math
-from collections.abc import Callable
-from dataclasses import dataclass
+from collections.abc import Callable, Mapping
 from typing import Any, ClassVar, NamedTuple
 
 import numpy as np
 
 from obs_ros.core.jit import accelerated, bound
-from obs_ros.core.model import Model, inside
+from obs_ros.core.model import Model
+from obs_ros.core.prior_knowledge import with_knowledge
 from obs_ros.core.typing import Array, IntArray
-from obs_ros.inference.parameterisation import Unknowns
 from obs_ros.integration.path import Path, lanes
+from obs_ros.models import load_model
 from obs_ros.observers import settings as table
+from obs_ros.observers.kalman_filters.deviations import KalmanSettings, begun, output_noise
 from obs_ros.observers.recursive import Instant, RecursiveObserver
-from obs_ros.observers.settings import setting
 
 SLACK = 1e-9  # of a correlation: less is rounding
 
@@ -61,32 +62,6 @@ class Kernels(NamedTuple):
     update: Callable[[Any, Array], bool]  # correct by outputs y (r,), and write the estimate
 
 
-@dataclass(frozen=True)
-class KalmanSettings(table.Settings):
-    """Standard deviations, as shares of the box that a state or parameter lies in."""
-
-    initial_state: float = setting(
-        0.3, "sd of the states at the start, as a share of their bounds' distance", lower=0.0,
-        upper=1e3,
-    )  # fmt: skip
-    initial_parameter: float = setting(
-        0.3, "sd of the parameters at the start, as a share of their bounds' distance", lower=0.0,
-        upper=1e3,
-    )  # fmt: skip
-    state_walk: float = setting(
-        1e-4, "sd that the model may err by within 1 s, as a share of the states' bounds' distance",
-        '1/sqrt(s)', lower=0.0, upper=1e3,
-    )  # fmt: skip
-    parameter_walk: float = setting(
-        1e-3, "sd that the parameters drift by within 1 s, as a share of their bounds' distance",
-        '1/sqrt(s)', lower=0.0, upper=1e3,
-    )  # fmt: skip
-    output_noise: float = setting(
-        1e-3, 'sd of outputs whose noise is not given, as a share of the range that they have',
-        positive=True, upper=1e3,
-    )  # fmt: skip
-
-
 class KalmanObserver(RecursiveObserver):
     """A Kalman filter on (x, theta), nonlinear by way of the candidates in its lanes.
 
@@ -94,36 +69,48 @@ class KalmanObserver(RecursiveObserver):
     about the others. No variance exceeds that of the box. Where the covariance ceases to be one,
     for rounding or overflow, it is that of the start again, counted as `reset_covariance`.
 
+    `walks` and `priors` are by name, in place of the model's; 0 and None take the model's away. A
+    finite walk, and the standard deviation of a prior, count before the shares of the settings.
+
     The figure `normalised_innovation` is the mean over the measured outputs of their squared
     innovations in units of what C and R let expect: 1 on average where these are right.
     """
 
     Settings: ClassVar[type[table.Settings]] = KalmanSettings
+    takes_priors: ClassVar[bool] = True
     reasons: ClassVar[tuple[str, ...]] = ('reset_covariance',)
 
     @np.errstate(over='ignore')  # of a box too wide to be squared nothing is known at first
-    def __init__(self, model: Model | str, **arguments: Any) -> None:
-        super().__init__(model, **arguments)
+    def __init__(
+        self,
+        model: Model | str,
+        *,
+        walks: Mapping[str, float] | None = None,
+        priors: Mapping[str, tuple[float, float] | None] | None = None,
+        **arguments: Any,
+    ) -> None:
+        super().__init__(with_knowledge(load_model(model), walks, priors), **arguments)
+        wanted = [name for name, prior in (priors or {}).items() if prior is not None]
+        self.unknowns.check_estimated('a prior', wanted)
         unknowns, n, q = self.unknowns, self.x.size, self.p.size
         free = [i - n for i in unknowns.index if i >= n]
         joint = np.array([*range(n), *(n + row for row in free)])
         low, high = self.lower[joint], self.upper[joint]
-        self._width = width = np.array([_width(unknowns, i) for i in joint])
-        states, s = joint < n, self.settings
-        start = np.where(states, s.initial_state, s.initial_parameter) * width
-        start *= np.isin(joint, unknowns.index)
-        self._start_variance = start**2  # (D,)
+        given = begun(unknowns, joint, self.settings)
+        self._width = width = given.width
+        self._start_variance = given.start**2  # (D,)
+        self._relative, self._relative_walk = given.relative, given.walk[given.relative]
         bounded = np.isfinite(low) & np.isfinite(high)
         d, r = joint.size, self.innovation.size
         count = lanes(1 + 2 * d)  # the mean, and two for each joint state
         self.joint = Joint(
             z=np.empty(d),
             covariance=np.empty((d, d)),
-            walk=(np.where(states, s.state_walk, s.parameter_walk) * width) ** 2,
-            noise=output_noise(unknowns, self.noise, s.output_noise) ** 2,
+            walk=given.walk**2,
+            noise=output_noise(unknowns, self.noise, self.settings.output_noise) ** 2,
             low=low,
             high=high,
-            most=np.where(bounded, np.maximum(width, start) ** 2, np.inf),
+            most=np.where(bounded, np.maximum(width, given.start) ** 2, np.inf),
             rows=np.array(free, dtype=np.int64),
             xs=np.empty((n, count)),
             ps=np.empty((q, count)),
@@ -160,6 +147,9 @@ class KalmanObserver(RecursiveObserver):
 
     def _step(self, before: Instant, now: Instant, path: Path) -> None:
         self._stepper.propagate(path, self.joint.xs, self.joint.ps)
+        if self._relative.size:
+            value = self.joint.z[self._relative]
+            self.joint.walk[self._relative] = (self._relative_walk * value) ** 2
         if not self._predict(self.workspace, (now.stamp - before.stamp) / 1e9):
             self._restart_covariance(now)
         self._correct(now)
@@ -178,40 +168,6 @@ class KalmanObserver(RecursiveObserver):
         )
         self.joint.covariance[:] = np.diag(self._start_variance)
         self._spread(self.workspace)
-
-
-def output_noise(
-    unknowns: Unknowns, noise: dict[str, float], share: float, points: int = 64
-) -> Array:
-    """Return standard deviations (r,): those given, else a share of each output's range.
-
-    That is the distance of its bounds where they are finite, else the one over so many random
-    points of the box.
-    """
-    model = unknowns.model
-    x, p = unknowns.values(np.random.default_rng(0).random((points, unknowns.dimension)))
-    u = tuple(inside(variable) for variable in model.inputs)
-    with np.errstate(all='ignore'):
-        outputs = model.output(0.0, tuple(x), u, tuple(p))
-    deviations = []
-    for variable, y in zip(model.outputs, outputs, strict=True):
-        span = variable.upper - variable.lower
-        if not math.isfinite(span):
-            with np.errstate(all='ignore'):
-                span = float(np.ptp(y))
-        known = math.isfinite(span) and span > 0.0
-        deviations.append(noise.get(variable.name, share * span if known else share))
-    return np.array(deviations)
-
-
-def _width(unknowns: Unknowns, i: int) -> float:
-    """Return the width of the box of the model's unknown i, for one not estimated its bounds'."""
-    at = np.flatnonzero(unknowns.index == i)
-    if at.size:
-        return float(unknowns.scale.width[at[0]])
-    variable = unknowns.model.variables[i]
-    width = variable.upper - variable.lower
-    return width if math.isfinite(width) else max(1.0, abs(variable.nominal or 0.0))
 
 
 @accelerated

@@ -12,10 +12,10 @@ import numpy as np
 from obs_ros.core.jit import accelerated
 from obs_ros.core.typing import Array
 from obs_ros.observers import settings as table
+from obs_ros.observers.kalman_filters.deviations import KalmanSettings
 from obs_ros.observers.kalman_filters.joint import (
     Joint,
     KalmanObserver,
-    KalmanSettings,
     Kernels,
     clip,
     limit,

@@ -9,6 +9,7 @@ from plants import INTEGRATOR, integrator_design, square_wave, window_of
 
 from obs_ros import Model, Record, Variable
 from obs_ros.core.deadline import Deadline
+from obs_ros.core.prior_knowledge import with_knowledge
 from obs_ros.core.typing import Array
 from obs_ros.inference.assessment.informed_subspace import (
     SUBSPACE,
@@ -17,6 +18,7 @@ from obs_ros.inference.assessment.informed_subspace import (
 )
 from obs_ros.inference.jumps.hypothesis import Hypothesis, hypothesis_at
 from obs_ros.inference.jumps.piecewise import PiecewiseProblem
+from obs_ros.inference.parameterisation import Unknowns
 from obs_ros.inference.prior import Prior
 from obs_ros.optimization.levenberg_marquardt import levenberg_marquardt
 
@@ -134,3 +136,47 @@ def test_marginal_information_against_the_inverse_of_the_covariance() -> None:
     full = np.linalg.inv(jacobian.T @ jacobian + np.diag([0.01, 0.01, 0.0, 0.0]))
     expected = np.linalg.inv(full[2:, 2:])
     np.testing.assert_allclose(marginal_information(best, 2), expected, rtol=1e-6)
+
+
+def given(best: Hypothesis, **priors: tuple[float, float]) -> Hypothesis:
+    unknowns = Unknowns.of(with_knowledge(DECAYS, None, priors))
+    problem = replace(best.problem, prior=Prior.known(unknowns, start=True))
+    found = levenberg_marquardt(problem, best.point[None], T.size, 60, Deadline())
+    return hypothesis_at(problem, found.z[0])
+
+
+def test_a_given_prior_is_information_and_no_noise() -> None:
+    """At rest nothing is told of pb: a narrow prior is all, a wide one holds it."""
+    for seed in range(5):
+        narrow = given(fitted(1.0, 0.0, seed), pb=(0.5, 0.01))
+        gate = InformedSubspace.of(narrow)
+        assert not len(gate.held)
+        assert gate.information[1, 1] == pytest.approx(1e4, rel=0.1)
+        assert gate.covariance(narrow)[3, 3] == pytest.approx(1e-4, rel=0.1)
+        assert gate.information == pytest.approx(marginal_information(narrow, 2))
+        wide = given(fitted(1.0, 0.0, seed), pb=(0.5, 0.28))
+        gate = InformedSubspace.of(wide)
+        assert len(gate.held) == 1
+        assert gate.information[1, 1] == pytest.approx(1.0 / 0.28**2 - 12.0, abs=0.01)
+        assert gate.covariance(wide)[3, 3] == pytest.approx(0.28**2, rel=1e-3)
+
+
+def test_where_priors_are_given_held_directions_move_as_these_let_them() -> None:
+    best = given(fitted(1.0, 0.0, 3), pb=(0.5, 0.28))
+    gate, precision = InformedSubspace.of(best), best.problem.prior.precision[2:, 2:]
+    # The direction that stays: the informed projection sends it to 0.
+    values, vectors = np.linalg.eig(gate.informed)
+    direction = np.real(vectors[:, np.argmin(np.abs(values))])
+    expected = precision @ direction
+    found = gate.held[0]
+    np.testing.assert_allclose(np.outer(found, expected), np.outer(expected, found), atol=1e-9)
+
+
+def test_of_initial_states_a_given_prior_leaves_more_to_the_parameters() -> None:
+    best = fitted(1.0, 1.0)
+    free, known = (
+        marginal_information(given(best, pa=(0.4, 60.0), **more), 2)
+        for more in ({}, {'a': (1.0, 1e-3)})
+    )
+    assert known[0, 0] > 1.5 * free[0, 0]
+    assert known[1, 1] == pytest.approx(free[1, 1], rel=1e-3)

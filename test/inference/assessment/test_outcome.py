@@ -179,3 +179,11 @@ def test_process_noise_is_named_behind_the_reason() -> None:
     assert judged(replace(GOOD, uncertainty=pushed)) == (
         Outcome.CONVERGED, f'{Acceptance.METHOD}; pushed about',
     )  # fmt: skip
+
+
+@pytest.mark.parametrize('first', range(len(CASES)))
+def test_priors_that_are_contradicted_are_said_before_all(first: int) -> None:
+    changes, outcome, message = CASES[first]
+    said = 'k = 2.1 contradicts its prior 3 (sd 0.2) by 4.5 standard deviations'
+    found = judged(replace(GOOD, contradicted=said, **changes))
+    assert found == (outcome, f'check the prior, or the model: {said}; {message}')

@@ -1,5 +1,7 @@
 """Tests of obs_ros.inference.jumps.screening."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from jump_windows import (
@@ -83,3 +85,9 @@ def test_widened_by_the_variance_of_a_box_and_no_further() -> None:
     both = np.linalg.inv(widened(TIGHT, unknowns, GAIN, DRIFT).precision)[1:, 1:]
     np.testing.assert_allclose(np.diagonal(both), 1.0 / 12.0, rtol=0.02)
     np.testing.assert_array_equal(widened(TIGHT, unknowns, DRIFT).mean, TIGHT.mean)
+
+
+def test_widened_it_keeps_what_is_given() -> None:
+    unknowns = still(record()).problem.objective.unknowns
+    given = replace(TIGHT, given=np.array([0.0, 50.0, 0.0]))
+    np.testing.assert_array_equal(widened(given, unknowns, DRIFT).given, given.given)

@@ -5,16 +5,16 @@ from typing import Any
 
 import numpy as np
 import pytest
-from plants import NAN, OSCILLATOR, observer_form, rich_input, trajectory
+from plants import LAG, NAN, OSCILLATOR, observer_form, rich_input, trajectory
 from scipy.linalg import expm
 from scipy.stats import chi2
 
 from obs_ros import Model, Sample, Variable
+from obs_ros.core.prior_knowledge import with_knowledge
 from obs_ros.core.typing import Array
-from obs_ros.inference.parameterisation import Unknowns
 from obs_ros.models.three_tank import THREE_TANK
 from obs_ros.observers.kalman_filters.ekf import ExtendedKalmanObserver
-from obs_ros.observers.kalman_filters.joint import limit, output_noise, root
+from obs_ros.observers.kalman_filters.joint import limit, root
 from obs_ros.observers.kalman_filters.ukf import UnscentedKalmanObserver
 
 FILTERS = [ExtendedKalmanObserver, UnscentedKalmanObserver]
@@ -261,15 +261,6 @@ def test_what_is_not_estimated_stays_and_has_no_deviation(kind: Any) -> None:
     assert 0.0 < estimate.stddev['p2'] < 0.3 and 0.0 < estimate.stddev['h3'] < 30.0
 
 
-def test_noise_that_is_not_given_is_a_share_of_what_the_box_makes_of_the_output() -> None:
-    unknowns = Unknowns.of(THREE_TANK)
-    noise = output_noise(unknowns, {'h2': 0.5}, 1e-3)
-    assert noise[0] == pytest.approx(0.1, rel=0.05)  # h1 lies in [0, 100] cm
-    assert noise[1] == 0.5
-    bounded = replace(THREE_TANK, outputs=(Variable('h1', lower=0.0, upper=20.0), Variable('h2')))
-    assert output_noise(Unknowns.of(bounded), {}, 1e-3)[0] == pytest.approx(0.02)
-
-
 def test_roots_of_covariances_regular_singular_and_none() -> None:
     rng = np.random.default_rng(0)
     half = rng.standard_normal((4, 4))
@@ -282,3 +273,87 @@ def test_roots_of_covariances_regular_singular_and_none() -> None:
     for wrong in (np.diag([1.0, -1e-3, 1.0, 1.0]), np.diag([1.0, NAN, 1.0, 1.0]),
                   np.diag([np.inf, 1.0, 1.0, 1.0]), np.ones((4, 4)) - 0.1 * np.eye(4)):  # fmt: skip
         assert not root(wrong, lower)
+
+
+@pytest.mark.parametrize('kind', FILTERS)
+def test_a_prior_is_the_start_and_a_walk_the_noise(kind: Any) -> None:
+    """Against the scalar Kalman filter of x' = -x / tau + ..., tau known: a walk of k alone."""
+    walks, priors = {'x': 0.3}, {'x': (1.5, 0.4)}
+    observer = kind(
+        LAG, fixed={'k': 1.0, 'tau': 5.0}, noise={'y': 0.2}, walks=walks, priors=priors,
+        state_walk=99.0, initial_state=99.0,
+    )  # fmt: skip
+    decay, x, c = np.exp(-0.1 / 5.0), 1.5, 0.16
+    rng = np.random.default_rng(2)
+    for k in range(50):
+        y = rng.standard_normal()
+        if k:
+            x, c = decay * x, decay**2 * c + 0.09 * 0.1
+        gain = c / (c + 0.04)
+        x, c = x + gain * (y - x), (1.0 - gain) * c
+        observer.absorb(Sample(k * 10**8, u=np.zeros(1), y=np.array([y])))
+        estimate = observer.estimate()
+        assert estimate.state['x'] == pytest.approx(x, abs=1e-6)
+        assert estimate.stddev['x'] == pytest.approx(np.sqrt(c), rel=1e-6)
+
+
+@pytest.mark.parametrize('kind', FILTERS)
+def test_a_model_brings_its_own_and_a_name_takes_their_place(kind: Any) -> None:
+    model = with_knowledge(LAG, {'k': 0.1}, {'k': (2.0, 0.3)})
+    assert kind(model).initial[1] == 2.0 and kind(model).joint.walk[1] == pytest.approx(0.01)
+    other = kind(model, walks={'k': 0.2}, priors={'k': (3.0, 0.1)}, initial={'tau': 7.0})
+    assert other.initial.tolist() == [0.0, 3.0, 7.0]
+    assert other.joint.walk[1] == pytest.approx(0.04)
+    assert kind(model, initial={'k': 2.5}).initial[1] == 2.5  # said outright
+    none = kind(model, walks={'k': 0.0}, priors={'k': None})
+    assert none.initial[1] == 1.0  # nominal
+    assert none.joint.walk[1] == pytest.approx((1e-3 * 4.8) ** 2)
+    with pytest.raises(ValueError, match='k cannot have a prior: it is not estimated'):
+        kind(model, fixed={'k': 2.0}, priors={'k': (2.0, 0.1)})
+    with pytest.raises(ValueError, match="no state or parameter 'kk': did you mean 'k'"):
+        kind(model, walks={'kk': 0.1})
+
+
+@pytest.mark.parametrize('kind', FILTERS)
+def test_a_walk_of_the_logarithm_grows_with_the_value(kind: Any) -> None:
+    """Nothing is measured of k while the input rests: its variance grows by (walk k)^2 dt."""
+    parameters = (replace(LAG.parameters[0], scale='log'), LAG.parameters[1])
+    model = replace(LAG, parameters=parameters)
+    found = []
+    for mean in (1.0, 4.0):
+        observer = kind(
+            model, fixed={'tau': 5.0}, initial={'x': 0.0}, noise={'y': 0.2},
+            walks={'k': 0.02}, priors={'k': (mean, 0.01)},
+        )  # fmt: skip
+        noise = 0.2 * np.random.default_rng(5).standard_normal(101)
+        for k, y in enumerate(noise):
+            observer.absorb(Sample(k * 10**8, u=np.zeros(1), y=np.array([y])))
+        found.append(observer.estimate().stddev['k'] ** 2 - 1e-4)
+    np.testing.assert_allclose(found, [0.02**2 * 10.0, 0.08**2 * 10.0], rtol=1e-6)
+
+
+@pytest.mark.parametrize('kind', FILTERS)
+def test_a_prior_of_one_factor_makes_the_other_known(kind: Any) -> None:
+    """Only k tau' is seen: the deviation of the other factor is that of the prior, in its share."""
+    product = replace(
+        LAG,
+        name='product',
+        dynamics=lambda t, x, u, p: (p[0] * p[1] * u[0] - x[0],),
+        parameters=(Variable('a', lower=0.1, upper=10.0), Variable('b', lower=0.1, upper=10.0)),
+    )
+    observer = kind(
+        product, noise={'y': 0.01}, initial={'a': 2.2}, priors={'b': (3.0, 0.03)},
+        initial_parameter=0.1, parameter_walk=0.0, state_walk=0.0,
+    )  # fmt: skip
+    u, x, decay = 1.0, 0.5, np.exp(-0.1)
+    rng = np.random.default_rng(3)
+    for k in range(600):
+        if k:
+            x = decay * x + (1.0 - decay) * 6.0 * u
+        u = 1.0 if (k // 20) % 2 else -1.0
+        y = x + 0.01 * rng.standard_normal()
+        observer.absorb(Sample(k * 10**8, u=np.array([u]), y=np.array([y])))
+    estimate = observer.estimate()
+    assert estimate.stddev['b'] == pytest.approx(0.03, rel=0.05)
+    assert estimate.stddev['a'] == pytest.approx(0.02, rel=0.05)
+    assert abs(estimate.parameters['a'] - 2.0) < 0.06
