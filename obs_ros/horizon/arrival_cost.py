@@ -22,11 +22,15 @@ FORGOTTEN = 1e6  # times the box's variance: a walk of infinite speed
 
 @dataclass(frozen=True)
 class WindowPosterior:
-    """Parameters at the end (s) of a window: mean (q,) and covariance (q, q), in boxes."""
+    """Parameters at the end (s) of a window: mean (q,) and covariance (q, q), in boxes.
+
+    `walked`: those that walk have done so up to there; else they are means over the window.
+    """
 
     end: float
     mean: Array
     covariance: Array
+    walked: bool = False
 
 
 @dataclass(frozen=True)
@@ -126,7 +130,7 @@ class ArrivalCost:
                 walked[jumped] += variances[jumped]
         walks = self._unknowns.walks
         wandering = np.isfinite(walks)
-        apart = start - entry.end + 2.0 / 3.0 * duration
+        apart = start - entry.end + (0.0 if entry.walked else 2.0 / 3.0 * duration)
         walked[wandering] += walks[wandering] ** 2 * apart
         new = np.isinf(walks)
         walked = np.where(new, FORGOTTEN * variances, np.minimum(walked, FORGOTTEN * variances))

@@ -9,7 +9,7 @@ from obs_ros.core.typing import Array
 from obs_ros.inference.assessment.fit import Fit
 from obs_ros.inference.assessment.output_error import output_error_covariance
 from obs_ros.inference.assessment.skill import forecast_skill
-from obs_ros.inference.assessment.uncertainty import Uncertainty
+from obs_ros.inference.assessment.uncertainty import AtEnd, Uncertainty
 from obs_ros.inference.disturbed import (
     Disturbed,
     criterion_of,
@@ -30,15 +30,15 @@ from obs_ros.optimization.result import Found
 class DisturbedWindow:
     """A window explained by process noise, its hypothesis, and the noise.
 
-    `end` (n, n) is the covariance of the state at the end, the unknowns given; `covariance` (d, d)
-    is that of an output-error estimate, where one is published.
+    `end` is what process noise makes of the end; `covariance` (d, d) is that of an output-error
+    estimate, where one is published.
     """
 
     window: WindowState
     found: Found
     hypothesis: Hypothesis
     noise: ProcessNoise
-    end: Array
+    end: AtEnd
     criterion: float
     covariance: Array | None = None
 
@@ -50,7 +50,10 @@ class DisturbedWindow:
         if fit_of(other.window, hypothesis).is_noise:
             accepted = Acceptance.PROCESS_NOISE
         fitted = replace(found, z=other.z, cost=hypothesis.squares, accepted=accepted)
-        return cls(other.window, fitted, hypothesis, other.noise, other.covariance, other.criterion)
+        end = AtEnd(other.covariance)
+        if other.parameters is not None:
+            end = AtEnd(other.covariance, other.parameters, other.parameter_jacobian())
+        return cls(other.window, fitted, hypothesis, other.noise, end, other.criterion)
 
     def jumped(self, best: Hypothesis) -> 'DisturbedWindow':
         """Return the window with jumps, all noise as large as the innovations then say."""
@@ -63,7 +66,7 @@ class DisturbedWindow:
         found = replace(self.found, cost=hypothesis.squares, accepted=Acceptance.PROCESS_NOISE)
         return replace(
             self, window=window, found=found, hypothesis=hypothesis, noise=noise,
-            end=ratio**2 * self.end,
+            end=AtEnd(ratio**2 * self.end.covariance),
         )  # fmt: skip
 
     @property
@@ -155,13 +158,14 @@ def output_error(
     """
     plain_window = replace(window, objective=plain.problem.objective, noise_known=True)
     last = int(np.flatnonzero(window.objective.grid.measured)[-1])
+    q = len(plain.problem.objective.unknowns.model.parameters)
     off = plain.trajectory[0][last] - filtered.hypothesis.trajectory[0][last]
     return replace(
         filtered,
         window=plain_window,
         found=replace(filtered.found, z=plain.point, cost=plain.squares),
         hypothesis=plain,
-        end=filtered.end + np.diag(off**2),
+        end=AtEnd(filtered.end.covariance + np.diag(np.append(off**2, np.zeros(q)))),
     )
 
 

@@ -42,7 +42,7 @@ from obs_ros.inference.assessment.assemble import empty, report
 from obs_ros.inference.assessment.contradiction import contradictions
 from obs_ros.inference.assessment.outcome import is_confirmed, states_at_bound
 from obs_ros.inference.assessment.skill import last_values, least_noises
-from obs_ros.inference.assessment.uncertainty import Uncertainty
+from obs_ros.inference.assessment.uncertainty import Uncertainty, parameters_at_end
 from obs_ros.inference.jumps.hypothesis import Hypothesis
 from obs_ros.inference.noise import Noise, variances_left
 from obs_ros.inference.process_noise import LearnedProcessNoise
@@ -257,18 +257,16 @@ class MovingHorizon:
         sound = (uncertainty.skill is None and not fits.too_large) or fits.is_noise
         known = uncertainty.scatter is not None
         # A contradicted prior is no knowledge to hand on: later windows would seem to agree.
-        wrong = best.problem.prior.gives(self._contradicted)
-        if (sound or known) and not (uncertainty.drifting or wrong):
+        doubted = best.problem.prior.gives(self._contradicted)
+        if (sound or known) and not (uncertainty.drifting or doubted):
             self._hand_on(uncertainty, end, 1.0 if sound else fits.inflation)
         return True
 
     def _hand_on(self, uncertainty: Uncertainty, end: float, inflation: float) -> None:
         """Hand the parameters at the end (s) of a window on to later ones."""
-        best = uncertainty.hypothesis
         if not np.isfinite(uncertainty.covariance).all():
             return
-        final = best.layout.final(best.point)[self._solver.unknowns.n_states :]
-        covariance = inflation * uncertainty.covariance[np.ix_(final, final)]
+        mean, covariance, walked = parameters_at_end(uncertainty)
         if uncertainty.bent:  # the valley is not where correlations say that it is
             covariance = np.diag(np.diagonal(covariance))
-        self._arrival_cost.add(WindowPosterior(end, best.point[final], covariance))
+        self._arrival_cost.add(WindowPosterior(end, mean, inflation * covariance, walked))

@@ -56,7 +56,8 @@ class Alone:
         mean = m + own @ (given @ (m - prior.mean[n:]) - box @ (m - 0.5))
         published = np.diagonal(uncertainty.covariance)[final]
         deviation = np.sqrt(inflation * np.maximum(np.diagonal(own), published))
-        told = deviation < undetermined(unknowns)[n:]
+        # What walks may differ from window to window.
+        told = (deviation < undetermined(unknowns)[n:]) & ~np.isfinite(unknowns.walks)
         return cls(
             float(t[0]), float(t[-1]),
             np.where(told, mean, np.nan), np.where(told, deviation, np.nan),

@@ -28,6 +28,7 @@ from obs_ros.horizon.forecasts import Basis, Ends
 from obs_ros.horizon.solver import Solver, rescaled_to_residuals
 from obs_ros.horizon.stages import continued_jumps, explain, fit
 from obs_ros.inference.assessment.informed_subspace import marginal_information
+from obs_ros.inference.assessment.uncertainty import AtEnd
 from obs_ros.inference.jumps.hypothesis import Hypothesis, hypothesis_at
 from obs_ros.inference.jumps.piecewise import PiecewiseProblem
 from obs_ros.inference.prior import Prior
@@ -152,7 +153,7 @@ def _searched(
         solution = solution.by(other)
         if not contradicts_prior(other.hypothesis):
             return solution
-        window = replace(window, prior=Prior.box(solver.unknowns))
+        window = replace(window, prior=Prior.known(solver.unknowns, start=False))
         solution = replace(solution, said=DROPPED)
     return solution
 
@@ -175,7 +176,7 @@ def _continued(
         window, start, given, deadline, mode=mode, previous=earlier.noise
     )
     if other is not None and contradicts_prior(other.hypothesis):
-        window, said = replace(window, prior=Prior.box(solver.unknowns)), DROPPED
+        window, said = replace(window, prior=Prior.known(solver.unknowns, start=False)), DROPPED
         other = continue_process_noise(
             window, other.found, given, deadline, mode=mode, previous=earlier.noise
         )
@@ -260,16 +261,16 @@ DROPPED = 'earlier windows contradict this one, which is explained without them'
 
 
 def contradicts_prior(best: Hypothesis, settings: SolutionSettings = SOLUTION) -> bool:
-    """Whether a window's own optimum is better than a right prior would let it be.
+    """Whether a window's own optimum is better than right earlier windows would let it be.
 
     Without the prior of the parameters, of mean m and precision P, -2 log p falls by o' P o +
-    o' P (I + B)^-1 P o with o = p - m, I the window's information and B that of the box: for a
-    right prior a chi-square of as many degrees of freedom as there are parameters.
+    o' P (I + B)^-1 P o with o = p - m, I the window's information and B that before any window:
+    for a right prior a chi-square of as many degrees of freedom as there are parameters.
     """
     problem = best.problem
     n, q = problem.objective.unknowns.n_states, best.layout.dimension
-    given, box = problem.prior, Prior.box(problem.objective.unknowns)
-    P, B = given.precision[n:, n:], box.precision[n:, n:]
+    given, known = problem.prior, Prior.known(problem.objective.unknowns, start=False)
+    P, B = given.precision[n:, n:], known.precision[n:, n:]
     if problem.events or q == n or np.allclose(P, B):
         return False
     off = best.point[n:q] - given.mean[n:]
@@ -289,23 +290,25 @@ def bases_of(
     if own is None:
         return {Basis.OUTPUT_ERROR: (ends_of(solution.hypothesis), None)}
     found: dict[Basis, tuple[Ends, DisturbedWindow | None]] = {
-        Basis.PROCESS_NOISE: (ends_of(own.hypothesis), own)
+        Basis.PROCESS_NOISE: (ends_of(own.hypothesis, own.end), own)
     }
     if own.hypothesis.problem.events or plain.problem.events:
         return found
     posed = replace(posed, prior=own.hypothesis.problem.prior)
     other = filtered_output_error(posed, plain, own)
-    found[Basis.FILTERED] = ends_of(other.hypothesis), other
+    found[Basis.FILTERED] = ends_of(other.hypothesis, other.end), other
     found[Basis.OUTPUT_ERROR] = ends_of(plain), output_error(posed, plain, other)
     return found
 
 
-def ends_of(best: Hypothesis) -> Ends:
+def ends_of(best: Hypothesis, end: AtEnd | None = None) -> Ends:
     """Return state and parameters at the end of a window."""
     objective = best.problem.objective
     last = int(np.flatnonzero(objective.grid.measured)[-1])
     final = best.point[best.layout.final(best.point)]
     parameters = objective.unknowns.values(final[None])[1][:, 0]
+    if end is not None and end.parameters is not None:
+        parameters = end.parameters
     return Ends(best.trajectory[0][last], parameters)
 
 

@@ -23,6 +23,8 @@ from obs_ros.integration.filter_pass import FilterPass
 from obs_ros.integration.linear_path import LinearPath
 from obs_ros.optimization.levenberg_marquardt import levenberg_marquardt
 
+STEP = 1e-4  # of a box, for differences
+
 
 @dataclass(frozen=True)
 class Disturbed:
@@ -39,11 +41,31 @@ class Disturbed:
     along: FilterPass = field(repr=False)
 
     @property
+    def last(self) -> int:
+        """The node of the newest output."""
+        return int(np.flatnonzero(self.along.measured.any(axis=1))[-1])
+
+    @property
     def covariance(self) -> Array:
-        """Covariance (n, n) of the state at the newest output, the candidate given."""
-        n = self.along.states.shape[1]
-        last = np.flatnonzero(self.along.measured.any(axis=1))[-1]
-        return self.along.covariances[last, :n, :n]
+        """Covariance (n + q, n + q) of state and parameters there, the candidate given."""
+        size = self.along.gain.shape[2]
+        joint = np.zeros((size, size))
+        joint[np.ix_(self.along.index, self.along.index)] = self.along.covariances[self.last]
+        return joint
+
+    @property
+    def parameters(self) -> Array | None:
+        """Parameters (q,) there; None if none walks."""
+        return self.along.parameters[self.last] if self.along.moving.size else None
+
+    def parameter_jacobian(self) -> Array:
+        """Return the derivatives (q, d) of these by the unknowns, in boxes."""
+        objective, z = self.window.objective, self.z[None]
+        step = np.where(z > 0.5, -STEP, STEP)
+        x0, p, steps = objective.unknowns.perturbed(z, step)
+        objective.counter.candidates += x0.shape[1]
+        moved = objective.kernels.paths(objective.grid, x0, p)[1][self.last]
+        return np.asarray((moved[:, 1:] - moved[:, :1]) / steps)
 
 
 def with_given_walks(
@@ -52,7 +74,8 @@ def with_given_walks(
     """Return the window explained by the walks that the model's states have, near z (d,)."""
     model = window.objective.unknowns.model
     guess = first_guess(window, z, given, ())
-    walks = np.array([v.walk or 0.0 for v in model.states] + [0.0] * len(model.parameters))
+    walks = guess.walks.copy()
+    walks[: len(model.states)] = [v.walk or 0.0 for v in model.states]
     return _alternated(window, z, replace(guess, walks=walks), (), given, deadline)
 
 
@@ -90,7 +113,8 @@ def disturbed(
         guess = first_guess(window, z, given, groups)
         starts.append((guess, groups))
         for group in groups if len(groups) > 1 else ():
-            walks = np.zeros_like(guess.walks)
+            walks = guess.walks.copy()
+            walks[: len(window.objective.unknowns.model.states)] = 0.0
             walks[group] = guess.walks[group]
             starts.append((replace(guess, walks=walks), [group]))
     best: tuple[Disturbed, Sequence[IntArray]] | None = None
@@ -106,7 +130,8 @@ def disturbed(
 def disturbed_at(window: WindowState, z: Array, noise: ProcessNoise) -> Disturbed:
     """Return the window at a candidate z (d,) with the gains that it has, and its criterion."""
     found = filtered(window, z, noise)
-    walks = np.unique(noise.walks[noise.walks > 0.0]).size
+    states = noise.walks[: found.transition.shape[1]]
+    walks = np.unique(states[states > 0.0]).size
     penalty = walks * np.log(window.objective.count(window.objective.nodes))
     squares = float(window.prior.squares(z[None])[0])
     criterion = found.neg2_log_likelihood + squares + penalty
@@ -215,3 +240,5 @@ def prepare_process_noise(kernels: Kernels, unknowns: Unknowns) -> None:
     """Compile all that process noise needs beside the plain rollouts."""
     run_process_noise_once(kernels)
     run_process_noise_once(kernels, estimated_parameters(unknowns))
+    if (walking := np.isfinite(unknowns.walks)).any():
+        run_process_noise_once(kernels, estimated_parameters(unknowns)[walking])

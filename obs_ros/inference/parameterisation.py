@@ -56,9 +56,16 @@ class Scale:
 
     def places(self, values: Array) -> Array:
         """Return the points (..., d) of the unit box at which the unknowns have these values."""
-        log = self.growth > 0.0
-        ratio = np.where(log, np.maximum(values, TINY) / np.where(log, self.lower, 1.0), 1.0)
-        return np.where(log, np.log(ratio), values - self.lower) / self.unit
+        return self.places_of(values, 0)
+
+    def places_of(self, values: Array, first: int) -> Array:
+        """Return the places (..., m) of the unknowns from the `first` on with these values."""
+        some = slice(first, first + values.shape[-1])
+        lower, growth = self.lower[some], self.growth[some]
+        log = growth > 0.0
+        ratio = np.where(log, np.maximum(values, TINY) / np.where(log, lower, 1.0), 1.0)
+        logarithmic = np.log(ratio) / np.where(log, growth, 1.0)
+        return np.where(log, logarithmic, (values - lower) / self.width[some])
 
 
 @dataclass(frozen=True)

@@ -22,6 +22,7 @@ from scipy.optimize import minimize
 from obs_ros.core.model import Model
 from obs_ros.core.typing import Array, IntArray
 from obs_ros.inference.noise import LEARNING, noise_guess
+from obs_ros.inference.parameterisation import Unknowns
 from obs_ros.inference.window_state import WindowState
 from obs_ros.integration.linear_path import LinearPath
 
@@ -104,15 +105,27 @@ def groups_of(model: Model) -> list[IntArray]:
 def first_guess(
     window: WindowState, z: Array, given: Array, groups: Sequence[IntArray]
 ) -> ProcessNoise:
-    """Return walks that would move the states as far as they spread, and noise by its bends."""
+    """Return walks that would move the states as far as they spread, and noise by its bends.
+
+    Parameters walk as the model says: in their units, at the values that they have at z (d,).
+    """
     states = window.objective.trajectory(z)[0]
     spread = states.std(axis=0) + 1e-6 * np.abs(states).max(axis=0) + 1e-12
     walks = np.zeros(len(window.objective.unknowns.model.variables))
     for group in groups:
         walks[group] = SETTINGS.start * spread[group].max() / np.sqrt(window.duration)
+    places, own = parameter_walks(window.objective.unknowns, z)
+    walks[places] = own
     guessed = np.array([noise_guess(y) for y in window.record.y.T])
     noise = np.where(np.isfinite(given), given, np.maximum(guessed, least_noise(window)))
     return ProcessNoise(walks, noise)
+
+
+def parameter_walks(unknowns: Unknowns, z: Array) -> tuple[IntArray, Array]:
+    """Return which of the n + q variables are parameters that walk, and their walks."""
+    n = unknowns.n_states
+    walking = np.flatnonzero(np.isfinite(unknowns.walks))
+    return unknowns.index[n + walking], (unknowns.walks * unknowns.scale.slopes(z)[n:])[walking]
 
 
 def least_noise(window: WindowState) -> Array:

@@ -45,6 +45,9 @@ def report(
     model, grid = unknowns.model, objective.grid
     squares, final, states, residuals = _optimum(objective, found, uncertainty)
     x0, p = unknowns.values(final[None])  # no initial state ever jumps
+    end = None if uncertainty is None else uncertainty.end
+    if end is not None and end.parameters is not None:
+        p = end.parameters[:, None]
     last = int(np.flatnonzero(grid.measured)[-1])
     fit = Fit.of(
         objective,

@@ -17,7 +17,22 @@ from obs_ros.core.typing import Array, BoolArray
 from obs_ros.inference.assessment.fit import Fit
 from obs_ros.inference.assessment.identifiability import undetermined, undetermined_states
 from obs_ros.inference.jumps.hypothesis import Hypothesis
+from obs_ros.inference.parameterisation import Unknowns
 from obs_ros.inference.process_noise import ProcessNoise
+
+
+@dataclass(frozen=True)
+class AtEnd:
+    """State and parameters at the newest output, beside what the unknowns say of them.
+
+    covariance (n + q, n + q) is theirs with the unknowns given, in the variables' units. Where
+    parameters walk, parameters (q,) are their values there and jacobian (q, d) the derivatives of
+    these by the unknowns, in boxes; else None.
+    """
+
+    covariance: Array
+    parameters: Array | None = None
+    jacobian: Array | None = None
 
 
 @dataclass(frozen=True)
@@ -30,8 +45,8 @@ class Uncertainty:
     - `finished`: there was time to look for jumps;
     - `bent`: the window is so far from linear that the covariance holds for single unknowns only;
     - `correlation`: the noise's at lag 1, which the covariance accounts for already;
-    - `process_noise`: what explains the window beside its unknowns, and `end` (n, n), the
-      covariance that it leaves of the state at the end with the unknowns given;
+    - `process_noise`: what explains the window beside its unknowns, and what that makes of the
+      `end`;
     - `skill`: of the forecasts inside a window that noise alone does not explain, see `skill.py`;
       None where none was needed; `scatter` (q,) is that of disjoint windows over what they
       published, with which the covariance is raised already; `said` tells in words what else was
@@ -50,7 +65,7 @@ class Uncertainty:
     correlation: float = 0.0
     determined_alone: BoolArray | None = None
     process_noise: ProcessNoise | None = None
-    end: Array | None = None
+    end: AtEnd | None = None
     skill: float | None = None
     scatter: Array | None = None
     said: str = ''
@@ -124,11 +139,11 @@ class Deviations:
         hypothesis: Hypothesis,
         covariance: Array,
         inflation: float,
-        end: Array | None = None,
+        end: AtEnd | None = None,
     ) -> 'Deviations':
         """Return those of a hypothesis with this joint covariance (D, D) times `inflation`.
 
-        `end` (n, n) is the covariance that process noise adds to the state at the end.
+        `end` is what process noise makes of the end.
 
         What is not estimated has none, 0. Above a tenth of its box, or on a log scale 30 % of its
         value, a standard deviation says that the value is not determined, and is withheld.
@@ -146,19 +161,57 @@ class Deviations:
             slopes = unknowns.scale.slopes(hypothesis.point[where])
             everything[unknowns.index] = np.where(boxes <= limit, boxes * slopes, np.nan)
             found[name] = everything
-        joint = joint_covariance(hypothesis, covariance)
+        joint = joint_covariance(hypothesis, covariance, end)
         if end is not None:
-            joint[:n, :n] += inflation * end
+            joint += inflation * end.covariance
+        parameters = found['final'][n:]
+        if end is not None and end.parameters is not None:
+            parameters = walked_deviations(unknowns, end.parameters, joint)
         state = np.sqrt(np.maximum(np.diagonal(joint)[:n], 0.0))
         return cls(
             initial=found['initial'][:n],
             state=np.where(state <= undetermined_states(unknowns), state, np.nan),
-            parameters=found['final'][n:],
+            parameters=parameters,
             joint=joint,
         )
 
 
-def joint_covariance(hypothesis: Hypothesis, covariance: Array) -> Array:
+def parameters_at_end(uncertainty: Uncertainty) -> tuple[Array, Array, bool]:
+    """Return mean (q,) and covariance (q, q) of the estimated parameters at the end, in boxes.
+
+    And whether they have walked there: else they are means over the window, but for jumps.
+    """
+    best, end = uncertainty.hypothesis, uncertainty.end
+    unknowns = best.problem.objective.unknowns
+    n, states = len(unknowns.model.states), unknowns.n_states
+    final = best.layout.final(best.point)[states:]
+    if end is None or end.parameters is None:
+        return best.point[final], uncertainty.covariance[np.ix_(final, final)], False
+    places = unknowns.index[states:]
+    joint = joint_covariance(best, uncertainty.covariance, end) + end.covariance
+    z = np.full(unknowns.dimension, 0.5)
+    z[states:] = unknowns.scale.places_of(end.parameters[places - n], states)
+    slopes = unknowns.scale.slopes(z)[states:]
+    return z[states:], joint[np.ix_(places, places)] / np.outer(slopes, slopes), True
+
+
+def walked_deviations(unknowns: Unknowns, parameters: Array, joint: Array) -> Array:
+    """Return the deviations (q,) of parameters that walk; NaN where they are not determined.
+
+    parameters (q,) are those at the end, joint (n + q, n + q) their covariance with the state's.
+    """
+    n, states = len(unknowns.model.states), unknowns.n_states
+    places = unknowns.index[states:]
+    deviations = np.sqrt(np.maximum(np.diagonal(joint)[n:], 0.0))
+    z = np.full(unknowns.dimension, 0.5)
+    z[states:] = unknowns.scale.places_of(parameters[places - n], states)
+    limit = undetermined(unknowns)[states:] * unknowns.scale.slopes(z)[states:]
+    own = deviations[places - n]
+    deviations[places - n] = np.where(own <= limit, own, np.nan)
+    return np.asarray(deviations)
+
+
+def joint_covariance(hypothesis: Hypothesis, covariance: Array, end: AtEnd | None = None) -> Array:
     """Return the covariance (n + q, n + q) of end state and parameters by that (D, D) of the point.
 
     In the variables' units, to first order; 0 for parameters that are not estimated.
@@ -169,5 +222,7 @@ def joint_covariance(hypothesis: Hypothesis, covariance: Array) -> Array:
     rows = np.zeros((len(unknowns.model.variables), len(covariance)))
     rows[: len(unknowns.model.states)] = hypothesis.linearisation.state_jacobian
     rows[unknowns.index[unknowns.n_states :], final] = slopes[unknowns.n_states :]
+    if end is not None and end.jacobian is not None:
+        rows[len(unknowns.model.states) :, : hypothesis.layout.dimension] = end.jacobian
     joint = rows @ covariance @ rows.T
     return np.asarray(0.5 * (joint + joint.T))

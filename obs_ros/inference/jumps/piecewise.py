@@ -20,6 +20,8 @@ from obs_ros.inference.jumps.settings import JUMP_SETTINGS, JumpSettings
 from obs_ros.inference.objective import Objective
 from obs_ros.inference.parameterisation import Unknowns
 from obs_ros.inference.prior import Prior, box_variances
+from obs_ros.integration.backends import Kernels
+from obs_ros.integration.grid import Grid
 
 
 class PlacedJump(NamedTuple):
@@ -221,14 +223,15 @@ class PiecewiseProblem:
                     mixed[row] += share * (value - after[row])
                     after[row] = value
             part = slice(first, k + 1)
-            states[part], outputs[part] = kernels.trajectories(grid.stretch(first, k), x, p)
+            states[part], outputs[part], moved = _run(kernels, grid.stretch(first, k), x, p)
+            for row, value in moved:
+                mixed[row], after[row] = value, value
             # Measurements at the interval's end correct what comes after it.
             interval, x = grid.uncorrected.stretch(k, k + 1), np.ascontiguousarray(states[k])
             x = kernels.trajectories(interval, x, mixed)[0][1]
             first, p = k + 1, after
-        states[first:], outputs[first:] = kernels.trajectories(
-            grid.stretch(first, grid.t.size - 1), x, p
-        )
+        rest = grid.stretch(first, grid.t.size - 1)
+        states[first:], outputs[first:] = kernels.trajectories(rest, x, p)
         return states, outputs
 
     def _rows(self, outputs: Array) -> Array:
@@ -256,6 +259,17 @@ class PiecewiseProblem:
         # As if the interval were the box.
         z[self.layout.times] = (times[:, 0] - t[intervals]) / (t[intervals + 1] - t[intervals])
         return np.where(z > 0.5, -steps, steps)
+
+
+def _run(
+    kernels: Kernels, stretch: Grid, x: Array, p: Array
+) -> tuple[Array, Array, list[tuple[int, Array]]]:
+    """Return states, outputs, and the parameters that walk with their values (B,) at the end."""
+    moving = () if stretch.injection is None else stretch.injection.moving
+    if not len(moving):
+        return *kernels.trajectories(stretch, x, p), []
+    states, parameters, outputs = kernels.paths(stretch, x, p)
+    return states, outputs, [(int(row), parameters[-1, row]) for row in moving]
 
 
 @dataclass(frozen=True)

@@ -12,7 +12,7 @@ from obs_ros import Estimate, Outcome, Record
 from obs_ros.core.estimate import Jump
 from obs_ros.core.typing import Array
 from obs_ros.inference.assessment.assemble import empty, report
-from obs_ros.inference.assessment.uncertainty import Uncertainty
+from obs_ros.inference.assessment.uncertainty import AtEnd, Uncertainty
 from obs_ros.inference.jumps.hypothesis import hypothesis_at
 from obs_ros.inference.jumps.piecewise import PiecewiseProblem
 from obs_ros.inference.objective import Objective
@@ -114,7 +114,7 @@ def test_noise_and_walks_by_name() -> None:
     assert found.noise == pytest.approx(dict(zip(('y1', 'y2'), SCALE / 2.0, strict=True)))
     assert found.walks == {}
     pushed = ProcessNoise(np.array([0.0, 0.3, 0.0, 0.0]), np.array([0.2, 5.0]))
-    found = certain(process_noise=pushed, end=np.diag([0.01, 0.04]))
+    found = certain(process_noise=pushed, end=AtEnd(np.diag([0.01, 0.04, 0.0, 0.0])))
     assert found.noise == {'y1': 0.2, 'y2': 5.0}
     assert found.walks == {'position': 0.0, 'velocity': 0.3, 'stiffness': 0.0, 'push': 0.0}
     without = np.diagonal(certain().covariance)

@@ -8,7 +8,7 @@ from plants import INTEGRATOR, LAG, integrator_design, lag_outputs, square_wave,
 
 from obs_ros import Outcome, Record, solve_window
 from obs_ros.core.residual_tests import inflation_by
-from obs_ros.inference.assessment.uncertainty import Deviations, Uncertainty
+from obs_ros.inference.assessment.uncertainty import AtEnd, Deviations, Uncertainty
 from obs_ros.inference.jumps.hypothesis import Hypothesis, hypothesis_at
 from obs_ros.inference.jumps.piecewise import PiecewiseProblem
 from obs_ros.inference.prior import Prior
@@ -55,7 +55,7 @@ def test_after_a_jump_it_is_the_value_at_the_end_that_counts() -> None:
 def test_the_joint_covariance_is_that_of_end_state_and_parameters() -> None:
     rng = np.random.default_rng(5)
     root = 0.01 * rng.standard_normal((3, 3))
-    covariance, end = root @ root.T, np.array([[0.04]])
+    covariance, end = root @ root.T, AtEnd(np.diag([0.04, 0.0, 0.0]))
     found = Deviations.of(hypothesis(), covariance, 2.0, end)
     # End state, gain and drift by (x(0), gain, drift) in boxes, by the last row of the design.
     rows = np.vstack([integrator_design(T, U)[-1], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]])
@@ -65,6 +65,16 @@ def test_the_joint_covariance_is_that_of_end_state_and_parameters() -> None:
     np.testing.assert_allclose(found.joint, 2.0 * expected, rtol=1e-6, atol=1e-12)
     deviations = np.concatenate([found.state, found.parameters])
     np.testing.assert_allclose(deviations, np.sqrt(np.diagonal(found.joint)), rtol=1e-12)
+
+
+def test_parameters_that_walk_are_those_at_the_end() -> None:
+    covariance = np.diag([0.01, 0.02, 0.03]) ** 2
+    jacobian = np.array([[0.1, 0.4, 0.0], [0.0, 0.0, 2.0]])
+    end = AtEnd(np.diag([0.0, 0.01, 0.0]), np.array([1.0, 0.2]), jacobian)
+    found = Deviations.of(hypothesis(), covariance, 1.0, end)
+    rows = jacobian @ covariance @ jacobian.T + end.covariance[1:, 1:]
+    np.testing.assert_allclose(found.joint[1:, 1:], rows)
+    np.testing.assert_allclose(found.parameters, np.sqrt(np.diagonal(rows)))
 
 
 def test_above_a_tenth_of_the_box_it_is_withheld() -> None:
