@@ -115,7 +115,8 @@ class MovingHorizon:
         posed = self._posed(record)
         warm = solver.warm_start(record, self._previous)
         level = self._level if self._unsearched < SOLUTION.unsearched else None
-        earlier = Earlier(warm, self._explained, self._process_noise.pooled, level)
+        known = self._arrival_cost.given_prior(posed.start, first=self._first)
+        earlier = Earlier(warm, self._explained, self._process_noise.pooled, level, known)
         solution = solved(posed, solver, earlier, self._given, rng, deadline)
         if solution is None:
             return solver.diverged(posed)
@@ -257,8 +258,8 @@ class MovingHorizon:
         sound = (uncertainty.skill is None and not fits.too_large) or fits.is_noise
         known = uncertainty.scatter is not None
         # A contradicted prior is no knowledge to hand on: later windows would seem to agree.
-        doubted = best.problem.prior.gives(self._contradicted)
-        if (sound or known) and not (uncertainty.drifting or doubted):
+        doubtful = best.problem.prior.gives(self._contradicted)
+        if (sound or known) and not (uncertainty.drifting or doubtful):
             self._hand_on(uncertainty, end, 1.0 if sound else fits.inflation)
         return True
 

@@ -52,7 +52,7 @@ class Alone:
         final = best.layout.final(best.point)[n:]
         given, box = prior.precision[n:, n:], np.eye(final.size) / BOX_VARIANCE
         m = best.point[final]
-        own = scaled_inverse(uncertainty.information + box)
+        own = scaled_inverse(uncertainty.information - prior.information(final.size) + box)
         mean = m + own @ (given @ (m - prior.mean[n:]) - box @ (m - 0.5))
         published = np.diagonal(uncertainty.covariance)[final]
         deviation = np.sqrt(inflation * np.maximum(np.diagonal(own), published))

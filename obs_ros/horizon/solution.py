@@ -63,13 +63,15 @@ SOLUTION = SolutionSettings()
 class Earlier:
     """Knowledge of earlier windows: a start (d,), the jumps, the process noise; None where none.
 
-    `level` is the criterion per value of the window searched last, None if that is too long ago.
+    `level` is the criterion per value of the window searched last, None if that is too long ago;
+    `known` is what is known without any window, None: the boxes.
     """
 
     warm: Array | None
     explained: Hypothesis | None
     noise: ProcessNoise | None
     level: float | None = None
+    known: Prior | None = None
 
 
 @dataclass(frozen=True)
@@ -151,9 +153,9 @@ def _searched(
         if other is None:
             return solution
         solution = solution.by(other)
-        if not contradicts_prior(other.hypothesis):
+        if not contradicts_prior(other.hypothesis, earlier.known):
             return solution
-        window = replace(window, prior=Prior.known(solver.unknowns, start=False))
+        window = replace(window, prior=earlier.known or Prior.box(solver.unknowns))
         solution = replace(solution, said=DROPPED)
     return solution
 
@@ -175,8 +177,9 @@ def _continued(
     other = continue_process_noise(
         window, start, given, deadline, mode=mode, previous=earlier.noise
     )
-    if other is not None and contradicts_prior(other.hypothesis):
-        window, said = replace(window, prior=Prior.known(solver.unknowns, start=False)), DROPPED
+    if other is not None and contradicts_prior(other.hypothesis, earlier.known):
+        window = replace(window, prior=earlier.known or Prior.box(solver.unknowns))
+        said = DROPPED
         other = continue_process_noise(
             window, other.found, given, deadline, mode=mode, previous=earlier.noise
         )
@@ -260,21 +263,25 @@ def _earlier_jumps(window: WindowState, earlier: Earlier, deadline: Deadline) ->
 DROPPED = 'earlier windows contradict this one, which is explained without them'
 
 
-def contradicts_prior(best: Hypothesis, settings: SolutionSettings = SOLUTION) -> bool:
-    """Whether a window's own optimum is better than right earlier windows would let it be.
+def contradicts_prior(
+    best: Hypothesis, known: Prior | None = None, settings: SolutionSettings = SOLUTION
+) -> bool:
+    """Whether a window's own optimum is better than a right prior would let it be.
 
     Without the prior of the parameters, of mean m and precision P, -2 log p falls by o' P o +
-    o' P (I + B)^-1 P o with o = p - m, I the window's information and B that before any window:
-    for a right prior a chi-square of as many degrees of freedom as there are parameters.
+    o' P (I + B)^-1 P o with o = p - m, I the window's information and B that of the boxes: for a
+    right prior a chi-square of as many degrees of freedom as there are parameters. A prior that is
+    `known` without any window is the user's, and stays.
     """
     problem = best.problem
     n, q = problem.objective.unknowns.n_states, best.layout.dimension
-    given, known = problem.prior, Prior.known(problem.objective.unknowns, start=False)
-    P, B = given.precision[n:, n:], known.precision[n:, n:]
+    given = problem.prior
+    B = (known or Prior.box(problem.objective.unknowns)).precision[n:, n:]
+    P = given.precision[n:, n:]
     if problem.events or q == n or np.allclose(P, B):
         return False
     off = best.point[n:q] - given.mean[n:]
-    own = scaled_inverse(marginal_information(best, n) + B)
+    own = scaled_inverse(marginal_information(best, n) - given.information(q - n) + B)
     gain = off @ P @ off + off @ P @ own @ P @ off
     return bool(gain > chdtri(q - n, settings.contradiction))
 

@@ -128,7 +128,10 @@ def hold_uninformed(best: Hypothesis, deadline: Deadline, *, noise: bool = True)
     held = hypothesis_at(problem, _polished(holding, best.point, deadline)[0], best.earlier)
     if not held.squares < best.squares + STAGES.price_of_holding:
         held = best  # far from linear: there is no such fit where the prior has it
-    return Uncertainty(held, subspace.covariance(held), subspace.information, subspace.informed)
+    covariance = subspace.covariance(held)
+    return Uncertainty(
+        held, covariance, subspace.information, projection=(subspace.informed, covariance)
+    )
 
 
 def recall(uncertainty: Uncertainty, prior: Prior | None, deadline: Deadline) -> Uncertainty:

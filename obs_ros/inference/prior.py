@@ -98,6 +98,11 @@ class Prior:
         given = self.given
         return given is not None and any(given[place] > 0.0 for place in places)
 
+    def information(self, parameters: int) -> Array:
+        """Return the information (q, q) of given priors about so many parameters, the last ones."""
+        given = np.zeros(self.mean.size) if self.given is None else self.given
+        return np.diag(given[given.size - parameters :])
+
     @property
     def without_boxes(self) -> 'Prior':
         """The given priors alone: of all other unknowns nothing is known, not even their boxes."""

@@ -6,11 +6,13 @@ from plants import LAG, lag_outputs, square_wave, window_of
 
 from obs_ros import Record
 from obs_ros.core.deadline import Deadline
+from obs_ros.core.prior_knowledge import with_knowledge
 from obs_ros.horizon.scatter import SCATTER, Alone, Scatter, raised
 from obs_ros.inference.assessment.informed_subspace import marginal_information
 from obs_ros.inference.assessment.uncertainty import Uncertainty
 from obs_ros.inference.jumps.hypothesis import hypothesis_at
 from obs_ros.inference.jumps.piecewise import PiecewiseProblem
+from obs_ros.inference.parameterisation import Unknowns
 from obs_ros.inference.prior import Posterior, Prior
 from obs_ros.optimization.levenberg_marquardt import levenberg_marquardt
 
@@ -111,3 +113,14 @@ def test_deviations_are_raised_and_never_lowered() -> None:
     assert found[0, 1] == 1.5 and found[1, 2] == pytest.approx(0.6)
     nothing = raised(covariance, np.array([1, 2]), np.array([np.nan, 2.0]))
     np.testing.assert_allclose(np.sqrt(np.diagonal(nothing)), [1.0, 2.0, 6.0])
+
+
+def test_a_window_alone_is_without_given_priors_too() -> None:
+    free = uncertainty()
+    model = with_knowledge(LAG, None, {'k': (1.25, 0.02), 'tau': (2.9, 0.05)})
+    pulled = uncertainty(Prior.known(Unknowns.of(model), start=True))
+    deviations = np.sqrt(np.diagonal(free.covariance)[1:])
+    assert (np.sqrt(np.diagonal(pulled.covariance)[1:]) < 0.99 * deviations).any()
+    expected, found = Alone.of(free, 1.0), Alone.of(pulled, 1.0)
+    np.testing.assert_allclose(found.deviation, expected.deviation, rtol=0.05)
+    assert (np.abs(found.mean - expected.mean) < 0.3 * expected.deviation).all()

@@ -95,3 +95,16 @@ def test_a_prior_contradicts_a_window_as_seldom_as_it_should() -> None:
         # The optimum lies half-way between what prior and window say.
         middle = np.array([point[0], *(0.5 * (point[1:] + mean))])
         assert contradicts_prior(hypothesis_at(problem, middle)) is contradicted
+
+
+def test_a_prior_that_is_given_is_not_one_of_earlier_windows() -> None:
+    """However wrong, it stays; and where one of earlier windows is dropped, it remains."""
+    settings = EstimationSettings(noise={'y': SIGMA}, priors={'tau': (5.0, 0.01)})
+    solver = Solver.of(LAG, settings)
+    posed = solver.pose(pushed(NODES, 0, walk=0.0), np.array([SIGMA]), noise_known=True)
+    point = solver.unknowns.point({'x': 0.5, 'k': K, 'tau': TAU})
+    best = hypothesis_at(PiecewiseProblem(posed.objective, posed.prior), point)
+    assert contradicts_prior(best) and not contradicts_prior(best, posed.prior)
+    sharp = Prior.of(solver.unknowns, point[1:] + 0.1, 1e-6 * np.eye(2))
+    other = hypothesis_at(PiecewiseProblem(posed.objective, sharp), point)
+    assert contradicts_prior(other, posed.prior)

@@ -165,6 +165,8 @@ def test_given_priors_stand_beside_boxes() -> None:
     np.testing.assert_allclose(found.given, [1600.0 - 0.01, 400.0 - 12.0, 0.0])
     assert found.precision[2, 2] == box.precision[2, 2]
     assert found.gives({0}) and found.gives([2, 1]) and not found.gives({2}) and not box.gives({1})
+    np.testing.assert_allclose(found.information(2), np.diag([388.0, 0.0]))
+    assert not box.information(2).any() and box.information(2).shape == (2, 2)
     later = Prior.known(unknowns, start=False)
     np.testing.assert_allclose(np.diagonal(later.precision), [0.01, 400.0, 12.0])
     assert Prior.known(unknowns, start=False, jumped=np.array([1])).given is None

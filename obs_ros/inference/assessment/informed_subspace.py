@@ -119,7 +119,7 @@ def _with_given(information: Array, prior: Prior) -> Array:
     """Return the information (q, q) about the parameters with that of given priors."""
     if prior.given is None:
         return information
-    return np.asarray(information + np.diag(prior.given[prior.given.size - len(information) :]))
+    return np.asarray(information + prior.information(len(information)))
 
 
 def _states_apart(jx: Array, prior: Prior) -> tuple[Array, Callable[[Array], Array]]:

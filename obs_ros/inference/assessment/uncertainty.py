@@ -40,8 +40,8 @@ class Uncertainty:
     """A window's hypothesis with the joint covariance (D, D) of its point.
 
     - `information` (q, q): that about the estimated parameters, the initial state unknown;
-    - `informed` (q, q): projection onto the parameters' directions that the window informs, to
-      which the covariance keeps; None: all of them;
+    - `projection`: onto the parameters' directions that the window informs (q, q), with the joint
+      covariance (D, D) that keeps to them, as no raised one does; None: all of them count;
     - `finished`: there was time to look for jumps;
     - `bent`: the window is so far from linear that the covariance holds for single unknowns only;
     - `correlation`: the noise's at lag 1, which the covariance accounts for already;
@@ -58,7 +58,7 @@ class Uncertainty:
     hypothesis: Hypothesis
     covariance: Array
     information: Array
-    informed: Array | None = None
+    projection: tuple[Array, Array] | None = None
     jumps: tuple[Jump, ...] = ()
     finished: bool = True
     bent: bool = False
@@ -90,14 +90,6 @@ class Uncertainty:
             return self.process_noise.noise
         scale = self.hypothesis.problem.objective.grid.scale
         return np.asarray(scale / np.sqrt(inflation(self.correlation)))
-
-    @property
-    def projection(self) -> tuple[Array, Array] | None:
-        """`informed` with the covariance that keeps to it; None where all directions count.
-
-        Covariances that are widened make no estimate of what a window says by itself.
-        """
-        return None if self.informed is None else (self.informed, self.covariance)
 
     @property
     def fit(self) -> Fit:

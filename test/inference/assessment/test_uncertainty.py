@@ -1,14 +1,12 @@
 """Tests of obs_ros.inference.assessment.uncertainty."""
 
-from dataclasses import replace
-
 import numpy as np
 import pytest
 from plants import INTEGRATOR, LAG, integrator_design, lag_outputs, square_wave, window_of
 
 from obs_ros import Outcome, Record, solve_window
 from obs_ros.core.residual_tests import inflation_by
-from obs_ros.inference.assessment.uncertainty import AtEnd, Deviations, Uncertainty
+from obs_ros.inference.assessment.uncertainty import AtEnd, Deviations
 from obs_ros.inference.jumps.hypothesis import Hypothesis, hypothesis_at
 from obs_ros.inference.jumps.piecewise import PiecewiseProblem
 from obs_ros.inference.prior import Prior
@@ -169,13 +167,3 @@ def test_fixed_values_have_a_deviation_of_zero() -> None:
     assert (found.initial_stddev['x'], found.stddev['k']) == (0.0, 0.0)
     assert 0.0 < found.stddev['tau'] < 0.1
     assert 0.0 < found.stddev['x'] < 0.01  # at the end, tau tells
-
-
-def test_only_informed_directions_have_a_projection_with_their_covariance() -> None:
-    best = hypothesis()
-    plain = Uncertainty(best, 1.5 * best.covariance, np.eye(2))
-    assert plain.projection is None
-    held = replace(plain, informed=np.diag([1.0, 0.0]))
-    assert held.projection is not None
-    np.testing.assert_array_equal(held.projection[0], np.diag([1.0, 0.0]))
-    assert held.projection[1] is held.covariance
