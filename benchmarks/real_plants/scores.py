@@ -1,0 +1,80 @@
+"""Figures of windows of one recorded plant: shares, scatter of disjoint windows, forecasts."""
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from benchmarks.real_plants.run import OVERLAP, Solved
+from obs_ros.core.typing import Array
+
+GOOD = ('converged', 'approximate')
+CHECKED = 4  # disjoint windows before the sequence can compare them
+ENOUGH = 3  # disjoint windows with deviations that have a scatter
+
+
+def good_share(own: Sequence[Solved]) -> float:
+    """Return the share of windows with a good outcome and all deviations."""
+    good = [one.outcome in GOOD and bool(np.isfinite(one.sd).all()) for one in own]
+    return float(np.mean(good))
+
+
+def scatter_over_sd(own: Sequence[Solved]) -> Array:
+    """Return the scatter of disjoint windows in units of their own deviations (q,).
+
+    Root of the mean squared deviation from the weighted mean; the median over the four rows of
+    disjoint windows; NaN with fewer than three.
+    """
+    if not own:
+        return np.array([])
+    values, deviations = np.array([one.values for one in own]), np.array([one.sd for one in own])
+    return np.array([_scatter(v, s) for v, s in zip(values.T, deviations.T, strict=True)])
+
+
+def _scatter(values: Array, sd: Array) -> float:
+    ratios = []
+    for first in range(OVERLAP):
+        v, s = values[first::OVERLAP], sd[first::OVERLAP]
+        given = np.isfinite(s)
+        if given.sum() >= ENOUGH:
+            weights = 1.0 / s[given] ** 2
+            mean = np.average(v[given], weights=weights)
+            ratios.append(np.sqrt(np.sum(weights * (v[given] - mean) ** 2) / (given.sum() - 1)))
+    return float(np.median(ratios)) if ratios else np.nan
+
+
+def checked(sequence: Sequence[Solved]) -> Sequence[Solved]:
+    """Return the windows of a sequence from which on it can compare disjoint ones."""
+    return sequence[CHECKED * OVERLAP :]
+
+
+def factors(sequence: Sequence[Solved], alone: Sequence[Solved]) -> tuple[Array, Array]:
+    """Return the factor on deviations (q,) that the first half shows, and that the second needs.
+
+    The first is the sequence's own, the second the scatter of windows alone; both are 1 at least.
+    Disjoint from the first half's are the windows that begin after it.
+    """
+    half = len(sequence) // 2
+    shown = np.maximum(sequence[half - 1].factor, 1.0)
+    return shown, np.maximum(scatter_over_sd(alone[half + OVERLAP - 1 :]), 1.0)
+
+
+def near_share(sequence: Sequence[Solved], alone: Sequence[Solved], sds: float) -> float:
+    """Return the share of values with a published deviation within so many of the window's alone.
+
+    Values that the window alone does not determine have no say.
+    """
+    off = np.array([s.values - a.values for s, a in zip(sequence, alone, strict=True)])
+    sd = np.array([one.sd for one in sequence])
+    told = np.isfinite(sd) & np.isfinite([one.sd for one in alone])
+    return float(np.mean(np.abs(off[told]) <= sds * sd[told])) if told.any() else np.nan
+
+
+def forecast_error(own: Sequence[Solved], horizon: str, held: bool = False) -> Array:
+    """Return root mean square errors (r,) over all windows of forecasts, or of the last value."""
+    errors = [(one.hold if held else one.forecast)[horizon] for one in own]
+    return np.asarray(np.sqrt(np.nanmean(np.square(errors), axis=0)))
+
+
+def together(errors: Array) -> float:
+    """Return the geometric mean of the outputs' errors (r,): outputs have different units."""
+    return float(np.exp(np.mean(np.log(errors))))
