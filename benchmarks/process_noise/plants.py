@@ -6,6 +6,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
+from benchmarks.zoo.lag import LAG
 from benchmarks.zoo.output import first_state
 from obs_ros import Model, Variable
 from obs_ros.core.typing import Array
@@ -17,11 +18,6 @@ from obs_ros.models.three_tank import THREE_TANK
 def spring_dynamics(t: Any, x: Any, u: Any, p: Any) -> tuple[Any, Any]:
     """Return the rates of a mass of 1 kg on a spring, pulled by a force."""
     return x[1], u[0] - p[0] * x[0] - p[1] * x[1]
-
-
-def lag_dynamics(t: Any, x: Any, u: Any, p: Any) -> tuple[Any]:
-    """Return the rate of a first-order lag: tau x' = k u - x."""
-    return ((p[0] * u[0] - x[0]) / p[1],)
 
 
 SPRING = Model(
@@ -39,20 +35,6 @@ SPRING = Model(
     dynamics=spring_dynamics,
     output=first_state,
     max_step=0.02,
-)
-
-LAG = Model(
-    name='pushed_lag',
-    states=(Variable('x', 'm', lower=-10.0, upper=10.0),),
-    inputs=(Variable('u', 'V'),),
-    outputs=(Variable('y', 'm'),),
-    parameters=(
-        Variable('k', 'm/V', lower=0.2, upper=5.0),
-        Variable('tau', 's', lower=0.5, upper=20.0),
-    ),
-    dynamics=lag_dynamics,
-    output=first_state,
-    max_step=0.1,
 )
 
 Draw = Callable[[np.random.Generator, Array], tuple[Array, Array, Array]]
