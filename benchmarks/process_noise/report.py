@@ -17,7 +17,7 @@ MEAN_LOW, MEAN_HIGH = 0.935, 0.965  # of all cells together
 WALK_OFF = 0.15  # of the true walk, in the median
 ERRORS = 1.1  # times those of the reference
 DRAWS = 1000  # of the bootstrap
-TIMES = {'exact': 1.3, 'pushed': 3.0}  # times that of the mode off
+TIMES = {'exact': 1.3, 'pushed': 3.0, 'warm': 2.0}  # times that of the mode off
 
 Cells = Mapping[tuple[str, float], Sequence[Window]]
 
@@ -40,7 +40,8 @@ def results(cells: Cells) -> str:
                     'walks, median': slashed(np.median(_stacked(own, 'walks'), axis=0), '.3g'),
                     'withheld': f'{np.mean([np.isnan(one.sd).any() for one in own]):.2f}',
                     'outcomes': ', '.join(f'{key} {n}' for key, n in outcomes.most_common()),
-                    'ms': f'{1e3 * _time(own):.0f}',
+                    'ms': f'{1e3 * np.median([one.seconds for one in own]):.0f}',
+                    'warm': f'{1e3 * np.nanmedian([window.warm[mode] for window in windows]):.0f}',
                 }
             )
     return table(rows)
@@ -64,9 +65,13 @@ def acceptance(cells: Cells) -> Iterator[Requirement]:
             )
         if walk > 0.0:
             yield _walks(cell, walk, own)
-        yield _time_ratio(cell, 'pushed' if walk > 0.0 else 'exact', windows)
-        if any(np.isfinite(window.reference).all() for window in windows):
-            yield _errors(cell, name, windows)
+        seconds = {mode: [one.seconds for one in of_mode(windows, mode)] for mode in MODES}
+        yield _time_ratio(f'{cell}: cold', 'pushed' if walk > 0.0 else 'exact', seconds)
+        referred = [window for window in windows if np.isfinite(window.reference).all()]
+        if referred:
+            warm = {mode: [window.warm[mode] for window in referred] for mode in MODES}
+            yield _time_ratio(f'{cell}: warm', 'warm', warm)
+            yield _errors(cell, name, referred)
     mean = float(np.mean(shares))
     yield Requirement(
         f'mean coverage of all cells within {MEAN_LOW:g}-{MEAN_HIGH:g}',
@@ -102,10 +107,10 @@ def _walks(cell: str, walk: float, own: Sequence[Solved]) -> Requirement:
     )
 
 
-def _time_ratio(cell: str, kind: str, windows: Sequence[Window]) -> Requirement:
-    ratio = _time(of_mode(windows, 'auto')) / _time(of_mode(windows, 'off'))
-    asked = f'{cell}: median time <= {TIMES[kind]:g} x that of `off`'
-    return Requirement(asked, f'{ratio:.2f}', bool(ratio <= TIMES[kind]))
+def _time_ratio(cell: str, kind: str, seconds: Mapping[str, Sequence[float]]) -> Requirement:
+    ratio = float(np.median(seconds['auto']) / np.median(seconds['off']))
+    asked = f'{cell} time <= {TIMES[kind]:g} x that of `off`, medians'
+    return Requirement(asked, f'{ratio:.2f}', ratio <= TIMES[kind])
 
 
 def _errors(cell: str, name: str, windows: Sequence[Window]) -> Requirement:
@@ -117,10 +122,6 @@ def _errors(cell: str, name: str, windows: Sequence[Window]) -> Requirement:
         ', '.join(f'{each} {ratio:.2f} ({a:.2f}-{b:.2f})' for each, ratio, a, b in rows),
         bool((low <= ERRORS).all()),
     )
-
-
-def _time(own: Sequence[Solved]) -> float:
-    return float(np.median([one.seconds for one in own]))
 
 
 def _share(own: Sequence[Solved], error: str, sd: str) -> list[float]:

@@ -9,10 +9,15 @@ import numpy as np
 from benchmarks.process_noise.compiled import simulation_of
 from benchmarks.process_noise.plants import PLANTS, Plant
 from benchmarks.process_noise.reference import most_likely
-from benchmarks.runner import timed
+from benchmarks.runner import cpu_seconds, timed
 from obs_ros import Estimate, Record, solve_window
+from obs_ros.core.deadline import Deadline
 from obs_ros.core.model import names
+from obs_ros.core.rng import random_generator
 from obs_ros.core.typing import Array
+from obs_ros.horizon.moving_horizon import MovingHorizon
+from obs_ros.horizon.settings import EstimationSettings
+from obs_ros.horizon.solver import Solver
 
 STEPS = 10  # of the simulation, from sample to sample
 MODES = ('off', 'auto')
@@ -47,21 +52,39 @@ class Solved(NamedTuple):
 
 
 class Window(NamedTuple):
-    """One window, by mode, and the errors (q,) of the reference; NaN where that was left out."""
+    """One window by mode; errors (q,) of the reference and process times (s) of a warm window.
+
+    Warm is the second of two in sequence, by mode; all NaN where they were left out.
+    """
 
     modes: dict[str, Solved]
     reference: Array
+    warm: dict[str, float]
 
 
 def solved(name: str, walk: float, seed: int, referred: bool) -> Window:
-    """Solve one window in every mode, and by the reference if it is `referred` to that."""
+    """Solve one window in every mode; if it is `referred`, also by the reference, and warm."""
     compile_all(name)
     plant = PLANTS[name]
     record, p, x0, x = simulated(plant, walk, seed)
-    reference = np.full(len(plant.estimated), np.nan)
+    reference, warm = np.full(len(plant.estimated), np.nan), dict.fromkeys(MODES, np.nan)
     if referred:
         reference = (most_likely(plant, record, x0, p, walk) - p)[plant.estimated]
-    return Window({mode: _solved(plant, record, mode, seed, p, x) for mode in MODES}, reference)
+        warm = {mode: warm_seconds(plant, record, mode, seed) for mode in MODES}
+    modes = {mode: _solved(plant, record, mode, seed, p, x) for mode in MODES}
+    return Window(modes, reference, warm)
+
+
+def warm_seconds(plant: Plant, record: Record, mode: Any, seed: int) -> float:
+    """Return the process time (s) of a window that begins when a quarter of another is over."""
+    settings = EstimationSettings(process_noise=mode, fixed=plant.fixed)
+    horizon, long = MovingHorizon(Solver.of(plant.model, settings)), plant.samples * 4 // 5
+    for i, first in enumerate((0, plant.samples - long)):
+        part = slice(first, first + long)
+        window = Record(record.t[part], record.u[part], record.y[part])
+        rng = random_generator(seed, i)
+        seconds = cpu_seconds(functools.partial(horizon.solve, window, rng, Deadline()))
+    return seconds
 
 
 @functools.cache  # once in each process
@@ -71,6 +94,7 @@ def compile_all(name: str) -> None:
     record = simulated(plant, 0.1, 0)[0]
     for mode in MODES:
         _estimate(plant, record, mode, 0)
+        warm_seconds(plant, record, mode, 0)
 
 
 def walks_of(estimate: Estimate) -> dict[str, float]:

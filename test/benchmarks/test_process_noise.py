@@ -10,7 +10,7 @@ from benchmarks.process_noise.compiled import likelihood_of
 from benchmarks.process_noise.plants import PLANTS
 from benchmarks.process_noise.reference import most_likely
 from benchmarks.process_noise.report import acceptance, error_ratios
-from benchmarks.process_noise.run import Solved, Window, simulated
+from benchmarks.process_noise.run import Solved, Window, simulated, warm_seconds
 from obs_ros.integration.backends import kernels_for
 from obs_ros.integration.grid import Grid
 
@@ -58,14 +58,17 @@ def test_the_reference_finds_parameters_from_the_truth() -> None:
     assert np.abs(errors).min() > 1e-6
 
 
-def windows(errors: float, seconds: float = 0.1, walk: float = 0.1) -> list[Window]:
+def windows(
+    errors: float, seconds: float = 0.1, walk: float = 0.1, warm: float = 0.1
+) -> list[Window]:
     rng = np.random.default_rng(1)
     found = []
     for _ in range(400):
         error = rng.standard_normal(2)
         one = Solved(errors * error, np.ones(2), rng.standard_normal(1), np.ones(1),
                      np.array([walk]), 'converged', seconds)  # fmt: skip
-        found.append(Window({'off': one._replace(seconds=0.1), 'auto': one}, error))
+        modes = {'off': one._replace(seconds=0.1), 'auto': one}
+        found.append(Window(modes, error, {'off': 0.1, 'auto': warm}))
     return found
 
 
@@ -75,17 +78,23 @@ def met(**changed: float) -> list[bool]:
 
 
 def test_intervals_walks_times_and_errors_are_judged() -> None:
-    """Parameters, end state, walks, time, errors, the mean of all."""
-    assert met() == [True] * 6
-    assert met(errors=2.0) == [False, True, True, True, False, False]
-    assert met(errors=0.4) == [False, True, True, True, True, False]
-    assert met(walk=0.12) == [True, True, False, True, True, True]
-    assert met(seconds=0.31) == [True, True, True, False, True, True]
+    """Parameters, end state, walks, time cold and warm, errors, the mean of all."""
+    assert met() == [True] * 7
+    assert met(errors=2.0) == [False, True, True, True, True, False, False]
+    assert met(errors=0.4) == [False, True, True, True, True, True, False]
+    assert met(walk=0.12) == [True, True, False, True, True, True, True]
+    assert met(seconds=0.31) == [True, True, True, False, True, True, True]
+    assert met(warm=0.21) == [True, True, True, True, False, True, True]
 
 
 def test_a_ratio_of_errors_has_an_interval() -> None:
     found, (low, high) = error_ratios(windows(errors=1.3))
     np.testing.assert_allclose([found, low, high], 1.3)
+
+
+def test_a_warm_window_is_timed() -> None:
+    plant = PLANTS['lag']
+    assert 0.0 < warm_seconds(plant, simulated(plant, 0.0, 1)[0], 'off', 1) < 60.0
 
 
 @pytest.mark.slow
