@@ -62,12 +62,14 @@ def _others(name: str, cells: Cells) -> Iterator[Requirement]:
     shown, needed = factors(sequence, alone)
     asked = f'factor on deviations, second half / first: within {HOLDS:g} times'
     yield _within(name, asked, needed / shown, 1.0 / HOLDS, HOLDS)
-    share = near_share(sequence, alone, NEAR)
-    yield Requirement(
-        f'{name}, in sequence: >= {NEAR_SHARE:.0%} of values within {NEAR:g} sd of those alone',
-        f'{share:.0%}' if np.isfinite(share) else '-',
-        share >= NEAR_SHARE,
-    )
+    for sds, larger in (('published sd', False), ('of the larger sd', True)):
+        share = near_share(sequence, alone, NEAR, larger=larger)
+        within = f'within {NEAR:g} {sds} of the value alone'
+        yield Requirement(
+            f'{name}, in sequence: >= {NEAR_SHARE:.0%} of values {within}',
+            f'{share:.0%}' if np.isfinite(share) else '-',
+            share >= NEAR_SHARE,
+        )
     for horizon in HORIZONS:
         better = min(
             together(forecast_error(cells[name, mode, 'alone'], horizon))

@@ -60,7 +60,11 @@ def nearness_table(cells: Cells) -> str:
     for name, mode, way in cells:
         if way == 'in sequence':
             pair = cells[name, mode, way], cells[name, mode, 'alone']
-            shares = {f'within {sds:g} sd': _number(near_share(*pair, sds)) for sds in (1, 2, 3)}
+            shares = {
+                f'within {sds} {words}': _number(near_share(*pair, sds, larger=larger))
+                for words, larger in (('sd', False), ('of the larger sd', True))
+                for sds in (1, 2, 3)
+            }
             rows.append({'plant': name, 'process_noise': mode, **shares})
     return table(rows)
 

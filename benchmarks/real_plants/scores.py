@@ -58,15 +58,19 @@ def factors(sequence: Sequence[Solved], alone: Sequence[Solved]) -> tuple[Array,
     return shown, np.maximum(scatter_over_sd(alone[half + OVERLAP - 1 :]), 1.0)
 
 
-def near_share(sequence: Sequence[Solved], alone: Sequence[Solved], sds: float) -> float:
-    """Return the share of values with a published deviation within so many of the window's alone.
+def near_share(
+    sequence: Sequence[Solved], alone: Sequence[Solved], sds: float, *, larger: bool = False
+) -> float:
+    """Return the share of values within so many deviations of the same window's alone.
 
-    Values that the window alone does not determine have no say.
+    In published deviations, or in the `larger` of the two: a window alone may know much less.
+    Values that either does not determine have no say.
     """
     off = np.array([s.values - a.values for s, a in zip(sequence, alone, strict=True)])
-    sd = np.array([one.sd for one in sequence])
-    told = np.isfinite(sd) & np.isfinite([one.sd for one in alone])
-    return float(np.mean(np.abs(off[told]) <= sds * sd[told])) if told.any() else np.nan
+    sd, other = np.array([one.sd for one in sequence]), np.array([one.sd for one in alone])
+    told = np.isfinite(sd) & np.isfinite(other)
+    unit = np.fmax(sd, other) if larger else sd
+    return float(np.mean(np.abs(off[told]) <= sds * unit[told])) if told.any() else np.nan
 
 
 def forecast_error(own: Sequence[Solved], horizon: str, held: bool = False) -> Array:

@@ -88,7 +88,10 @@ def test_scatter_is_told_in_units_of_the_deviations() -> None:
 def test_values_keep_to_those_alone_or_do_not() -> None:
     alone = windows(40, 1.0)
     assert near_share(windows(40, 1.0, shift=2.9), alone, 3.0) == 1.0
-    assert near_share(windows(40, 1.0, shift=3.1), alone, 3.0) == 0.0
+    far = windows(40, 1.0, shift=3.1)
+    assert near_share(far, alone, 3.0) == near_share(far, alone, 3.0, larger=True) == 0.0
+    loose = [one._replace(sd=2.0 * one.sd) for one in alone]
+    assert (near_share(far, loose, 3.0), near_share(far, loose, 3.0, larger=True)) == (0.0, 1.0)
 
 
 def test_the_factor_of_the_first_half_stands_beside_the_scatter_of_the_second() -> None:
@@ -114,11 +117,11 @@ def test_what_is_asked_is_judged() -> None:
     assert judged('ball and beam') == [True] * 4
     assert judged('ball and beam', alone=windows(800, 1.0, shift=0.002)) == [True] * 3 + [False]
     assert judged('ball and beam', alone=windows(800, 2.0)) == [True, True, False, True]
-    assert judged('heater board') == [True] * 8
+    assert judged('heater board') == [True] * 9
     # Parameters of a sequence that scatter beyond their deviations, that show no factor, that are
     # off those alone, and forecast worse.
     bad = judged('heater board', in_sequence=windows(800, 3.0, shift=5.0))
-    assert bad == [True, True, True, False, False, False, False, True]
+    assert bad == [True, True, True, False, False, False, False, False, True]
 
 
 def test_without_recordings_it_says_so(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
