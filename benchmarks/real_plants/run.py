@@ -40,6 +40,7 @@ class Solved(NamedTuple):
     forecast: dict[str, Array]
     hold: dict[str, Array]
     soon: Array
+    till_soon: Array
     factor: Array
 
 
@@ -89,7 +90,7 @@ def _judged(plant: Plant, whole: Record, window: Record, found: Estimate, second
     x = np.array([[found.state[variable.name]] for variable in plant.model.states])
     p = np.array([[found.parameters[each]] for each in names])
     nothing = np.full(len(plant.outputs), np.nan)
-    forecast, hold, soon = {}, {}, nothing
+    forecast, hold, soon, till_soon = {}, {}, nothing, nothing
     for horizon, share in HORIZONS.items():
         ahead = _part(whole, window.t[-1], window.t[-1] + share * plant.window, closed=True)
         complete = ahead.t[-1] > window.t[-1] + 0.9 * share * plant.window
@@ -100,7 +101,8 @@ def _judged(plant: Plant, whole: Record, window: Record, found: Estimate, second
             errors[horizon] = rms if complete else nothing
         there = np.flatnonzero(np.abs(ahead.t[1:] - window.t[-1] - SOON) < 1e-6)
         if there.size:
-            soon = (y - ahead.y[1:])[there[0]]
+            off = (y - ahead.y[1:])[: there[0] + 1]
+            soon, till_soon = off[-1], np.sqrt(np.mean(off**2, axis=0))
     return Solved(
         values=p[:, 0],
         sd=np.array([found.stddev[each] for each in names]),
@@ -110,6 +112,7 @@ def _judged(plant: Plant, whole: Record, window: Record, found: Estimate, second
         forecast=forecast,
         hold=hold,
         soon=soon,
+        till_soon=till_soon,
         factor=np.array([found.figures.get(f'scatter_over_sd.{each}', np.nan) for each in names]),
     )
 

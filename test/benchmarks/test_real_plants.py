@@ -45,7 +45,7 @@ def test_a_window_finds_what_was_recorded_and_forecasts_what_followed(folder: Pa
     found = solved('ball and beam', str(folder), 'off', times[0])
     np.testing.assert_allclose(found.values, [A, B, C], atol=0.05)
     assert found.forecast['an eighth'][0] < 2e-3 < found.hold['an eighth'][0]
-    assert 0.0 < abs(found.soon[0]) < 2e-3
+    assert 0.0 < abs(found.soon[0]) < 2e-3 and 0.0 < found.till_soon[0] < 2e-3
     late = solved('ball and beam', str(folder), 'off', 29.9)
     assert np.isnan(late.forecast['a window']).all() and np.isnan(late.hold['a window']).all()
 
@@ -72,6 +72,7 @@ def windows(count: int, spread: float, shift: float = 0.0, factor: float = np.na
             forecast=error,
             hold=error,
             soon=np.array([0.008 + shift]),
+            till_soon=np.array([0.008]),
             factor=np.full(3, factor),
         )
         for _ in range(count)
@@ -114,9 +115,11 @@ def judged(name: str, **changed: list[Solved]) -> list[bool]:
 
 
 def test_what_is_asked_is_judged() -> None:
-    assert judged('ball and beam') == [True] * 4
-    assert judged('ball and beam', alone=windows(800, 1.0, shift=0.002)) == [True] * 3 + [False]
-    assert judged('ball and beam', alone=windows(800, 2.0)) == [True, True, False, True]
+    assert judged('ball and beam') == [True] * 5
+    far = judged('ball and beam', alone=windows(800, 1.0, shift=0.002))
+    assert far == [True, True, True, False, True]
+    wide = judged('ball and beam', alone=windows(800, 2.0))
+    assert wide == [True, True, False, True, True]
     assert judged('heater board') == [True] * 9
     # Parameters of a sequence that scatter beyond their deviations, that show no factor, that are
     # off those alone, and forecast worse.
