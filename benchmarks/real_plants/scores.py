@@ -54,8 +54,9 @@ def factors(sequence: Sequence[Solved], alone: Sequence[Solved]) -> tuple[Array,
     Disjoint from the first half's are the windows that begin after it.
     """
     half = len(sequence) // 2
-    shown = np.maximum(sequence[half - 1].factor, 1.0)
-    return shown, np.maximum(scatter_over_sd(alone[half + OVERLAP - 1 :]), 1.0)
+    shown, later = np.maximum(sequence[half - 1].factor, 1.0), alone[half + OVERLAP - 1 :]
+    needed = np.maximum(scatter_over_sd(later), 1.0) if later else np.full_like(shown, np.nan)
+    return shown, needed
 
 
 def near_share(

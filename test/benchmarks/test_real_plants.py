@@ -100,6 +100,7 @@ def test_the_factor_of_the_first_half_stands_beside_the_scatter_of_the_second() 
     np.testing.assert_array_equal(shown, 2.0)
     np.testing.assert_allclose(needed, 3.0, rtol=0.2)
     assert np.isnan(factors(windows(800, 3.0), windows(800, 3.0))[0]).all()
+    assert np.isnan(factors(windows(4, 3.0), windows(4, 3.0))[1]).all()
 
 
 def test_errors_in_different_units_go_together_by_their_product() -> None:
