@@ -2,7 +2,7 @@
 
 from benchmarks.mismatch.cost import SEEDS, cost, runs
 from benchmarks.mismatch.report import acceptance, costs_table, sequences_table
-from benchmarks.mismatch.run import MODES, SPACINGS, WINDOWS, followed
+from benchmarks.mismatch.run import MODES, SCENES, SPACINGS, WINDOWS, followed
 from benchmarks.report import filled, publish, requirements
 from benchmarks.runner import monte_carlo, options
 
@@ -18,7 +18,8 @@ def main(arguments: list[str] | None = None) -> str:
     sequences = monte_carlo(
         followed,
         {
-            (spacing, mode): [(spacing, mode, seed, chosen.windows) for seed in seeds]
+            (scene, spacing, mode): [(scene, spacing, mode, seed, chosen.windows) for seed in seeds]
+            for scene in SCENES
             for spacing in SPACINGS
             for mode in MODES
         },

@@ -6,7 +6,7 @@ tanks that change places are told apart by little. The excess above TOP is lost.
 """
 
 import math
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -17,10 +17,19 @@ INTERVAL = 4.0  # s, from sample to sample
 STEP = 0.5  # s, of the simulated plant
 NOISE = 0.02  # V
 TOP = 10.0  # V
-PUMP = (1.0, 5.0)  # V, of the voltages drawn
+LEAST_PUMP = 1.0  # V, of the voltages drawn
 HELD = (5, 40)  # samples that a voltage stays
 OUTLETS = (0.04, 0.06)  # root of V per s, of k1 and k3
-FILL = (0.7, 0.8)  # k4 / k1, in 1 / root of V: some 4.2 V of the pump fill the upper tank
+
+
+class Flood(NamedTuple):
+    """How much the upper tank overflows: most voltage (V), range of k4 / k1 in 1 / root of V."""
+
+    most: float
+    fill: tuple[float, float]
+
+
+FLOODS = {'some': Flood(5.0, (0.7, 0.8)), 'much': Flood(6.0, (0.75, 0.85))}
 
 
 def pump_dynamics(t: Any, x: Any, u: Any, p: Any) -> tuple[Any, Any]:
@@ -80,13 +89,16 @@ FULL_TANKS = Model(
 )
 
 
-def overflowing(seed: int, samples: int, top: float = TOP) -> tuple[Record, Array]:
+def overflowing(
+    seed: int, samples: int, top: float = TOP, flood: str = 'some'
+) -> tuple[Record, Array]:
     """Return a record of the tanks, with fresh constants (3,), and these."""
     rng = np.random.default_rng([seed, samples])
     k1, k3 = rng.uniform(*OUTLETS, 2).tolist()
-    k4 = k1 * rng.uniform(*FILL)
+    most, fill = FLOODS[flood]
+    k4 = k1 * rng.uniform(*fill)
     lengths = rng.integers(*HELD, samples)
-    u = np.repeat(rng.uniform(*PUMP, samples), lengths)[:samples]
+    u = np.repeat(rng.uniform(LEAST_PUMP, most, samples), lengths)[:samples]
     level, below = np.minimum(rng.uniform(1.0, 0.8 * TOP, 2), top).tolist()
     y = np.empty((samples, 2))
     for k in range(samples):

@@ -15,22 +15,24 @@ NEAR = 0.95  # of the values
 CYCLING = 0.05  # of the parameters' sequences: chance alone
 MOST = 5.0  # times the candidate-steps of a window that fits
 
-Sequences = Mapping[tuple[str, str], Sequence[Followed]]  # by spacing and mode
+Sequences = Mapping[tuple[str, str, str], Sequence[Followed]]  # by scene, spacing and mode
 Costs = Mapping[tuple[str, str, str], Sequence[Cost]]  # by case, kind and knowledge of the noise
 
 
 def sequences_table(cells: Sequences) -> str:
     """Tell outcomes, and how published values follow those of the windows alone."""
     rows = []
-    for (spacing, mode), runs in cells.items():
+    for (scene, spacing, mode), runs in cells.items():
         rows.append({
+            'model': scene,
             'windows every': spacing,
             'process_noise': mode,
             'outcomes': _outcomes(run.outcomes for run in runs),
             'alone': _outcomes(run.alone_outcomes for run in runs),
+            'determined by both': f'{_determined(runs):.2f}',
             f'within {SDS:g} published sd': _share(*nearness(runs)),
             f'within {SDS:g} of the larger sd': _share(*nearness(runs, larger=True)),
-            'frozen steps': sum(frozen(run) for run in runs),
+            'frozen': sum(frozen(run) for run in runs),
             'cycling': _share(*_cycling(runs)),
         })  # fmt: skip
     return table(rows)
@@ -56,9 +58,9 @@ def costs_table(costs: Costs) -> str:
 
 def acceptance(cells: Sequences, costs: Costs) -> Iterator[Requirement]:
     """Yield what is asked of the mode `auto` in sequence, and of all costs."""
-    for (spacing, mode), runs in cells.items():
+    for (scene, spacing, mode), runs in cells.items():
         if mode == 'auto':
-            yield from _followed(f'every {spacing}', runs)
+            yield from _followed(f'{scene}, every {spacing}', runs)
     for case, kind, known in costs:
         if kind != FITS:
             ratios = _ratios(costs, case, kind, known)
@@ -75,13 +77,17 @@ def _followed(every: str, runs: Sequence[Followed]) -> Iterator[Requirement]:
         asked = f'{every}: >= {NEAR:.0%} of values within {SDS:g} {sds} of the value alone'
         yield Requirement(asked, _share(near, count), bool(count and near >= NEAR * count))
     steps = sum(frozen(run) for run in runs)
-    yield Requirement(f'{every}: no value is frozen', f'{steps} steps', steps == 0)
+    yield Requirement(f'{every}: no value is frozen', f'{steps} times', steps == 0)
     found, count = _cycling(runs)
     yield Requirement(
         f'{every}: correlation with {LAG} windows before > {CYCLES:g} in at most {CYCLING:.0%}',
         _share(found, count),
         share_interval(found, count)[0] <= CYCLING,
     )
+
+
+def _determined(runs: Sequence[Followed]) -> float:
+    return nearness(runs)[1] / sum(run.values.size for run in runs)
 
 
 def _cycling(runs: Sequence[Followed]) -> tuple[int, int]:

@@ -27,10 +27,14 @@ def nearness(runs: Sequence[Followed], *, larger: bool = False) -> tuple[int, in
 
 
 def frozen(run: Followed) -> int:
-    """Count the steps of a parameter that stands still while the window's alone moves."""
+    """Count the times that a parameter stays in three windows while those alone move.
+
+    One step of two windows may be so short by chance.
+    """
     sd = scale(run)[1:]
     still = np.abs(np.diff(run.values, axis=0)) < STILL * sd
-    return int((still & (np.abs(np.diff(run.alone, axis=0)) > MOVED * sd)).sum())
+    still &= np.abs(np.diff(run.alone, axis=0)) > MOVED * sd
+    return int((still[1:] & still[:-1]).sum())
 
 
 def scale(run: Followed) -> Array:
