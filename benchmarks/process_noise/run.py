@@ -1,7 +1,6 @@
 """Windows of plants whose states are pushed about: simulated, and solved with and without walks."""
 
 import functools
-import re
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -97,14 +96,6 @@ def compile_all(name: str) -> None:
         warm_seconds(plant, record, mode, 0)
 
 
-def walks_of(estimate: Estimate) -> dict[str, float]:
-    """Return the walks found by state, in its unit per root of a second."""
-    if (walks := getattr(estimate, 'walks', None)) is not None:
-        return dict(walks)
-    found = re.findall(r'(\w+) by ([-+.e\d]+)', estimate.message.partition('pushed about')[2])
-    return {name: float(walk) for name, walk in found}
-
-
 def _estimate(plant: Plant, record: Record, mode: Any, seed: int) -> Estimate:
     return solve_window(plant.model, record, seed=seed, process_noise=mode, fixed=plant.fixed)
 
@@ -113,13 +104,12 @@ def _solved(plant: Plant, record: Record, mode: str, seed: int, p: Array, x: Arr
     found, seconds = timed(lambda: _estimate(plant, record, mode, seed))
     states = names(plant.model.states)
     parameters = [plant.model.parameters[i].name for i in plant.estimated]
-    walks = walks_of(found)
     return Solved(
         error=np.array([found.parameters[v] for v in parameters]) - p[plant.estimated],
         sd=np.array([found.stddev[v] for v in parameters]),
         end_error=np.array([found.state[v] for v in states]) - x,
         end_sd=np.array([found.stddev[v] for v in states]),
-        walks=np.array([walks.get(states[i], 0.0) for i in plant.told]),
+        walks=np.array([found.walks.get(states[i], 0.0) for i in plant.told]),
         outcome=found.outcome.value,
         seconds=seconds,
     )

@@ -50,11 +50,11 @@ def checked(sequence: Sequence[Solved]) -> Sequence[Solved]:
 def factors(sequence: Sequence[Solved], alone: Sequence[Solved]) -> tuple[Array, Array]:
     """Return the factor on deviations (q,) that the first half shows, and that the second needs.
 
-    The first is the sequence's own, the second the scatter of windows alone; both are 1 at least.
-    Disjoint from the first half's are the windows that begin after it.
+    The first is the sequence's own at the last window that begins in the first half, the second the
+    scatter of windows alone that begin after that has ended; both are 1 at least.
     """
-    half = len(sequence) // 2
-    shown, later = np.maximum(sequence[half - 1].factor, 1.0), alone[half + OVERLAP - 1 :]
+    last = len(sequence) // 2 + 1  # the recording ends a window's length after the last begins
+    shown, later = np.maximum(sequence[last].factor, 1.0), alone[last + OVERLAP :]
     needed = np.maximum(scatter_over_sd(later), 1.0) if later else np.full_like(shown, np.nan)
     return shown, needed
 

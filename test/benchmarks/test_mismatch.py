@@ -98,7 +98,7 @@ def test_costs_are_of_windows_that_differ_in_their_outputs_alone() -> None:
             np.testing.assert_array_equal(other.u, fitting.u)
             assert np.abs(other.y - fitting.y).max() > 0.1
     fits, wrong = (cost('lag, 3 unknowns', kind, 'known', 1) for kind in (FITS, 'square wave'))
-    assert fits.outcome == 'converged' and wrong.outcome == 'model_mismatch'
+    assert fits.outcome == 'converged' != wrong.outcome
     assert 0 < fits.steps < wrong.steps
     assert isinstance(CASES['lag, 3 unknowns'].window(FITS, 1), Record)
     assert len(runs(0)) == 2 * sum(1 + len(case.kinds) for case in CASES.values())
