@@ -1,6 +1,7 @@
-"""Intervals that were published, held against the truth; errors and deviations in boxes."""
+"""Intervals that were published, held against the truth; errors in boxes; shares of windows."""
 
 import numpy as np
+from scipy.stats import beta
 
 from obs_ros.core.typing import Array, BoolArray
 
@@ -18,6 +19,13 @@ def coverage(error: Array, sd: Array) -> float:
     """Return the share of the intervals given that hold the truth; NaN where none is given."""
     given = np.isfinite(sd)
     return float(np.mean(covered(error, sd)[given])) if given.any() else np.nan
+
+
+def share_interval(hits: int, count: int) -> tuple[float, float]:
+    """Return the 95 % interval of a share of which so many were hits (Clopper & Pearson 1934)."""
+    low = beta.ppf(0.025, hits, count - hits + 1) if hits else 0.0
+    high = beta.ppf(0.975, hits + 1, count - hits) if hits < count else 1.0
+    return float(low), float(high)
 
 
 def confidently_wrong(error: Array | float, sd: Array | float) -> BoolArray:

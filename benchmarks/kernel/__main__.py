@@ -1,4 +1,4 @@
-"""Time of the compiled three-tank rollout beside hand-written C and NumPy, in one run.
+"""Time of the compiled three-tank rollout beside C and NumPy, and of the filter's pass, in one run.
 
 Work of a candidate-step: one RK4 step and the squared residuals of two outputs. All three are
 called from Python, their arguments laid out anew (ours) or ready (C): with windows of 1000 samples
@@ -6,7 +6,7 @@ a call takes 0.1 ms or more, so that the cost of the call itself does not show.
 """
 
 from benchmarks.kernel.report import report
-from benchmarks.kernel.run import C_OPTIONS, Row, gcc_version, rows_of
+from benchmarks.kernel.run import C_OPTIONS, Row, filter_pass, gcc_version, rows_of
 from benchmarks.report import publish
 from benchmarks.runner import options
 
@@ -20,7 +20,7 @@ def main(arguments: list[str] | None = None) -> list[Row]:
     rows = rows_of(chosen.samples, chosen.rounds)
     version = gcc_version()
     compiler = f'gcc {version} {" ".join(C_OPTIONS)}' if version else 'no gcc'
-    text = report(rows, chosen.rounds)
+    text = report(rows, filter_pass(chosen.samples, chosen.rounds), chosen.rounds)
     publish(chosen.results, 'kernel', 'Rollout kernel', text, compiler)
     return rows
 

@@ -1,10 +1,11 @@
-"""The compiled three-tank rollout, hand-written C and NumPy, timed in turn."""
+"""The compiled three-tank rollout, hand-written C and NumPy, timed in turn; the Kalman filter."""
 
 import ctypes
 import shutil
 import subprocess
 import tempfile
 from collections.abc import Callable
+from functools import partial
 from pathlib import Path
 from typing import NamedTuple
 
@@ -22,6 +23,8 @@ CHUNK = 16
 C_OPTIONS = ('-O3', '-march=native', '-ffast-math')
 MEASUREMENT = 0.005  # s of process time
 NUMPY_ROUNDS = 3
+PLAIN_LANES = 32  # of the rollouts that a filter's pass is measured in
+WALK, NOISE = 0.05, 0.1  # cm per root of a second, cm
 
 Rollout = Callable[[Array, Array], Array]  # x0 (3, B), p (3, B) -> squares (2, B)
 
@@ -52,6 +55,58 @@ def rows_of(samples: int, rounds: int) -> list[Row]:
     with tempfile.TemporaryDirectory() as folder:
         c = c_rollout(grid, Path(folder))
         return [measured(lanes, samples, rounds, ours, c, numpy) for lanes in LANES]
+
+
+class Pass(NamedTuple):
+    """Medians of a filter's pass: ns per sample, the same in candidate-steps, allocations.
+
+    Allocations are those of compiled code in a window ten times as long, beyond those in this.
+    """
+
+    ns: float
+    steps: float
+    allocations: int
+
+
+def filter_pass(samples: int, rounds: int) -> Pass:
+    """Measure the filter's pass on random windows, in turn with plain rollouts."""
+    kernels, window = kernels_for(THREE_TANK), random_window(1, samples, 20.0)
+    grid, prefixes = Grid.of(THREE_TANK, window.record, np.ones(2)), np.array([samples])
+    rng = np.random.default_rng(PLAIN_LANES)
+    x0, p = rng.uniform(5.0, 95.0, (3, PLAIN_LANES)), rng.uniform(0.2, 1.0, (3, PLAIN_LANES))
+
+    def plain() -> None:
+        kernels.squares(grid, prefixes, x0, p)
+
+    times: dict[str, list[float]] = {'filter': [], 'plain': []}
+    calls = {'filter': partial(filtered, grid), 'plain': plain}
+    counts = {name: repeats_for(call, MEASUREMENT) for name, call in calls.items()}
+    for _ in range(rounds):
+        for name, call in calls.items():
+            times[name].append(cpu_seconds(call, counts[name]))
+    long = Grid.of(THREE_TANK, random_window(1, 10 * samples, 20.0).record, np.ones(2))
+    work = PLAIN_LANES * (samples - 1)
+    return Pass(
+        ns=1e9 * float(np.median(times['filter'])) / samples,
+        steps=float(np.median(np.divide(times['filter'], times['plain']))) * work / samples,
+        allocations=allocations(partial(filtered, long)) - allocations(partial(filtered, grid)),
+    )
+
+
+def filtered(grid: Grid) -> None:
+    """Run the filter along a window, with walks on all levels."""
+    x0, p, walks = np.array([50.0, 40.0, 45.0]), np.full(3, 0.5), np.repeat([WALK, 0.0], 3)
+    kernels_for(THREE_TANK).filter(grid, x0, p, walks, np.full(2, NOISE))
+
+
+def allocations(call: Callable[[], None]) -> int:
+    """Count the allocations of compiled code in one call."""
+    from numba.core.runtime import _nrt_python, rtsys
+
+    _nrt_python.memsys_enable_stats()
+    before = rtsys.get_allocation_stats().alloc
+    call()
+    return int(rtsys.get_allocation_stats().alloc - before)
 
 
 def gcc_version() -> str | None:

@@ -6,11 +6,19 @@ The recordings lie beside the repository, in ../shared/data, or where --data say
 import sys
 from pathlib import Path
 
+from benchmarks.real_plants.acceptance import acceptance
 from benchmarks.real_plants.plants import PLANTS
-from benchmarks.real_plants.report import forecasts_table, outcomes_table, scatter_table
-from benchmarks.real_plants.run import recorded, solved, starts
-from benchmarks.report import filled, publish
+from benchmarks.real_plants.report import (
+    forecasts_table,
+    nearness_table,
+    outcomes_table,
+    scatter_table,
+)
+from benchmarks.real_plants.run import in_sequence, recorded, solved, starts
+from benchmarks.report import filled, publish, requirements
 from benchmarks.runner import ROOT, monte_carlo, options
+
+MODES = ('off', 'auto')
 
 
 def main(arguments: list[str] | None = None) -> str:
@@ -18,23 +26,38 @@ def main(arguments: list[str] | None = None) -> str:
     parser = options(__doc__)
     parser.add_argument('--data', type=Path, default=ROOT.parent / 'shared' / 'data')
     chosen = parser.parse_args(arguments)
-    cells = {}
+    names = []
     for name, plant in PLANTS.items():
-        if not (chosen.data / plant.file).is_file():
+        if (chosen.data / plant.file).is_file():
+            names.append(name)
+        else:
             print(f'{name}: left out, there is no {chosen.data / plant.file}', file=sys.stderr)
-            continue
-        times = starts(plant, recorded(name, chosen.data))
-        for mode in ('off', 'auto'):
-            cells[name, mode] = [(name, str(chosen.data), mode, time) for time in times]
-    if not cells:
+    if not names:
         print('no recording is there: name their folder with --data', file=sys.stderr)
         return ''
-    found = monte_carlo(solved, cells, 'windows')
+    pairs, folder = [(name, mode) for name in names for mode in MODES], str(chosen.data)
+    alone = {
+        (name, mode): [
+            (name, folder, mode, start)
+            for start in starts(PLANTS[name], recorded(name, chosen.data))
+        ]
+        for name, mode in pairs
+    }
+    runs = {(name, mode): [(name, folder, mode)] for name, mode in pairs}
+    found, followed = (
+        monte_carlo(solved, alone, 'windows'),
+        monte_carlo(in_sequence, runs, 'sequences'),
+    )
+    cells = {}
+    for pair in pairs:
+        cells[*pair, 'alone'], cells[*pair, 'in sequence'] = found[pair], followed[pair][0]
     text = filled(
         'real_plants/report',
-        outcomes=outcomes_table(found),
-        scatter=scatter_table(found),
-        forecasts=forecasts_table(found),
+        outcomes=outcomes_table(cells),
+        scatter=scatter_table(cells),
+        nearness=nearness_table(cells),
+        forecasts=forecasts_table(cells),
+        acceptance=requirements(acceptance(cells)),
     )
     return publish(chosen.results, 'real_plants', 'Recorded plants', text)
 

@@ -1,4 +1,7 @@
-"""Models of recorded plants, as a user would write them first."""
+"""Models of recorded plants, as a user would write them first, in bounds that cut no optimum off.
+
+But for the ball's friction, which cannot be negative.
+"""
 
 from typing import Any, NamedTuple
 
@@ -107,10 +110,10 @@ BOARD = Model(
     inputs=(Variable('heat', '%'),),
     outputs=(Variable('y1', 'degC'), Variable('y2', 'degC')),
     parameters=(
-        Variable('loss', 'W/K', lower=0.005, upper=0.2),
-        Variable('exchange', 'W/K', lower=0.001, upper=0.2),
+        Variable('loss', 'W/K', lower=0.0, upper=0.2),
+        Variable('exchange', 'W/K', lower=0.0, upper=0.2),
         Variable('heater', 'W/%', lower=0.001, upper=0.05),
-        Variable('lag', 's', lower=2.0, upper=60.0),
+        Variable('lag', 's', lower=1.0, upper=200.0),
     ),
     dynamics=board_dynamics,
     output=sensors,
@@ -126,9 +129,9 @@ CELL = Model(
     inputs=(Variable('current', 'A'),),
     outputs=(Variable('volt', 'V'),),
     parameters=(
-        Variable('charge', 'Ah/V', lower=0.2, upper=50.0),
-        Variable('r0', 'mOhm', lower=0.1, upper=100.0),
-        Variable('r1', 'mOhm', lower=0.1, upper=100.0),
+        Variable('charge', 'Ah/V', lower=0.2, upper=1000.0),
+        Variable('r0', 'mOhm', lower=0.01, upper=100.0),
+        Variable('r1', 'mOhm', lower=0.01, upper=100.0),
         Variable('tau', 's', lower=1.0, upper=200.0),
     ),
     dynamics=cell_dynamics,

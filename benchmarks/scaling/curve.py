@@ -5,7 +5,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from benchmarks.scaling.metered import Spent
+from benchmarks.metered import Spent
 
 CAUSES: Mapping[str, Callable[[Spent], float]] = {
     'candidate-steps': lambda run: run.steps,

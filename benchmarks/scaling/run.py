@@ -5,10 +5,10 @@ from collections.abc import Callable, Sequence
 
 import numpy as np
 
+from benchmarks.metered import Spent, spent
 from benchmarks.report import quantiles
 from benchmarks.runner import cpu_seconds, progress, repeats_for
 from benchmarks.scaling.curve import CAUSES, Curve
-from benchmarks.scaling.metered import Spent, spent
 from benchmarks.tanks import random_window
 from benchmarks.zoo import CASES, draw
 from benchmarks.zoo.cases import chain

@@ -3,7 +3,7 @@
 import numpy as np
 
 from benchmarks.kernel.__main__ import main as measure_kernel
-from benchmarks.kernel.run import gcc_version
+from benchmarks.kernel.run import filter_pass, gcc_version
 
 
 def test_the_kernel_benchmark_compares_equal_work(tmp_path):
@@ -11,4 +11,11 @@ def test_the_kernel_benchmark_compares_equal_work(tmp_path):
     assert [row.lanes for row in rows] == [1, 16, 32, 64]
     assert all(row.ours < row.numpy for row in rows)
     assert all(np.isfinite(row.ratio) == (gcc_version() is not None) for row in rows)
-    assert 'ours / C' in (tmp_path / 'kernel.md').read_text()
+    text = (tmp_path / 'kernel.md').read_text()
+    assert 'ours / C' in text and 'candidate-steps per sample' in text
+
+
+def test_a_pass_is_measured_in_steps_and_allocations_are_counted():
+    found = filter_pass(100, 2)
+    assert 1.0 < found.steps < 1000.0 and found.allocations == 0
+    assert found.ns > 0.0
