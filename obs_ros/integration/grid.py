@@ -109,20 +109,12 @@ class Grid:
         with np.errstate(divide='ignore', invalid='ignore'):
             return residuals / self.weight
 
-    def stretch(self, first: int, last: int, corrected: bool = False) -> 'Grid':
-        """Return the nodes from `first` to `last`, both included.
-
-        With `corrected`, rollouts begin at a state that the outputs of node `first` have corrected
-        already: its gains are 0, and its residuals those of that state.
-        """
+    def stretch(self, first: int, last: int) -> 'Grid':
+        """Return the nodes from `first` to `last`, both included."""
         nodes, intervals = slice(first, last + 1), slice(first, last)
         injection = self.injection
         if injection is not None:
-            gain, cross = injection.gain[nodes], injection.cross[nodes]
-            if corrected:
-                gain, cross = gain.copy(), cross.copy()
-                gain[0] = cross[0] = 0.0
-            injection = Injection(gain, cross, injection.moving)
+            injection = Injection(injection.gain[nodes], injection.cross[nodes], injection.moving)
         return replace(
             self,
             t=self.t[nodes],
