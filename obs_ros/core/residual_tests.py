@@ -15,6 +15,8 @@ class ResidualTestSettings:
     tail: float = 0.001  # probability that sums of squares of noise itself lie beyond
     white: float = 2.81  # deviations of the lag-1 correlation; noise exceeds them in 0.5 % of cases
     most_correlation: float = 0.99  # taken of a lag-1 correlation: at 1, inflation is infinite
+    blocks: tuple[int, ...] = (8, 32)  # of a window, whose means tell what changes slowly
+    slow: float = 0.01  # probability that blocks of noise vary more than those
     long_tail: float = 2.0  # times what lag 1 foretells of all lags; chance does not sum to that
 
 
@@ -95,6 +97,28 @@ def inflation_by(residuals: Array, known: float = 0.0) -> float:
 def is_white(residuals: Array) -> bool:
     """Whether the lag-1 correlation of residuals (K, r; NaN = not measured) is that of noise."""
     return whiteness(residuals).white
+
+
+def changes_slowly(residuals: Array) -> bool:
+    """Whether means over blocks of residuals (K, r; NaN = not measured) vary more than noise's.
+
+    That shows slow changes below the noise, of which neighbours tell little: the sum of squared
+    means, in their deviations, is chi-square for noise.
+    """
+    for blocks in LIMITS.blocks:
+        total, freedom = 0.0, 0
+        for column in residuals.T:
+            r = column[np.isfinite(column)]
+            length = r.size // blocks
+            square = float(r @ r)
+            if length < 2 or square == 0.0:
+                continue
+            means = r[: length * blocks].reshape(blocks, length).mean(axis=1)
+            total += float(means @ means) * length * r.size / square
+            freedom += blocks
+        if freedom and total > float(chdtri(freedom, LIMITS.slow)):
+            return True
+    return False
 
 
 def like_noise(squares: float, freedom: float) -> bool:

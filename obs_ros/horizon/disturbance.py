@@ -5,16 +5,15 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from obs_ros.core.deadline import Deadline
+from obs_ros.core.residual_tests import changes_slowly
 from obs_ros.core.typing import Array
 from obs_ros.inference.assessment.fit import Fit
-from obs_ros.inference.assessment.output_error import output_error_covariance
 from obs_ros.inference.assessment.skill import forecast_skill
 from obs_ros.inference.assessment.uncertainty import AtEnd, Uncertainty
 from obs_ros.inference.disturbed import (
     Disturbed,
     criterion_of,
     disturbed,
-    disturbed_at,
     with_given_walks,
     with_known_noise,
 )
@@ -93,12 +92,9 @@ def explain_by_process_noise(
     """Return the window explained by process noise if that is more likely than `best`, else None.
 
     `given` (r,) are the outputs' known deviations, NaN where they are not. With mode `auto` it is
-    tried only where `best` leaves a residual that is no noise.
+    tried only where `best` leaves a residual that is no noise, or one that changes slowly.
     """
-    drifting = len(best.problem.events) > 1
-    if mode == 'off' or deadline.passed:
-        return None
-    if mode == 'auto' and not drifting and fit_of(window, best).is_noise:
+    if mode == 'off' or deadline.passed or (mode == 'auto' and is_exact(window, best)):
         return None
     if mode == 'given':
         other = with_given_walks(window, found.z, given, deadline)
@@ -107,6 +103,14 @@ def explain_by_process_noise(
     if other is None or (mode == 'auto' and other.criterion >= criterion_at(window, best)):
         return None
     return DisturbedWindow.of(window, found, other)
+
+
+def is_exact(window: WindowState, best: Hypothesis) -> bool:
+    """Whether a hypothesis leaves nothing to be explained by process noise."""
+    fit = fit_of(window, best)
+    if len(best.problem.events) > 1 or not fit.is_noise:
+        return False
+    return fit.negligible or not changes_slowly(best.trajectory[1])
 
 
 def continue_process_noise(
@@ -135,38 +139,6 @@ def with_noise_of_others(
     """Return the window with the process noise of other windows instead of its own."""
     found = with_known_noise(window, other.found.z, noise, deadline)
     return None if found is None else DisturbedWindow.of(window, other.found, found)
-
-
-def filtered_output_error(
-    window: WindowState, plain: Hypothesis, other: DisturbedWindow
-) -> DisturbedWindow:
-    """Return the window at the output error's optimum, its state filtered with process noise.
-
-    Its innovations need not be white, nor of the right size.
-    """
-    at = disturbed_at(window, plain.point, other.noise)
-    covariance = output_error_covariance(plain, other.noise, at.along)
-    return replace(DisturbedWindow.of(window, other.found, at), covariance=covariance)
-
-
-def output_error(
-    window: WindowState, plain: Hypothesis, filtered: DisturbedWindow
-) -> DisturbedWindow:
-    """Return the window by output error, as uncertain as process noise makes it.
-
-    `filtered` is that with its state filtered, from which the state at the end differs.
-    """
-    plain_window = replace(window, objective=plain.problem.objective, noise_known=True)
-    last = int(np.flatnonzero(window.objective.grid.measured)[-1])
-    q = len(plain.problem.objective.unknowns.model.parameters)
-    off = plain.trajectory[0][last] - filtered.hypothesis.trajectory[0][last]
-    return replace(
-        filtered,
-        window=plain_window,
-        found=replace(filtered.found, z=plain.point, cost=plain.squares),
-        hypothesis=plain,
-        end=AtEnd(filtered.end.covariance + np.diag(np.append(off**2, np.zeros(q)))),
-    )
 
 
 def assessed(uncertainty: Uncertainty, mode: ProcessNoiseMode) -> Uncertainty:

@@ -11,13 +11,14 @@ from collections import deque
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from enum import StrEnum
+from functools import cached_property
 from typing import NamedTuple
 
 import numpy as np
 
 from obs_ros.core.record import Record
 from obs_ros.core.typing import Array
-from obs_ros.inference.assessment.skill import skill_of
+from obs_ros.inference.assessment.skill import mean_log_errors, skill_of
 from obs_ros.integration.backends import Kernels
 from obs_ros.integration.grid import Grid
 
@@ -93,16 +94,10 @@ class Judged:
     count: Array  # (r,)
     noise: Array  # (r,)
 
-    @property
+    @cached_property
     def logs(self) -> Array:
-        """Mean log MSE (B,) over outputs; beyond holding the last value, all are of no use."""
-        told = self.count > 0
-        if not told.any():
-            return np.zeros(len(self.model))
-        count = self.count[told]
-        most = np.maximum(self.hold[told] / count, 2.0 * self.noise[told] ** 2)
-        mean = np.fmin(self.model[:, told] / count, most)
-        return np.asarray(np.log(mean + np.finfo(float).tiny).mean(axis=1))
+        """Mean log MSE (B,) over outputs, see `mean_log_errors`."""
+        return mean_log_errors(self.model, self.hold, self.count, self.noise)
 
 
 @dataclass(eq=False)
@@ -111,6 +106,7 @@ class Forecasts:
 
     settings: ForecastSettings = FORECASTS
     basis: Basis = Basis.PROCESS_NOISE
+    begun: bool = False
     _time: float = np.nan  # s, to which those under way have come
     _lanes: list[Ends] = field(default_factory=list)  # len(BASES) for each
     _pending: list[Pending] = field(default_factory=list)
@@ -156,6 +152,7 @@ class Forecasts:
             self._drop()
         if time - newest < duration / self.settings.pending:
             return
+        self.begun = True
         best = ends.get(Basis.PROCESS_NOISE) or ends[Basis.OUTPUT_ERROR]
         shape = (len(self.settings.horizons), held.size)
         self._time = time

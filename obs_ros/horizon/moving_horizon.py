@@ -23,15 +23,15 @@ from obs_ros.core.record import Record
 from obs_ros.core.residual_tests import inflation
 from obs_ros.horizon.announcements import Announcements
 from obs_ros.horizon.arrival_cost import ArrivalCost, WindowPosterior
+from obs_ros.horizon.bases import Bases, ends_of
 from obs_ros.horizon.disturbance import assessed, fit_of
-from obs_ros.horizon.forecasts import Forecasts
+from obs_ros.horizon.forecasts import Basis, Forecasts
 from obs_ros.horizon.probation import Probation, without_stuck
 from obs_ros.horizon.scatter import Alone, Scatter, raised
 from obs_ros.horizon.solution import (
     SOLUTION,
     Earlier,
     Solution,
-    bases_of,
     level_of,
     plain_fits,
     solved,
@@ -152,18 +152,21 @@ class MovingHorizon:
         """Return the solution that forecasts speak for, and begin those of this window."""
         if self._solver.settings.process_noise == 'off' or plain_fits(solution):
             return solution
-        bases = bases_of(posed, solution)
+        own, plain = solution.disturbed, solution.plain
+        bases = None if own is None else Bases(posed, plain, own, self._given)
+        if bases is not None and not self._forecasts.begun:
+            self._forecasts.basis = bases.by_cross_validation()
         grid = posed.objective.grid
         last = int(np.flatnonzero(grid.measured)[-1])
         self._forecasts.begin(
-            {basis: end for basis, (end, _) in bases.items()},
+            {Basis.OUTPUT_ERROR: ends_of(plain)} if bases is None else bases.ends,
             float(grid.t[last]),
             posed.duration,
             last_values(grid, last),
             least_noises(grid),
         )
-        chosen = bases.get(self._forecasts.decide())
-        return solution if chosen is None or chosen[1] is None else solution.by(chosen[1])
+        basis = self._forecasts.decide()
+        return solution if bases is None else solution.by(bases.window(basis))
 
     def _uncertainty(self, solution: Solution, record: Record, deadline: Deadline) -> Uncertainty:
         """Return what is known of a solution's point: covariance, jumps, skill of its forecasts."""

@@ -19,16 +19,12 @@ from obs_ros.horizon.disturbance import (
     continue_process_noise,
     criterion_at,
     explain_by_process_noise,
-    filtered_output_error,
     fit_of,
-    output_error,
     with_noise_of_others,
 )
-from obs_ros.horizon.forecasts import Basis, Ends
 from obs_ros.horizon.solver import Solver, rescaled_to_residuals
 from obs_ros.horizon.stages import continued_jumps, explain, fit
 from obs_ros.inference.assessment.informed_subspace import marginal_information
-from obs_ros.inference.assessment.uncertainty import AtEnd
 from obs_ros.inference.jumps.hypothesis import Hypothesis, hypothesis_at
 from obs_ros.inference.jumps.piecewise import PiecewiseProblem
 from obs_ros.inference.prior import Prior
@@ -284,39 +280,6 @@ def contradicts_prior(
     own = scaled_inverse(marginal_information(best, n) - given.information(q - n) + B)
     gain = off @ P @ off + off @ P @ own @ P @ off
     return bool(gain > chdtri(q - n, settings.contradiction))
-
-
-def bases_of(
-    posed: WindowState, solution: Solution
-) -> dict[Basis, tuple[Ends, DisturbedWindow | None]]:
-    """Return what a window may be believed to be, with its state and parameters at the end.
-
-    A basis without a window stands for the solution as it is. Jumps belong to the solution alone.
-    """
-    own, plain = solution.disturbed, solution.plain
-    if own is None:
-        return {Basis.OUTPUT_ERROR: (ends_of(solution.hypothesis), None)}
-    found: dict[Basis, tuple[Ends, DisturbedWindow | None]] = {
-        Basis.PROCESS_NOISE: (ends_of(own.hypothesis, own.end), own)
-    }
-    if own.hypothesis.problem.events or plain.problem.events:
-        return found
-    posed = replace(posed, prior=own.hypothesis.problem.prior)
-    other = filtered_output_error(posed, plain, own)
-    found[Basis.FILTERED] = ends_of(other.hypothesis, other.end), other
-    found[Basis.OUTPUT_ERROR] = ends_of(plain), output_error(posed, plain, other)
-    return found
-
-
-def ends_of(best: Hypothesis, end: AtEnd | None = None) -> Ends:
-    """Return state and parameters at the end of a window."""
-    objective = best.problem.objective
-    last = int(np.flatnonzero(objective.grid.measured)[-1])
-    final = best.point[best.layout.final(best.point)]
-    parameters = objective.unknowns.values(final[None])[1][:, 0]
-    if end is not None and end.parameters is not None:
-        parameters = end.parameters
-    return Ends(best.trajectory[0][last], parameters)
 
 
 def plain_fits(solution: Solution) -> bool:

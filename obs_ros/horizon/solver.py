@@ -16,6 +16,7 @@ from obs_ros.core.prior_knowledge import with_knowledge
 from obs_ros.core.record import Record
 from obs_ros.core.registry import suggest
 from obs_ros.core.typing import Array
+from obs_ros.horizon.bases import Bases
 from obs_ros.horizon.disturbance import assessed, explain_by_process_noise
 from obs_ros.horizon.given_priors import under_given_priors
 from obs_ros.horizon.settings import POSING, EstimationSettings, check_process_noise, with_starts
@@ -159,6 +160,9 @@ class Solver:
                 window, found, best, self.given_noise, deadline, mode=self.settings.process_noise
             )
             if other is not None:
+                if self.settings.process_noise == 'auto':
+                    bases = Bases(window, best, other, self.given_noise)
+                    other = bases.window(bases.by_cross_validation())
                 window, found, best = other.window, other.found, other.hypothesis
             information = marginal_information(best, self.unknowns.n_states)
             uncertainty = Uncertainty(best, best.covariance, information)

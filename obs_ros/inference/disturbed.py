@@ -104,11 +104,11 @@ def disturbed(
     finite is found.
     """
     groups = groups_of(window.objective.unknowns.model)
-    starts = []
+    starts: list[tuple[ProcessNoise, Sequence[IntArray]]] = []
     if previous is not None:
-        walking = [group for group in groups if previous.walks[group[0]] > 0.0]
+        known = [group for group in groups if previous.walks[group[0]] > 0.0]
         noise = np.where(np.isfinite(given), given, previous.noise)
-        starts.append((replace(previous, noise=noise), walking))
+        starts.append((replace(previous, noise=noise), known))
     if afresh:
         guess = first_guess(window, z, given, groups)
         starts.append((guess, groups))
@@ -118,13 +118,36 @@ def disturbed(
             walks[group] = guess.walks[group]
             starts.append((replace(guess, walks=walks), [group]))
     best: tuple[Disturbed, Sequence[IntArray]] | None = None
+    rounds = SETTINGS.rounds if len(starts) == 1 else 1
     for start, walking in starts:
         if deadline.passed:
             return None
-        other = _alternated(window, z, start, walking, given, deadline)
+        other = _alternated(window, z, start, walking, given, deadline, rounds)
         if other is not None and (best is None or other.criterion < best[0].criterion):
             best = other, walking
-    return None if best is None else _restricted(window, *best, given, deadline)
+    if best is None:
+        return None
+    found, chosen = best
+    if len(starts) > 1:  # only the most promising one is followed to its end
+        rest = _alternated(window, found.z, found.noise, chosen, given, deadline)
+        if rest is not None and rest.criterion < found.criterion:
+            found = rest
+    return _restricted(window, found, chosen, given, deadline)
+
+
+def with_noise_along(window: WindowState, z: Array, noise: ProcessNoise, given: Array) -> Disturbed:
+    """Return the window at a candidate z (d,) with the noise that is most likely along it.
+
+    The walks of `noise` are where the search begins; states that do not walk there do not walk.
+    """
+    walking = [
+        group for group in groups_of(window.objective.unknowns.model) if noise.walks[group[0]] > 0.0
+    ]
+    found = filtered(window, z, noise)
+    if np.isfinite(found.neg2_log_likelihood):
+        path = LinearPath.of(found)
+        noise = most_likely(path, noise, walking, given, least_noise(window))
+    return disturbed_at(window, z, noise)
 
 
 def disturbed_at(window: WindowState, z: Array, noise: ProcessNoise) -> Disturbed:
@@ -151,11 +174,12 @@ def _alternated(
     groups: Sequence[IntArray],
     given: Array,
     deadline: Deadline,
+    rounds: int = SETTINGS.rounds,
 ) -> Disturbed | None:
     """Renew noise and candidate by turns until the likelihood stays."""
     best: Disturbed | None = None
     found = filtered(window, z, noise)
-    for _ in range(SETTINGS.rounds):
+    for _ in range(rounds):
         if not np.isfinite(found.neg2_log_likelihood):
             break
         noise = most_likely(LinearPath.of(found), noise, groups, given, least_noise(window))

@@ -6,6 +6,7 @@ from plants import NAN
 from scipy.stats import chi2
 
 from obs_ros.core.residual_tests import (
+    changes_slowly,
     independent_share,
     inflation,
     is_white,
@@ -107,3 +108,18 @@ def test_correlated_noise_disturbs_means_and_squares_as_said(r: float) -> None:
 
 def test_negative_correlation_counts_as_none() -> None:
     assert (inflation(-0.4), independent_share(-0.4)) == (1.0, 1.0)
+
+
+def test_what_changes_slowly_below_the_noise_is_seen_though_neighbours_tell_little() -> None:
+    rng = np.random.default_rng(0)
+    noise = rng.standard_normal((200, 500, 2))
+    slow = 0.25 * np.sqrt(2.0) * np.sin(2.0 * np.pi * np.arange(500) / 250)[:, None]
+    assert np.mean([changes_slowly(r) for r in noise]) < 0.05
+    assert np.mean([changes_slowly(r + slow) for r in noise]) > 0.95
+    assert np.mean([is_white(r + slow) for r in noise]) > 0.7
+
+
+def test_few_values_or_none_change_as_they_like() -> None:
+    assert not changes_slowly(np.linspace(-1.0, 1.0, 12)[:, None])
+    assert not changes_slowly(np.full((100, 1), np.nan))
+    assert not changes_slowly(np.zeros((100, 1)))

@@ -19,6 +19,7 @@ import numpy as np
 from obs_ros.core.linear_algebra import scaled_inverse
 from obs_ros.core.typing import Array, IntArray
 from obs_ros.inference.jumps.hypothesis import Hypothesis
+from obs_ros.inference.jumps.piecewise import PiecewiseProblem
 from obs_ros.inference.noise import noise_guess
 from obs_ros.integration.grid import Grid
 
@@ -41,20 +42,51 @@ class SkillSettings:
 SKILL = SkillSettings()
 
 
-def forecast_skill(best: Hypothesis, settings: SkillSettings = SKILL) -> float:
-    """Return the skill of a hypothesis on its window; NaN if nothing can tell.
+@dataclass(frozen=True)
+class Errors:
+    """Sums of squared errors (r,) of forecasts and of holding the last value, over counts (r,).
 
-    A forecast knows the jumps before its beginning only.
+    noise (r,): deviations below which holding cannot come.
     """
-    objective = best.problem.objective
+
+    model: Array
+    hold: Array
+    count: Array
+    noise: Array
+
+    @property
+    def skill(self) -> float:
+        """See `skill_of`."""
+        return skill_of(self.model, self.hold, self.count, self.noise)
+
+    @property
+    def mean_log(self) -> float:
+        """See `mean_log_errors`."""
+        return float(mean_log_errors(self.model[None], self.hold, self.count, self.noise)[0])
+
+
+def forecast_skill(best: Hypothesis) -> float:
+    """Return the skill of a hypothesis on its window; NaN if nothing can tell."""
+    return forecast_errors(best).skill
+
+
+def forecast_errors(
+    best: Hypothesis, problem: PiecewiseProblem | None = None, settings: SkillSettings = SKILL
+) -> Errors:
+    """Return the errors of forecasts by a hypothesis; they know the jumps before them only.
+
+    With a `problem` of the same layout the hypothesis gives the parameters alone, and that the
+    states at the beginning of forecasts.
+    """
+    problem = problem or best.problem
+    objective = problem.objective
     grid = objective.grid
     origins = _origins(grid, settings.parts)
     points = _without_parts(best, origins)
-    beginnings = _beginnings(best, points, origins[:-1])
+    beginnings = _beginnings(problem, points, origins[:-1])
     objective.counter.candidates += len(points)
     free = grid.uncorrected
-    model, hold = (np.zeros(grid.scale.size) for _ in range(2))
-    count = np.zeros(grid.scale.size)
+    model, hold, count = (np.zeros(grid.scale.size) for _ in range(3))
     for k, (first, last) in enumerate(pairwise(origins)):
         part = free.stretch(first, last)
         x0, p0 = beginnings[k]
@@ -65,14 +97,14 @@ def forecast_skill(best: Hypothesis, settings: SkillSettings = SKILL) -> float:
         model += np.sum((foretold - y) ** 2, axis=0, where=known)
         hold += np.sum((np.where(np.isfinite(held), held, 0.0) - y) ** 2, axis=0, where=known)
         count += known.sum(axis=0)
-    return skill_of(model, hold, count, least_noises(grid))
+    return Errors(model, hold, count, least_noises(grid))
 
 
 def skill_of(model: Array, hold: Array, count: Array, noise: Array) -> float:
-    """Return the skill from sums of squared errors (r,) of so many (r,) forecasts and holds.
+    """Return the skill from sums as of `Errors`; NaN where nothing was counted.
 
     Holding the last value cannot foretell better than noise of deviation (r,) lets it, twice the
-    variance: at rest the ratio is against that. NaN where nothing was counted.
+    variance: at rest the ratio is against that.
     """
     told = count > 0
     if not told.any():
@@ -81,6 +113,21 @@ def skill_of(model: Array, hold: Array, count: Array, noise: Array) -> float:
         ratio = model[told] / np.maximum(hold[told], 2.0 * count[told] * noise[told] ** 2)
     ratio = np.where(np.isfinite(ratio), ratio, np.inf)
     return float(1.0 - ratio.mean())
+
+
+def mean_log_errors(models: Array, hold: Array, count: Array, noise: Array) -> Array:
+    """Return mean log MSE (B,) over the outputs, of sums (B, r); others are as of `Errors`.
+
+    Beyond holding the last value, all are of no use, and alike.
+    """
+    told = count > 0
+    if not told.any():
+        return np.zeros(len(models))
+    counted = count[told]
+    with np.errstate(all='ignore'):
+        most = np.maximum(hold[told] / counted, 2.0 * noise[told] ** 2)
+        mean = np.fmin(models[:, told] / counted, most)
+    return np.asarray(np.log(mean + np.finfo(float).tiny).mean(axis=1))
 
 
 def least_noises(grid: Grid) -> Array:
@@ -99,11 +146,13 @@ def last_values(grid: Grid, node: int) -> Array:
     return held
 
 
-def _beginnings(best: Hypothesis, points: Array, origins: IntArray) -> list[tuple[Array, Array]]:
+def _beginnings(
+    problem: PiecewiseProblem, points: Array, origins: IntArray
+) -> list[tuple[Array, Array]]:
     """Return state (n, 1) and parameters (q, 1) of each point (D,) at an origin of its own."""
-    objective, layout = best.problem.objective, best.layout
+    objective, layout = problem.objective, problem.layout
     if layout.events:
-        states = best.problem.roll(points)[0]
+        states = problem.roll(points)[0]
         times = (objective.grid.t - objective.grid.t[0]) / (
             objective.grid.t[-1] - objective.grid.t[0]
         )
