@@ -38,11 +38,6 @@ def unit(variable: Variable) -> str:
     return '' if variable.unit == '1' else variable.unit
 
 
-def walk_unit(variable: Variable) -> str:
-    """Return the unit of a variable's walk; on a logarithmic scale it is in the logarithm."""
-    return f'{"1" if variable.scale == "log" else variable.unit}/sqrt(s)'
-
-
 def cell(text: str) -> str:
     """Return a text as one cell, shortened."""
     return one_line(text).replace('|', '\\|')

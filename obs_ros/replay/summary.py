@@ -5,6 +5,7 @@ from collections.abc import Iterator
 import numpy as np
 
 from obs_ros.core.texts import LONGEST, one_line
+from obs_ros.interface.parameters import walk_unit
 from obs_ros.replay.cells import (
     cell,
     figure,
@@ -12,7 +13,6 @@ from obs_ros.replay.cells import (
     median,
     table,
     unit,
-    walk_unit,
     with_deviation,
 )
 from obs_ros.replay.comparison import Other, comparison

@@ -12,7 +12,6 @@ from obs_ros.replay.cells import (
     median,
     table,
     unit,
-    walk_unit,
     with_deviation,
 )  # fmt: skip
 
@@ -23,16 +22,8 @@ def test_figures_leave_out_what_is_not_known():
     nothing = np.full(2, math.nan)
     assert math.isnan(median(nothing)) and math.isnan(largest(nothing))
     assert (figure(math.nan), figure(0.0123456)) == ('?', '0.01235')
+    assert (unit(Variable('share')), unit(Variable('v', 'm/s'))) == ('', 'm/s')
     assert with_deviation(1.0, math.nan) == '1 ± ?' and with_deviation(2.0, 0.125) == '2 ± 0.12'
-
-
-def test_a_walk_is_per_root_of_a_second():
-    plain, speed = Variable('share'), Variable('v', 'm/s')
-    rate = Variable('k', '1/s', lower=1e-6, upper=1.0, scale='log')
-    assert (unit(plain), unit(speed)) == ('', 'm/s')
-    assert [walk_unit(each) for each in (plain, speed, rate)] == [
-        '1/sqrt(s)', 'm/s/sqrt(s)', '1/sqrt(s)',
-    ]  # fmt: skip
 
 
 def test_a_text_stays_in_its_cell():
