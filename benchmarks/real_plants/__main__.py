@@ -4,9 +4,11 @@ The recordings lie beside the repository, in ../shared/data, or where --data say
 """
 
 import sys
+from functools import partial
 from pathlib import Path
 
 from benchmarks.real_plants.acceptance import acceptance
+from benchmarks.real_plants.pictures import PLANT, draw_ball
 from benchmarks.real_plants.plants import PLANTS
 from benchmarks.real_plants.report import (
     forecasts_table,
@@ -15,7 +17,7 @@ from benchmarks.real_plants.report import (
     scatter_table,
 )
 from benchmarks.real_plants.run import in_sequence, recorded, solved, starts
-from benchmarks.report import filled, publish, requirements
+from benchmarks.report import filled, pictures, publish, requirements
 from benchmarks.runner import ROOT, monte_carlo, options
 
 MODES = ('off', 'auto')
@@ -51,6 +53,10 @@ def main(arguments: list[str] | None = None) -> str:
     cells = {}
     for pair in pairs:
         cells[*pair, 'alone'], cells[*pair, 'in sequence'] = found[pair], followed[pair][0]
+    drawn = {}
+    if PLANT in names:
+        title = f'{PLANT}: a and forecasts of a second, process noise off and auto'
+        drawn['real_plants_ball.png'] = title, partial(draw_ball, chosen.data)
     text = filled(
         'real_plants/report',
         outcomes=outcomes_table(cells),
@@ -58,6 +64,7 @@ def main(arguments: list[str] | None = None) -> str:
         nearness=nearness_table(cells),
         forecasts=forecasts_table(cells),
         acceptance=requirements(acceptance(cells)),
+        pictures=pictures(chosen.results, drawn),
     )
     return publish(chosen.results, 'real_plants', 'Recorded plants', text)
 

@@ -6,10 +6,12 @@ import sys
 import time
 from collections.abc import Callable, Mapping, Sequence
 from contextlib import ExitStack
+from functools import partial
 from pathlib import Path
 from typing import Any
 
 from obs_ros.core.texts import LONGEST_NAME, one_line, quoted
+from obs_ros.replay.comparison import NONE, Other, alternative
 from obs_ros.replay.engine import Account, replay
 from obs_ros.replay.extras import MissingPackageError
 from obs_ros.replay.parameter_file import parse_assignment, read_parameters
@@ -21,6 +23,7 @@ from obs_ros.replay.writers import Take, bag_writer, table_writer
 TABLE, BAG, SUMMARY = 'estimates.csv', 'estimates', 'summary.md'
 PICTURES = ('parameters.png', 'states.png', 'misfit.png')
 OUR_FILES = (TABLE, SUMMARY, *PICTURES, f'{BAG}/{BAG}.mcap', f'{BAG}/metadata.yaml')
+NO_COMPARISON = f'--compare {NONE}'
 REFRESH = 0.2  # s from one progress line to the next
 
 
@@ -47,6 +50,10 @@ def run(options: argparse.Namespace) -> None:
     given: dict[str, Any] = read_parameters(options.params, options.node) if options.params else {}
     given |= dict(parse_assignment(text) for text in options.parameters)
     chosen = setup(given)
+    compared = None
+    if options.compare != NONE:
+        asked = parse_assignment(options.compare) if options.compare else None
+        compared = alternative(chosen, given, asked)
     source = Source(
         options.recording,
         columns=_pairs('--column', options.columns),
@@ -61,6 +68,7 @@ def run(options: argparse.Namespace) -> None:
     for remark in (*chosen.remarks, *recording.remarks):
         print(f'replay: {one_line(remark)}', file=sys.stderr)
     print(f'compiling model {quoted(chosen.model.name)}; the first time it takes several seconds')
+    summarise = partial(summary, name, chosen, deadline=options.deadline)
     with ExitStack() as files:
         takers = [files.enter_context(table_writer(folder / TABLE, chosen.model))]
         try:
@@ -74,15 +82,26 @@ def run(options: argparse.Namespace) -> None:
             take=_all(takers),
             watch=_progress(name, recording),
         )
-    if sys.stdout.isatty():
-        print()
-    page = summary(name, chosen, account, recording, deadline=options.deadline)
-    (folder / SUMMARY).write_text(page, encoding='utf-8')
+    _write(folder, summarise(account, recording))
     _draw(account, chosen, folder)
+    if compared is not None:
+        print(f'once more with {one_line(compared)}, to compare ({NO_COMPARISON} to leave it out)')
+        again = open_recording(source, compared.setup)
+        other = replay(
+            compared.setup, again, deadline=options.deadline, watch=_progress(name, again)
+        )
+        _write(folder, summarise(account, recording, other=Other(compared, other)))
     print(
         f'{len(account.history)} estimates, {account.speed:.3g} times real time; '
         f'see {one_line(folder / SUMMARY)}'
     )
+
+
+def _write(folder: Path, page: str) -> None:
+    """Write the summary, below the line of progress."""
+    if sys.stdout.isatty():
+        print()
+    (folder / SUMMARY).write_text(page, encoding='utf-8')
 
 
 def _draw(account: Account, chosen: Setup, folder: Path) -> None:
@@ -191,6 +210,12 @@ def _parser() -> argparse.ArgumentParser:
         help="column of the table for one of the model's inputs or outputs; t=COLUMN: the time",
     )
     add('--period', type=float, metavar='S', help='s from row to row of a table without time')
+    add(
+        '--compare',
+        metavar='NAME:=VALUE',
+        help='replay once more with this parameter and set both beside each other in the summary '
+        '(default: process_noise:=off, or auto where it is off; none: do not)',
+    )
     add('--deadline', action='store_true', help='end each solve at the parameter deadline, as the '
         'node does; what comes out then depends on the machine')  # fmt: skip
     return parser

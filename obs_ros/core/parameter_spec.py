@@ -12,6 +12,7 @@ from obs_ros.core.texts import listing, quoted
 
 MOST_ENTRIES = 1000  # of an array, so that no remote value fills the memory
 LARGEST_INTEGER = 2**63  # as ROS has them
+YAML_WORDS = {False: ('off', 'no'), True: ('on', 'yes')}  # YAML 1.1
 LARGEST_SEED = 2**31 - 1  # as ROS command lines take integers
 
 Value = bool | int | float | str | tuple[float, ...] | tuple[str, ...]
@@ -81,6 +82,8 @@ class ParameterSpec:
 
     def typed(self, value: Any) -> Value:
         """Return `value` as the parameter's type, its range unchecked; raises ValueError."""
+        if isinstance(value, bool):  # as YAML, and so ROS, reads these words without quotes
+            value = next((word for word in YAML_WORDS[value] if word in self.choices), value)
         if not isinstance(self.default, tuple):
             return _as_type(self.name, type(self.default), value)  # type: ignore[no-any-return]
         if isinstance(value, str | bytes) or not isinstance(value, Iterable):

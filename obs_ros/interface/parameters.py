@@ -119,7 +119,7 @@ def initial_parameters(model: Model, start: str) -> tuple[ParameterSpec, ...]:
 def prior_parameters(model: Model) -> tuple[ParameterSpec, ...]:
     """Return the parameters for what is known of the variables: their walks and their priors."""
     return (
-        *(ParameterSpec(f'walk.{v.name}', v.walk or 0.0, _wandering(v), _walk_unit(v),
+        *(ParameterSpec(f'walk.{v.name}', v.walk or 0.0, _wandering(v), walk_unit(v),
             lower=0.0, upper=LARGEST, infinite=v in model.parameters)
           for v in model.variables),
         *(ParameterSpec(f'prior.{v.name}', v.prior or NOTHING,
@@ -134,7 +134,8 @@ def _wandering(variable: Variable) -> str:
     return f'standard deviation that {what}{variable.name} wanders by in 1 s; 0: not known, or none'
 
 
-def _walk_unit(variable: Variable) -> str:
+def walk_unit(variable: Variable) -> str:
+    """Return the unit of a variable's walk; on a log scale it is one of the logarithm."""
     unit = '1' if variable.scale == 'log' else variable.unit
     return f'{unit}/sqrt(s)'
 

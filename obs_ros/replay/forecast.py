@@ -10,6 +10,7 @@ from obs_ros.core.estimate import Estimate
 from obs_ros.core.model import Model
 from obs_ros.core.record import Record, Sample
 from obs_ros.core.typing import Array
+from obs_ros.horizon.forecasts import FORECASTS
 from obs_ros.integration.backends import kernels_for
 from obs_ros.integration.grid import Grid
 from obs_ros.samples.align import align
@@ -17,18 +18,23 @@ from obs_ros.samples.gate import Gate, GateSettings
 from obs_ros.samples.merge import Role
 from obs_ros.samples.stream import InputStream, Stream
 
+NEAR = FORECASTS.horizons[0]  # of the horizon
+
 
 @dataclass(frozen=True)
 class Forecast:
     """The errors of the forecast of one estimate, counted by `index` from 0.
 
     `rms` (r,) is the root mean square of outputs less those foretold, in their units, and `held`
-    (r,) the same of the last output held all the time; NaN where there was nothing to compare.
+    (r,) the same of the last output held all the time; `near` and `near_held` (r,) are those of the
+    first `NEAR` of the horizon. NaN where there was nothing to compare.
     """
 
     index: int
     rms: Array
     held: Array
+    near: Array
+    near_held: Array
 
 
 class Forecaster:
@@ -107,7 +113,10 @@ class Forecaster:
             foretold = outputs[:, :, 0]
             error = np.where(np.isfinite(foretold), record.y - foretold, math.inf)
             error[np.isnan(record.y)] = math.nan
-            return Forecast(index, _rms(error[1:]), _rms((record.y - record.y[0])[1:]))
+            change = record.y - record.y[0]
+        near = record.t <= record.t[0] + NEAR * self._horizon / 1e9
+        errors = [e[part][1:] for part in (slice(None), near) for e in (error, change)]
+        return Forecast(index, *map(_rms, errors))
 
 
 def _rms(errors: Array) -> Array:

@@ -14,16 +14,21 @@ from obs_ros.core.typing import Array, IntArray
 from obs_ros.replay.forecast import Forecast
 from obs_ros.replay.trace import Trace
 
+FORECASTS = ('forecasts', 'held', 'near', 'near_held')
+
 
 class History:
     """Numbers of the estimates, in their order; NaN where there is none.
 
     Of the arrays, `values` and `deviations` (K, n + q) are those of states, then parameters;
-    `residuals`, `forecasts` and `held` (K, r) are root mean squares by output (see `Forecast`),
-    `rms` (K, 1) over all outputs. Of the traces, `measured` (K, r) and `applied` (K, m) are as
-    recorded; `path` (K, n + q) are the states that the windows found for their samples, each
-    sample by the first window that holds it, and the parameters at that time. The first
-    `most_jumps` jumps are kept, in little memory whatever is announced; all are counted.
+    `residuals`, `forecasts`, `held`, `near` and `near_held` (K, r) are root mean squares by output
+    (see `Forecast`), `rms` (K, 1) over all outputs. `walks` (K, n + q) are the process noise that
+    explains a window, `skill` (K, 1) is the skill of its forecasts, `scatter` (K, q) that of
+    disjoint windows over their standard deviations, as far as an estimate's figures tell. Of the
+    traces, `measured` (K, r) and `applied` (K, m) are as recorded; `path` (K, n + q) are the states
+    that the windows found for their samples, each sample by the first window that holds it, and the
+    parameters at that time. The first `most_jumps` jumps are kept, in little memory whatever is
+    announced; all are counted.
     """
 
     def __init__(self, model: Model, most_jumps: int = 1000) -> None:
@@ -41,7 +46,8 @@ class History:
         width, r = len(self._unknowns), len(self._outputs)
         self._widths = {
             'values': width, 'deviations': width,
-            'residuals': r, 'forecasts': r, 'held': r, 'rms': 1,
+            'residuals': r, 'rms': 1, **dict.fromkeys(FORECASTS, r),
+            'walks': width, 'skill': 1, 'scatter': len(model.parameters),
         }  # fmt: skip
         self._numbers = {kind: array('d') for kind in self._widths}
         self.path, self._followed = Trace(width), -(2**62)  # ns, where it ends
@@ -69,13 +75,20 @@ class History:
         self.solve_time += estimate.solve_time
         self._stamps.append(estimate.stamp or 0)
         self._outcomes.append(outcome)
+        blank = [math.nan] * len(self._outputs)
+        figures = estimate.figures
         rows: dict[str, Iterable[float]] = {
             'values': (values[name] for name in self._unknowns),
             'deviations': (estimate.stddev.get(name, math.nan) for name in self._unknowns),
             'residuals': (estimate.output_rms.get(name, math.nan) for name in self._outputs),
-            'forecasts': (math.nan for _ in self._outputs),
-            'held': (math.nan for _ in self._outputs),
             'rms': (estimate.residual_rms,),
+            **dict.fromkeys(FORECASTS, blank),
+            'walks': (estimate.walks.get(name, math.nan) for name in self._unknowns),
+            'skill': (figures.get('forecast_skill', math.nan),),
+            'scatter': (
+                figures.get(f'scatter_over_sd.{name}', math.nan)
+                for name in names(self.model.parameters)
+            ),
         }
         for kind, row in rows.items():
             self._numbers[kind].extend(row)
@@ -106,8 +119,9 @@ class History:
         width = len(self._outputs)
         for forecast in forecasts:
             place = slice(width * forecast.index, width * (forecast.index + 1))
-            self._numbers['forecasts'][place] = array('d', forecast.rms)
-            self._numbers['held'][place] = array('d', forecast.held)
+            errors = (forecast.rms, forecast.held, forecast.near, forecast.near_held)
+            for kind, row in zip(FORECASTS, errors, strict=True):
+                self._numbers[kind][place] = array('d', row)
 
     @property
     def stamps(self) -> IntArray:

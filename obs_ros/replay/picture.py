@@ -27,7 +27,7 @@ from obs_ros.replay.panels import (
     usual,
 )  # fmt: skip
 
-CONFIRMED = ('converged', 'at_bound')
+CONFIRMED = ('converged', 'approximate', 'at_bound')
 
 
 def draw(account: Account, folder: Path) -> None:

@@ -1,15 +1,24 @@
 """The summary of a replay, a page of Markdown."""
 
-import math
-import warnings
-from collections.abc import Iterable, Iterator, Sequence
+from collections.abc import Iterator
 
 import numpy as np
 
-from obs_ros.core.model import Variable
 from obs_ros.core.texts import LONGEST, one_line
-from obs_ros.core.typing import Array
+from obs_ros.interface.parameters import walk_unit
+from obs_ros.replay.cells import (
+    cell,
+    figure,
+    largest,
+    median,
+    table,
+    unit,
+    with_deviation,
+)
+from obs_ros.replay.comparison import Other, comparison
 from obs_ros.replay.engine import Account
+from obs_ros.replay.forecast import NEAR
+from obs_ros.replay.history import FORECASTS
 from obs_ros.replay.recording import Recording
 from obs_ros.replay.settings import Setup
 
@@ -17,9 +26,15 @@ SHOWN = 50  # jumps, notes and combinations at most, so that the page stays one
 
 
 def summary(
-    name: str, setup: Setup, account: Account, recording: Recording, *, deadline: bool
+    name: str,
+    setup: Setup,
+    account: Account,
+    recording: Recording,
+    *,
+    deadline: bool,
+    other: Other | None = None,
 ) -> str:
-    """Return the page; `name` is that of the recording."""
+    """Return the page; `name` is that of the recording, `other` stands beside the account."""
     parts = [
         f'# Replay of {one_line(name, LONGEST)}',
         *_head(setup, account, deadline),
@@ -27,6 +42,9 @@ def summary(
         *_estimates(account),
         *_jumps(account),
         *_misfit(account),
+        *_process_noise(account),
+        *_scatter(account),
+        *([] if other is None else comparison(setup, account, other)),
         *_samples(account, recording),
     ]
     return '\n\n'.join(parts) + '\n'
@@ -61,10 +79,10 @@ def _outcomes(account: Account) -> Iterator[str]:
             else 'There was no estimate: no output came with every input known.'
         )
         return
-    yield _table(
+    yield table(
         ('outcome', 'estimates', 'the last of them says'),
         [
-            (f'`{outcome}`', f'{count}', _cell(history.messages[outcome]))
+            (f'`{outcome}`', f'{count}', cell(history.messages[outcome]))
             for outcome, count in history.outcomes.most_common()
         ],
     )
@@ -96,17 +114,17 @@ def _estimates(account: Account) -> Iterator[str]:
             value, deviation = values[:, place], deviations[:, place]
             known = np.flatnonzero(np.isfinite(value))
             if not known.size:
-                rows.append((variable.name, _unit(variable), *['none'] * 6))
+                rows.append((variable.name, unit(variable), *['none'] * 6))
                 continue
-            ends = [_with_deviation(value[k], deviation[k]) for k in (known[0], known[-1])]
+            ends = [with_deviation(value[k], deviation[k]) for k in (known[0], known[-1])]
             low, high = np.quantile(value[known], (0.05, 0.95))
             rows.append((
-                variable.name, _unit(variable), *ends, _figure(np.median(value[known])),
-                _figure(median(deviation)), f'{_figure(low)} to {_figure(high)}',
+                variable.name, unit(variable), *ends, figure(np.median(value[known])),
+                figure(median(deviation)), f'{figure(low)} to {figure(high)}',
                 f'{np.isfinite(deviation).sum()} of {len(history)}',
             ))  # fmt: skip
         yield f'## {title}'
-        yield _table(
+        yield table(
             ('', 'unit', 'first', 'last', 'median', 'median sd', '5 to 95 %', 'with sd'), rows
         )
     yield (
@@ -142,34 +160,74 @@ def _misfit(account: Account) -> Iterator[str]:
             yield 'The observer has no innovations.'
             return
         yield (
-            f'Root mean square of the innovation over all outputs: {_figure(median(rms))} in the '
-            f'median, {_figure(np.quantile(known, 0.95))} at 95 %, {_figure(known.max())} at most.'
+            f'Root mean square of the innovation over all outputs: {figure(median(rms))} in the '
+            f'median, {figure(np.quantile(known, 0.95))} at 95 %, {figure(known.max())} at most.'
         )
         return
     yield '## Residuals and forecasts'
-    residuals, forecasts, held = (history.rows(k) for k in ('residuals', 'forecasts', 'held'))
+    residuals, *forecast = (history.rows(kind) for kind in ('residuals', *FORECASTS))
+    forecasts, held, near, near_held = forecast
     judged = np.isfinite(held).any(axis=1) | ~np.isnan(forecasts).all(axis=1)
     rows = []
     for place, variable in enumerate(history.model.outputs):
         figures = [
             figure(column[:, place])
             for column, figure in (
-                (residuals, median), (residuals, largest), (forecasts, median),
-                (forecasts, largest), (held, median),
+                (residuals, median), (residuals, largest), (near, median), (near_held, median),
+                (forecasts, median), (held, median), (forecasts, largest),
             )
         ]  # fmt: skip
-        rows.append((variable.name, _unit(variable), *map(_figure, figures)))
-    yield _table(
-        ('output', 'unit', 'residual, median', 'largest', 'forecast error, median', 'largest',
-         'last value held'), rows,
+        rows.append((variable.name, unit(variable), *map(figure, figures)))
+    yield table(
+        ('output', 'unit', 'residual, median', 'largest', 'near forecast error, median',
+         'last value held', 'forecast error, median', 'last value held', 'largest'), rows,
     )  # fmt: skip
     yield (
         f'Root mean squares over a window. A forecast runs the model on from an estimate through '
         f'the next {account.horizon:g} s, whose outputs that estimate has not seen, with the '
-        f'inputs as they came: {judged.sum()} of {len(history)} could be compared. The last column '
-        'is the median error of the last output held instead; a model that is worth having is '
-        'better than that.'
+        f'inputs as they came: {judged.sum()} of {len(history)} could be compared; near is its '
+        f'first {NEAR * account.horizon:.3g} s. Beside each stands the median error of the last '
+        'output held instead; a model that is worth having is better than that.'
     )
+
+
+def _process_noise(account: Account) -> Iterator[str]:
+    history = account.history
+    walks, skill = history.rows('walks'), history.rows('skill')
+    if not (walks > 0.0).any() and np.isnan(skill).all():
+        return
+    yield '## Process noise and forecast skill'
+    rows = []
+    for place, variable in enumerate(history.model.variables):
+        found = walks[walks[:, place] > 0.0, place]
+        if found.size:
+            count = f'{found.size} of {len(history)}'
+            rows.append((variable.name, walk_unit(variable), count, figure(median(found)),
+                         figure(largest(found))))  # fmt: skip
+    if rows:
+        yield table(('walk of', 'unit', 'windows', 'median', 'largest'), rows)
+    told = skill[np.isfinite(skill)]
+    if told.size:
+        yield (
+            f'Forecast skill, 1 - MSE / MSE of the last value held: {figure(median(told))} in the '
+            f'median of {told.size} windows, {figure(told[-1])} in the last; at 0 a model is no '
+            'better than holding the last value.'
+        )
+
+
+def _scatter(account: Account) -> Iterator[str]:
+    history, rows = account.history, []
+    for column, variable in zip(history.rows('scatter').T, history.model.parameters, strict=True):
+        factors = column[np.isfinite(column)]
+        if factors.size:
+            rows.append((variable.name, figure(median(factors)), figure(factors[-1])))
+    if rows:
+        yield '## Scatter of disjoint windows over their standard deviations'
+        yield table(('', 'median', 'last'), rows)
+        yield (
+            'At 1 the standard deviations hold. Above it, those published are raised by it: the '
+            'model leaves out what differs from window to window, or the parameters move.'
+        )
 
 
 def _samples(account: Account, recording: Recording) -> Iterator[str]:
@@ -178,41 +236,8 @@ def _samples(account: Account, recording: Recording) -> Iterator[str]:
         counts['failed'] = account.failed
     yield '## Dropped, mended and skipped'
     found = [(f'`{reason}`', f'{count}') for reason, count in counts.items() if count]
-    yield _table(('reason', 'count'), found) if found else 'Nothing.'
+    yield table(('reason', 'count'), found) if found else 'Nothing.'
     notes = [*recording.remarks, *account.notes]
     if notes:
-        lines = [f'- {_cell(note)}' for note in notes[:SHOWN]]
+        lines = [f'- {cell(note)}' for note in notes[:SHOWN]]
         yield '\n'.join(lines)
-
-
-def median(values: Array) -> float:
-    """Return the median of those that are not NaN; NaN if none is."""
-    with warnings.catch_warnings():
-        warnings.simplefilter('ignore', RuntimeWarning)
-        return float(np.nanmedian(values))
-
-
-def largest(values: Array) -> float:
-    """Return the largest of those that are not NaN; NaN if none is."""
-    return float(np.nanmax(values, initial=-math.inf)) if (~np.isnan(values)).any() else math.nan
-
-
-def _figure(value: float) -> str:
-    return '?' if math.isnan(value) else f'{value:.4g}'
-
-
-def _with_deviation(value: float, deviation: float) -> str:
-    return f'{_figure(value)} ± {"?" if math.isnan(deviation) else f"{deviation:.2g}"}'
-
-
-def _unit(variable: Variable) -> str:
-    return '' if variable.unit == '1' else variable.unit
-
-
-def _cell(text: str) -> str:
-    return one_line(text).replace('|', '\\|')
-
-
-def _table(header: Sequence[str], rows: Iterable[Sequence[str]]) -> str:
-    lines = [header, ['---'] * len(header), *rows]
-    return '\n'.join('| ' + ' | '.join(cells) + ' |' for cells in lines)

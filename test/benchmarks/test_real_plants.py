@@ -1,5 +1,6 @@
 """Recorded plants: models that work, disjoint windows, forecasts of what followed."""
 
+import importlib.util
 from pathlib import Path
 
 import numpy as np
@@ -7,6 +8,7 @@ import pytest
 
 from benchmarks.real_plants.__main__ import main
 from benchmarks.real_plants.acceptance import acceptance
+from benchmarks.real_plants.pictures import last_errors, told
 from benchmarks.real_plants.plants import BALL, PLANTS
 from benchmarks.real_plants.run import OVERLAP, Solved, in_sequence, recorded, solved, starts
 from benchmarks.real_plants.scores import (
@@ -128,6 +130,19 @@ def test_what_is_asked_is_judged() -> None:
     assert bad == [True, True, True, False, False, False, False, False, True]
 
 
+def test_forecasts_of_the_picture_abut_and_meet_what_was_measured(folder: Path) -> None:
+    whole = recorded('ball and beam', folder)
+    windows = told(whole, 'off')
+    ends = [one.end for one in windows]
+    np.testing.assert_allclose(np.diff(ends), 1.0)
+    np.testing.assert_allclose([one.forecast[0, 0] for one in windows], ends)
+    np.testing.assert_allclose([one.forecast[-1, 0] for one in windows], np.add(ends, 1.0))
+    assert ends[0] == pytest.approx(19.9) and ends[-1] == pytest.approx(47.9)
+    inside = windows[:4]  # later the ball leaves the beam of the model
+    assert np.abs([one.a - A for one in inside]).max() < 1e-3
+    assert np.abs(last_errors(whole, inside)).max() < 1e-3  # m
+
+
 def test_without_recordings_it_says_so(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     assert main(['--data', str(tmp_path / 'nowhere'), '--results', str(tmp_path)]) == ''
     assert 'no recording is there: name their folder with --data' in capsys.readouterr().err
@@ -139,3 +154,6 @@ def test_the_command_reports_what_is_there(folder: Path) -> None:
     text = main(['--data', str(folder), '--results', str(folder)])
     assert '| ball and beam | auto | 6 alone | ' in text and '| 6 in sequence |' in text
     assert 'battery' not in text
+    if importlib.util.find_spec('matplotlib'):
+        assert '(real_plants_ball.png)' in text
+        assert (folder / 'real_plants_ball.png').stat().st_size > 20_000

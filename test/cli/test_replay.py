@@ -110,6 +110,21 @@ def test_parameters_on_the_line_count_more_than_those_of_the_file(table, capsys)
 
 
 @pytest.mark.usefixtures('undrawn')
+def test_the_summary_compares_process_noise_unless_told_otherwise(table, capsys):
+    page = table.parent / 'rig.csv_replay' / 'summary.md'
+    columns = '|  | `process_noise` auto | `process_noise` off |'
+    assert replay(table) == 0
+    assert 'once more with process_noise:=off' in capsys.readouterr().out
+    assert columns in page.read_text()
+    assert '| outcomes | converged 5 | converged 5 |' in page.read_text()
+    assert replay(table, '--force', '--compare', 'none') == 0
+    assert '`process_noise` off' not in page.read_text()
+    assert 'once more' not in capsys.readouterr().out
+    assert replay(table, '--force', '--compare', 'window.period:=5.0') == 0
+    assert '| every sd given | 5 of 5 | 3 of 3 |' in page.read_text()
+
+
+@pytest.mark.usefixtures('undrawn')
 def test_nothing_is_overwritten_unless_told_so(table, capsys):
     folder = table.parent / 'rig.csv_replay'
     assert replay(table) == 0
@@ -133,6 +148,7 @@ def test_nothing_is_overwritten_unless_told_so(table, capsys):
         (['-p', 'model:=no_such'], "unknown model 'no_such'"),
         (['-p', 'window.duration:=no'], 'window.duration must be a number, not False'),
         (['-p', 'search.method:=x'], "unknown search.method 'x'"),
+        (['--compare', 'deadlin:=1.0'], "--compare: there is no parameter 'deadlin'"),
         (['--node', '/other/name'], 'nothing for the node /other/name'),
         (['--params', '/no/such/file'], '/no/such/file'),
     ],

@@ -23,6 +23,13 @@ def test_integers_pass_where_floats_are_meant():
     assert LIMITS.coerce([0, 1]) == (0.0, 1.0)
 
 
+def test_words_that_yaml_reads_as_true_or_false_are_words():
+    switch = ParameterSpec('switch', 'auto', 'when to switch', choices=('off', 'auto', 'on'))
+    assert [switch.coerce(value) for value in (False, True, 'off')] == ['off', 'on', 'off']
+    with pytest.raises(ValueError, match=r'^word must be text, not False$'):
+        WORD.coerce(False)
+
+
 @pytest.mark.parametrize(
     ('spec', 'value', 'text'),
     [

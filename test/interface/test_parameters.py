@@ -9,7 +9,7 @@ from obs_ros import Variable
 from obs_ros.core.parameter_spec import markdown_table
 from obs_ros.interface import parameters as tables
 from obs_ros.interface.bindings import signal_parameters
-from obs_ros.interface.parameters import is_foreign, observer_parameters, own_prefix
+from obs_ros.interface.parameters import is_foreign, observer_parameters, own_prefix, walk_unit
 from obs_ros.models import MODELS, load_model
 from obs_ros.observers.base import OBSERVERS, load_observer
 from plant_sim import settings as plant_settings
@@ -99,3 +99,9 @@ def test_walks_and_priors_begin_as_the_model_has_them():
     for name, wrong in (('walk.h1', math.inf), ('walk.p1', -1.0), ('prior.h1', (1.0, 2e100))):
         with pytest.raises(ValueError, match=f'^{name} must be '):
             rows[name].coerce(wrong)
+
+
+def test_a_walk_is_per_root_of_a_second():
+    rate = Variable('k', '1/s', lower=1e-6, upper=1.0, scale='log')
+    walks = [walk_unit(each) for each in (Variable('share'), Variable('v', 'm/s'), rate)]
+    assert walks == ['1/sqrt(s)', 'm/s/sqrt(s)', '1/sqrt(s)']

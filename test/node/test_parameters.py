@@ -118,6 +118,14 @@ def test_bounds_of_a_model_written_as_integers_take_floats_and_integers(ros):
     assert asked(ros, 'bounds.angle', '[1.0, 2.5]').successful
 
 
+def test_process_noise_off_needs_no_quotes(ros):
+    node = swing_settings(ros, '--ros-args', '-p', 'process_noise:=off')
+    assert node.get_parameter('process_noise').value == 'off'
+    for text, taken in (('auto', 'auto'), ('off', 'off')):
+        assert asked(ros, 'process_noise', text).successful
+        assert node.get_parameter('process_noise').value == taken
+
+
 def test_integers_on_the_command_line_and_in_a_file_are_floats_too(ros, tmp_path):
     file = tmp_path / 'swing.yaml'
     file.write_text(

@@ -37,6 +37,9 @@ def test_the_truth_foretells_what_comes_and_no_sooner_than_it_has_come():
     assert forecast.rms[0] < 2e-4  # m: its integration is of second order only
     assert forecast.held[0] == pytest.approx(math.sqrt(np.mean((Y[31:51] - Y[30]) ** 2)))
     assert forecast.held[0] > 0.05
+    # An eighth of 2 s holds two samples.
+    assert forecast.near_held[0] == pytest.approx(math.sqrt(np.mean((Y[31:33] - Y[30]) ** 2)))
+    assert 0.0 < forecast.near[0] <= forecast.rms[0]
     assert forecaster.judge() == []
 
 

@@ -42,9 +42,22 @@ def test_a_forecast_is_noted_with_its_estimate():
     history = History(VESSEL)
     for t in (1.0, 2.0, 3.0):
         history.add(estimate(t))
-    history.judged([Forecast(1, np.array([0.25]), np.array([0.5]))])
+    history.judged([Forecast(1, *np.array([[0.25], [0.5], [0.125], [0.75]]))])
     np.testing.assert_array_equal(history.rows('forecasts')[:, 0], [math.nan, 0.25, math.nan])
     np.testing.assert_array_equal(history.rows('held')[:, 0], [math.nan, 0.5, math.nan])
+    near = np.hstack([history.rows('near'), history.rows('near_held')])
+    np.testing.assert_array_equal(near, [[math.nan] * 2, [0.125, 0.75], [math.nan] * 2])
+
+
+def test_walks_and_figures_are_noted_as_far_as_they_are_told():
+    history = History(VESSEL)
+    history.add(estimate(1.0))
+    figures = {'forecast_skill': 0.9, 'scatter_over_sd.g': 1.5}
+    history.add(estimate(2.0, walks={'x': 0.1}, figures=figures))
+    nan = math.nan
+    np.testing.assert_array_equal(history.rows('walks'), [[nan] * 3, [0.1, nan, nan]])
+    np.testing.assert_array_equal(history.rows('skill')[:, 0], [nan, 0.9])
+    np.testing.assert_array_equal(history.rows('scatter'), [[nan, nan], [nan, 1.5]])
 
 
 def test_measured_and_applied_are_as_recorded():

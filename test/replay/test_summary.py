@@ -1,16 +1,16 @@
 """The page on a replay."""
 
-import math
 import re
 
-import numpy as np
 import pytest
 from ball_and_beam import made_up
 
+from obs_ros.core.estimate import Estimate, Outcome
 from obs_ros.core.record import Sample
-from obs_ros.replay.engine import replay
+from obs_ros.replay.engine import Account, replay
+from obs_ros.replay.history import History
 from obs_ros.replay.settings import setup
-from obs_ros.replay.summary import largest, median, summary
+from obs_ros.replay.summary import summary
 
 
 class Nothing:
@@ -39,7 +39,9 @@ def test_parameters_stand_with_their_deviations_beside_residuals_and_forecasts()
     lines = text.splitlines()
     assert lines[0] == '# Replay of run 1'
     assert 'observer `sliding_window`; windows of 5 s, one every 5 s; seed 0; no deadline' in text
-    assert [line for line in lines if line.startswith('## ')] == [
+    told_by_few = ('## Process noise', '## Scatter')
+    heads = [line for line in lines if line.startswith('## ')]
+    assert [head for head in heads if not head.startswith(told_by_few)] == [
         '## Outcomes', '## Parameters', '## States, at the end of each window', '## Jumps: 0',
         '## Residuals and forecasts', '## Dropped, mended and skipped',
     ]  # fmt: skip
@@ -59,8 +61,22 @@ def test_an_observer_of_samples_has_innovations_in_place_of_forecasts():
     assert '## Jumps' not in text and 'windows of' not in text
 
 
-def test_figures_leave_out_what_is_not_known():
-    values = np.array([1.0, math.nan, 3.0, 9.0])
-    assert median(values) == 3.0 and largest(values) == 9.0
-    nothing = np.full(2, math.nan)
-    assert math.isnan(median(nothing)) and math.isnan(largest(nothing))
+def test_walks_skill_and_scatter_are_those_of_the_estimates():
+    chosen = setup({'model': 'plants:VESSEL'})
+    account = Account(History(chosen.model))
+    for k, walk in enumerate((0.5, None, 0.25, 0.3)):
+        walks = {} if walk is None else {'x': walk, 'd': 0.0}
+        figures = {} if walk is None else {'forecast_skill': walk, 'scatter_over_sd.g': 2.0 * walk}
+        account.history.add(
+            Estimate(
+                parameters={'d': 2.0, 'g': 0.0}, initial_state={'x': 1.0}, state={'x': 1.0},
+                stddev={}, outcome=Outcome.APPROXIMATE, message='', t0=0.0, t1=1.0 + k,
+                walks=walks, figures=figures,
+            )
+        )  # fmt: skip
+    lines = summary('run 1', chosen, account, Nothing(), deadline=False).splitlines()
+    unit = chosen.model.states[0].unit
+    assert f'| x | {unit}/sqrt(s) | 3 of 4 | 0.3 | 0.5 |' in lines
+    assert any('0.3 in the median of 3 windows, 0.3 in the last' in line for line in lines)
+    assert '| g | 0.6 | 0.6 |' in lines
+    assert not any(line.startswith('| d | ') and 'sqrt' in line for line in lines)
