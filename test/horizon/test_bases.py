@@ -70,7 +70,7 @@ def test_intervals_of_every_basis_hold_the_truth(basis: Basis) -> None:
             Uncertainty(best, best.covariance, marginal_information(best, 1))
         )
         told = Deviations.of(best, uncertainty.covariance, 1.0, uncertainty.end)
-        x0, p = best.problem.objective.unknowns.values(best.point[None])
+        p = best.problem.objective.unknowns.values(best.point[None])[1]
         errors = [*(p[:, 0] - [K, TAU]), best.trajectory[0][-1, 0] - x]
         deviations = [*told.parameters, *told.state]
         inside[seed] = np.abs(errors) < 1.96 * np.array(deviations)
