@@ -9,15 +9,33 @@ from collections.abc import Iterable
 from dataclasses import dataclass
 
 import numpy as np
+from scipy.special import chdtri
 
 from obs_ros.core.estimate import Jump
+from obs_ros.core.linear_algebra import scaled_inverse
 from obs_ros.core.typing import Array
+from obs_ros.inference.assessment.informed_subspace import marginal_information
+from obs_ros.inference.jumps.hypothesis import Hypothesis
 from obs_ros.inference.jumps.settings import JUMP_SETTINGS, JumpSettings
 from obs_ros.inference.parameterisation import Unknowns
 from obs_ros.inference.prior import Prior, box_variances
 
 KEPT = 1000  # windows at most, a bound on memory; overlapping ones end close to each other
 FORGOTTEN = 1e6  # times the box's variance: a walk of infinite speed
+
+
+@dataclass(frozen=True)
+class ArrivalSettings:
+    """Limits of what earlier windows say.
+
+    - `contradiction`: probability of a prior as far off as this one, were it right, below which it
+      is dropped.
+    """
+
+    contradiction: float = 1e-4
+
+
+ARRIVAL = ArrivalSettings()
 
 
 @dataclass(frozen=True)
@@ -145,3 +163,26 @@ class ArrivalCost:
             oldest = newest.end - duration
             self._entries = [entry for entry in self._entries if entry.end > oldest]
             self.jumps = [jump for jump in self.jumps if jump.time > oldest]
+
+
+def contradicts_prior(
+    best: Hypothesis, known: Prior | None = None, settings: ArrivalSettings = ARRIVAL
+) -> bool:
+    """Whether a window's own optimum is better than a right prior would let it be.
+
+    Without the prior of the parameters, of mean m and precision P, -2 log p falls by o' P o +
+    o' P (I + B)^-1 P o with o = p - m, I the window's information and B that of the boxes: for a
+    right prior a chi-square of as many degrees of freedom as there are parameters. A prior that is
+    `known` without any window is the user's, and stays.
+    """
+    problem = best.problem
+    n, q = problem.objective.unknowns.n_states, best.layout.dimension
+    given = problem.prior
+    B = (known or Prior.box(problem.objective.unknowns)).precision[n:, n:]
+    P = given.precision[n:, n:]
+    if problem.events or q == n or np.allclose(P, B):
+        return False
+    off = best.point[n:q] - given.mean[n:]
+    own = scaled_inverse(marginal_information(best, n) - given.information(q - n) + B)
+    gain = off @ P @ off + off @ P @ own @ P @ off
+    return bool(gain > chdtri(q - n, settings.contradiction))

@@ -7,8 +7,10 @@ import numpy as np
 from obs_ros.core.deadline import Deadline
 from obs_ros.core.residual_tests import changes_slowly
 from obs_ros.core.typing import Array
+from obs_ros.inference.assessment.contradiction import contradictions
 from obs_ros.inference.assessment.fit import Fit
 from obs_ros.inference.assessment.skill import forecast_skill
+from obs_ros.inference.assessment.structure import structure_of
 from obs_ros.inference.assessment.uncertainty import AtEnd, Uncertainty
 from obs_ros.inference.disturbed import (
     Disturbed,
@@ -110,7 +112,9 @@ def is_exact(window: WindowState, best: Hypothesis) -> bool:
     fit = fit_of(window, best)
     if len(best.problem.events) > 1 or not fit.is_noise:
         return False
-    return fit.negligible or not changes_slowly(best.trajectory[1])
+    # Slow changes may be those of a given prior that is wrong: no walk must stand for it.
+    slow = not fit.negligible and changes_slowly(best.trajectory[1])
+    return not slow or bool(contradictions(best))
 
 
 def continue_process_noise(
@@ -150,7 +154,13 @@ def assessed(uncertainty: Uncertainty, mode: ProcessNoiseMode) -> Uncertainty:
         return uncertainty
     if uncertainty.process_noise is None and uncertainty.fit.is_noise:
         return uncertainty
-    return replace(uncertainty, skill=forecast_skill(uncertainty.hypothesis))
+    best = uncertainty.hypothesis
+    tested = uncertainty.process_noise is not None and not best.problem.events
+    return replace(
+        uncertainty,
+        skill=forecast_skill(best),
+        structure=structure_of(best) if tested and uncertainty.fit.is_noise else None,
+    )
 
 
 def criterion_at(window: WindowState, best: Hypothesis) -> float:

@@ -116,7 +116,14 @@ class MovingHorizon:
         warm = solver.warm_start(record, self._previous)
         level = self._level if self._unsearched < SOLUTION.unsearched else None
         known = self._arrival_cost.given_prior(posed.start, first=self._first)
-        earlier = Earlier(warm, self._explained, self._process_noise.pooled, level, known)
+        earlier = Earlier(
+            warm,
+            self._explained,
+            self._process_noise.pooled,
+            self._process_noise.settled,
+            level,
+            known,
+        )
         solution = solved(posed, solver, earlier, self._given, rng, deadline)
         if solution is None:
             return solver.diverged(posed)
@@ -190,7 +197,7 @@ class MovingHorizon:
     def _compared(self, uncertainty: Uncertainty, solution: Solution) -> Uncertainty:
         """Return the uncertainty beside the windows before: their forecasts, and their scatter."""
         skill = self._forecasts.skill()
-        self._scatter.add(Alone.of(uncertainty, uncertainty.fit.inflation))
+        self._scatter.add(Alone.of(uncertainty, uncertainty.fit.enlargement))
         factors = self._scatter.factors()
         best = uncertainty.hypothesis
         places = best.layout.final(best.point)[self._solver.unknowns.n_states :]
@@ -263,7 +270,7 @@ class MovingHorizon:
         # A contradicted prior is no knowledge to hand on: later windows would seem to agree.
         doubtful = best.problem.prior.gives(self._contradicted)
         if (sound or known) and not (uncertainty.drifting or doubtful):
-            self._hand_on(uncertainty, end, 1.0 if sound else fits.inflation)
+            self._hand_on(uncertainty, end, 1.0 if sound else fits.enlargement)
         return True
 
     def _hand_on(self, uncertainty: Uncertainty, end: float, inflation: float) -> None:

@@ -72,11 +72,16 @@ class Probation:
         """
         if self._trusted:
             return estimate
-        self._foretold = self._foretold + 1 if (skill or 0.0) > 0.0 else 0
+        if skill is not None:
+            self._foretold = self._foretold + 1 if skill > 0.0 else 0
+        elif not fits:
+            self._foretold = 0
+        if not fits and not given and (skill or 0.0) > 0.0:
+            return estimate  # nothing that is known is contradicted
         if not fits:
             self._since, self._earned = estimate.t1, 0
             self._trusted = self._foretold >= self._skilled
-            if self._trusted or not given or skill is None:
+            if self._trusted or skill is None:
                 return estimate
             left = self._skilled - self._foretold
             return _withheld(

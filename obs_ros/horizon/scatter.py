@@ -3,9 +3,11 @@
 Windows that share no sample, each by itself, should differ by no more than their deviations s_k
 say. Over the latest of them, with weights 1 / s_k^2, the factor of a parameter is
 
-    factor^2 = sum_k (m_k - m)^2 / s_k^2 / (n - 1),    m the weighted mean,
+    factor^2 = sum_k (m_k - m)^2 / s_k^2 / (n - 1),    m their weighted median,
 
-the ratio of Birge (1932, Phys. Rev. 40, 207-227). Deviations are raised by it where it is above 1:
+the ratio of Birge (1932, Phys. Rev. 40, 207-227), in which no window counts for more than three
+deviations of the typical one, as in Winsor's variance: a plant that sticks for a while must not
+make all other windows uncertain. Deviations are raised by it where it is above 1:
 they then hold what the model leaves out from window to window, whatever that is.
 """
 
@@ -22,13 +24,19 @@ from obs_ros.inference.prior import BOX_VARIANCE
 
 @dataclass(frozen=True)
 class ScatterSettings:
-    """Disjoint windows that are compared: so many at least, and at most."""
+    """Disjoint windows that are compared: so many at least, and at most.
+
+    `outlier`: typical deviations, or published ones if these are larger, that one counts for at
+    most.
+    """
 
     fewest: int = 4
     most: int = 20
+    outlier: float = 3.0
 
 
 SCATTER = ScatterSettings()
+NORMAL_MEDIAN = 0.6745  # of the absolute values of unit normal ones
 
 
 @dataclass(frozen=True)
@@ -94,14 +102,22 @@ class Scatter:
         means, deviations = (
             np.array([getattr(one, name) for one in disjoint]) for name in ('mean', 'deviation')
         )
-        weights = np.where(np.isfinite(means), deviations**-2.0, 0.0)
-        means = np.where(np.isfinite(means), means, 0.0)
-        count = np.count_nonzero(weights, axis=0)
-        with np.errstate(all='ignore'):
-            mean = (weights * means).sum(axis=0) / weights.sum(axis=0)
-            squares = (weights * (means - mean) ** 2).sum(axis=0)
-            factors = np.sqrt(squares / (count - 1))
-        return np.where(count >= self._settings.fewest, factors, np.nan)
+        return np.array([
+            self._factor(m[told], s[told])
+            for m, s in zip(means.T, deviations.T, strict=True)
+            for told in [np.isfinite(m)]
+        ])  # fmt: skip
+
+    def _factor(self, means: Array, deviations: Array) -> float:
+        """Return the factor of one parameter by means (n,) and deviations (n,)."""
+        if means.size < self._settings.fewest:
+            return np.nan
+        order, weights = np.argsort(means), deviations**-2.0
+        share = np.cumsum(weights[order]) / weights.sum()
+        middle = means[order][int(np.searchsorted(share, 0.5))]
+        off = np.abs(means - middle) / deviations
+        most = self._settings.outlier * max(1.0, float(np.median(off)) / NORMAL_MEDIAN)
+        return float(np.sqrt(np.sum(np.minimum(off, most) ** 2) / (means.size - 1)))
 
 
 def raised(covariance: Array, places: IntArray, factors: Array | None) -> Array:

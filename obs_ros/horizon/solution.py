@@ -9,22 +9,21 @@ from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
-from scipy.special import chdtri
 
 from obs_ros.core.deadline import Deadline
-from obs_ros.core.linear_algebra import scaled_inverse
 from obs_ros.core.typing import Array
+from obs_ros.horizon.arrival_cost import contradicts_prior
 from obs_ros.horizon.disturbance import (
     DisturbedWindow,
     continue_process_noise,
     criterion_at,
     explain_by_process_noise,
     fit_of,
+    is_exact,
     with_noise_of_others,
 )
 from obs_ros.horizon.solver import Solver, rescaled_to_residuals
-from obs_ros.horizon.stages import continued_jumps, explain, fit
-from obs_ros.inference.assessment.informed_subspace import marginal_information
+from obs_ros.horizon.stages import Explanation, continued_jumps, explain, fit
 from obs_ros.inference.jumps.hypothesis import Hypothesis, hypothesis_at
 from obs_ros.inference.jumps.piecewise import PiecewiseProblem
 from obs_ros.inference.prior import Prior
@@ -40,14 +39,14 @@ from obs_ros.optimization.result import Effort, Found
 class SolutionSettings:
     """Limits in explaining a window.
 
-    - `contradiction`: probability of a prior as far off as this one, were it right, below which it
-      is dropped;
+    - `vain`: share of the residual, in units of the noise, that jumps must not leave where it is more
+      than noise;
     - `unsearched`: windows in a row that may go without a search although process noise explains
       them but roughly, as long as -2 log likelihood per value is above that of the window searched
       last by `worse` at most.
     """
 
-    contradiction: float = 1e-4
+    vain: float = 0.7
     unsearched: int = 4
     worse: float = 0.2
 
@@ -59,15 +58,24 @@ SOLUTION = SolutionSettings()
 class Earlier:
     """Knowledge of earlier windows: a start (d,), the jumps, the process noise; None where none.
 
-    `level` is the criterion per value of the window searched last, None if that is too long ago;
-    `known` is what is known without any window, None: the boxes.
+    `settled`: enough windows tell the process noise to set a jump apart from it; `level` is the
+    criterion per value of the window searched last, None if that is too long ago; `known` is what is known without any window, None: the boxes.
     """
 
     warm: Array | None
     explained: Hypothesis | None
     noise: ProcessNoise | None
+    settled: bool = False
     level: float | None = None
     known: Prior | None = None
+
+    @property
+    def alone(self) -> 'Earlier':
+        """Earlier knowledge without jumps found beside process noise, which alone mean nothing."""
+        explained = self.explained
+        if explained is None or explained.problem.objective.grid.injection is None:
+            return self
+        return replace(self, explained=None)
 
 
 @dataclass(frozen=True)
@@ -130,18 +138,21 @@ def _searched(
 ) -> Solution | None:
     """Search the window, and explain by jumps or process noise what the model alone does not."""
     known = window.noise_known
-    continued = _earlier_jumps(window, earlier, deadline) if known else None
+    alone = earlier.alone
+    continued = _earlier_jumps(window, alone, deadline) if known else None
     window, found = fit(window, solver, earlier.warm, continued, rng, deadline)
     if not np.isfinite(found.cost):
         return None
     if not known:  # only now the squares are in units of the noise
-        continued = _earlier_jumps(window, earlier, deadline)
+        continued = _earlier_jumps(window, alone, deadline)
     window, explanation = explain(window, found, continued, deadline)
-    best = explanation.hypothesis
-    solution = Solution(
-        window, found, best, explanation.alternatives, explanation.finished, plain=best
-    )
-    mode = solver.settings.process_noise
+    mode, best = solver.settings.process_noise, explanation.hypothesis
+    if mode == 'auto' and _in_vain(window, found, best):
+        best = hypothesis_at(PiecewiseProblem(window.objective, window.prior), found.z)
+        explanation = Explanation(best, (), explanation.finished)
+    untried = mode == 'auto' and deadline.passed and not is_exact(window, best)
+    finished = explanation.finished and not untried
+    solution = Solution(window, found, best, explanation.alternatives, finished, plain=best)
     for _ in range(2):
         other = explain_by_process_noise(
             window, found, best, given, deadline, mode=mode, previous=earlier.noise
@@ -232,7 +243,7 @@ def _jumps_beside(
     Earlier windows say how much the states walk: this one's own walks would stand for the jump.
     """
     own = solution.disturbed
-    if own is None or earlier.noise is None:
+    if own is None or earlier.noise is None or not earlier.settled:
         return solution
     window = replace(window, prior=own.hypothesis.problem.prior)
     frozen = with_noise_of_others(window, own, earlier.noise, deadline) or own
@@ -249,6 +260,18 @@ def _jumps_beside(
     return replace(solution.by(jumped), alternatives=explanation.alternatives)
 
 
+def _in_vain(window: WindowState, found: Found, best: Hypothesis) -> bool:
+    """Whether jumps leave a residual nearly as far above the noise as there is without them.
+
+    Then the noise was given too small, or the model is wrong: jumps stand for neither.
+    """
+    fit = fit_of(window, best)
+    if not best.jumps or not fit.too_large:
+        return False
+    before = np.sqrt(found.cost / fit.freedom)
+    return bool(fit.ratio > SOLUTION.vain * before)
+
+
 def _earlier_jumps(window: WindowState, earlier: Earlier, deadline: Deadline) -> Hypothesis | None:
     """Return the hypothesis that the previous window's jumps are as it explained them."""
     if earlier.explained is None or earlier.warm is None:
@@ -257,29 +280,6 @@ def _earlier_jumps(window: WindowState, earlier: Earlier, deadline: Deadline) ->
 
 
 DROPPED = 'earlier windows contradict this one, which is explained without them'
-
-
-def contradicts_prior(
-    best: Hypothesis, known: Prior | None = None, settings: SolutionSettings = SOLUTION
-) -> bool:
-    """Whether a window's own optimum is better than a right prior would let it be.
-
-    Without the prior of the parameters, of mean m and precision P, -2 log p falls by o' P o +
-    o' P (I + B)^-1 P o with o = p - m, I the window's information and B that of the boxes: for a
-    right prior a chi-square of as many degrees of freedom as there are parameters. A prior that is
-    `known` without any window is the user's, and stays.
-    """
-    problem = best.problem
-    n, q = problem.objective.unknowns.n_states, best.layout.dimension
-    given = problem.prior
-    B = (known or Prior.box(problem.objective.unknowns)).precision[n:, n:]
-    P = given.precision[n:, n:]
-    if problem.events or q == n or np.allclose(P, B):
-        return False
-    off = best.point[n:q] - given.mean[n:]
-    own = scaled_inverse(marginal_information(best, n) - given.information(q - n) + B)
-    gain = off @ P @ off + off @ P @ own @ P @ off
-    return bool(gain > chdtri(q - n, settings.contradiction))
 
 
 def plain_fits(solution: Solution) -> bool:

@@ -100,8 +100,8 @@ def disturbed(
 
     `given` (r,) are the outputs' known deviations, NaN where they are to be found; `previous` is
     the process noise of earlier windows, a start beside the default ones: walks of all groups of
-    states, and of each alone. These are left out unless `afresh`. None if time is over, or nothing
-    finite is found.
+    states, small and large, and of each alone. These are left out unless `afresh`. None if time is
+    over, or nothing finite is found.
     """
     groups = groups_of(window.objective.unknowns.model)
     starts: list[tuple[ProcessNoise, Sequence[IntArray]]] = []
@@ -111,7 +111,9 @@ def disturbed(
         starts.append((replace(previous, noise=noise), known))
     if afresh:
         guess = first_guess(window, z, given, groups)
-        starts.append((guess, groups))
+        loose = guess.walks.copy()
+        loose[: len(window.objective.unknowns.model.states)] *= SETTINGS.loose
+        starts += [(guess, groups), (replace(guess, walks=loose), groups)]
         for group in groups if len(groups) > 1 else ():
             walks = guess.walks.copy()
             walks[: len(window.objective.unknowns.model.states)] = 0.0
@@ -233,7 +235,12 @@ def _restricted(
     found = filtered(window, best.z, noise)
     if not np.isfinite(found.neg2_log_likelihood):
         return best
-    return _renewed(window, found, best.z, noise, deadline) or best
+    renewed = _renewed(window, found, best.z, noise, deadline)
+    # What integrating out changes is little: a larger change has lost the optimum.
+    worse = SETTINGS.restricted * window.objective.dimension
+    if renewed is None or renewed.criterion > best.criterion + worse:
+        return best
+    return renewed
 
 
 def estimated_parameters(unknowns: Unknowns) -> IntArray:

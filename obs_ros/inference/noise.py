@@ -76,16 +76,19 @@ class Noise:
             self._odd.clear()
 
 
-def noise_guess(y: Array) -> float:
-    """Guess the noise of one output (K,) from its second differences, which a slow signal lacks."""
+def noise_guess(y: Array, nothing: float = 1.0) -> float:
+    """Guess the noise of one output (K,) from its second differences, which a slow signal lacks.
+
+    `nothing` stands for a signal without any, or of too few values.
+    """
     y = y[np.isfinite(y)]
     if y.size < 3:
-        return 1.0
+        return nothing
     bends = np.sort(np.abs(np.diff(y, 2)))
     for guess in (bends[bends.size // 2], np.std(y)):
         if guess > ROUNDING * np.abs(y).max():
             return float(guess) / MEDIAN_BEND
-    return 1.0
+    return nothing
 
 
 def variances_left(residuals: Array, grid: Grid, unknowns: int) -> Array:

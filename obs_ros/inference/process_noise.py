@@ -35,19 +35,26 @@ class ProcessNoiseSettings:
       without it the filter would follow every sample;
     - `start`: share of a state's spread along the window that its first walk makes up in the
       window's length;
+    - `loose`: times that, for a start of states that follow the outputs;
     - `reach`: times above and below its start that a walk is sought in;
     - `rounds`: of renewing noise and candidate by turns, until -2 log likelihood falls by less than
       `gain`;
+    - `restricted`: of -2 log likelihood and for each unknown, by which noise with the unknowns
+      integrated out may be less likely along them;
     - `tolerance`: of -2 log likelihood in a round;
+    - `settled`: windows whose walks tell what a jump is;
     - `polish`: iterations of the local search for the candidate in a round.
     """
 
     least_noise: float = 2e-3
     start: float = 0.3
+    loose: float = 30.0
     reach: float = 1e4
     rounds: int = 6
     gain: float = 0.1
+    restricted: float = 2.0
     tolerance: float = 0.01
+    settled: int = 4
     polish: int = 20
 
 
@@ -86,6 +93,11 @@ class LearnedProcessNoise:
     def add(self, found: ProcessNoise) -> None:
         """Remember the process noise of a window."""
         self._recent.append(found)
+
+    @property
+    def settled(self) -> bool:
+        """Whether enough windows tell how far the states walk to set a jump apart from it."""
+        return len(self._recent) >= SETTINGS.settled
 
     @property
     def pooled(self) -> ProcessNoise | None:

@@ -107,4 +107,4 @@ def test_forecasts_that_do_not_begin_anew():
 def test_noise_that_nobody_gave_is_not_contradicted():
     probation, estimate = Probation(), found(10.0)
     assert probation.judge(estimate, False, 0.9, given=False) is estimate
-    assert probation.judge(found(20.0), True, given=False).outcome is Outcome.MODEL_MISMATCH
+    assert probation.judge(estimate, True, given=False) is estimate, 'nor doubted afterwards'

@@ -81,8 +81,21 @@ def test_windows_that_overlap_count_once() -> None:
     last = alone(len(windows), 1.0, rng, step=0.25)
     scatter.add(last)
     means = np.array([one.mean for one in (*windows[::4], last)])
-    expected = np.std(means, axis=0, ddof=1) / 0.01
+    # Of an even number of like weights the lower one of both in the middle.
+    middle = np.sort(means, axis=0)[(len(means) - 1) // 2]
+    expected = np.sqrt(np.sum((means - middle) ** 2, axis=0) / (len(means) - 1)) / 0.01
     np.testing.assert_allclose(scatter.factors(), expected)
+
+
+def test_a_window_far_off_counts_for_three_deviations_only() -> None:
+    rng, scatter = np.random.default_rng(4), Scatter()
+    for k in range(12):
+        scatter.add(alone(k, 1.0, rng))
+    usual = scatter.factors()
+    scatter.add(Alone(12.0, 13.0, np.array([0.9, 0.5]), np.full(2, 0.01)))  # 40 deviations off
+    factors = scatter.factors()
+    assert usual is not None and factors is not None
+    assert usual[0] < factors[0] < np.sqrt(usual[0] ** 2 + 1.6)
 
 
 def test_parameters_that_too_few_windows_determine_have_no_factor() -> None:

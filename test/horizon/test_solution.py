@@ -11,9 +11,10 @@ from obs_ros.core.deadline import Deadline
 from obs_ros.core.estimate import Estimate
 from obs_ros.core.rng import random_generator
 from obs_ros.core.typing import Array
+from obs_ros.horizon.arrival_cost import contradicts_prior
 from obs_ros.horizon.moving_horizon import MovingHorizon
 from obs_ros.horizon.settings import EstimationSettings
-from obs_ros.horizon.solution import DROPPED, contradicts_prior
+from obs_ros.horizon.solution import DROPPED
 from obs_ros.horizon.solver import Solver
 from obs_ros.inference.jumps.hypothesis import hypothesis_at
 from obs_ros.inference.jumps.piecewise import PiecewiseProblem

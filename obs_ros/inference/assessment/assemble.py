@@ -175,9 +175,12 @@ def _knowledge(
     ):
         return Knowledge(Deviations.withheld(model))
     best, n = uncertainty.hypothesis, unknowns.n_states
-    # A residual larger than the noise means that there is more noise than was given.
-    inflation = fit.inflation * (fit.ratio**2 if fit.too_large else 1.0)
-    deviations = Deviations.of(best, uncertainty.covariance, inflation, uncertainty.end)
+    deviations = Deviations.of(best, uncertainty.covariance, fit.enlargement, uncertainty.end)
+    if (structure := uncertainty.structure) is not None:  # a mean over the window is no value
+        deviations.parameters[unknowns.index[n:][structure.moving] - len(model.states)] = np.nan
+    if uncertainty.process_noise is None and uncertainty.skill is not None and not fit.colour.white:
+        # What the model leaves out is in the state, which nothing corrects.
+        deviations = deviations.without_state
     final = best.layout.final(best.point)[n:]
     covariance = uncertainty.covariance[np.ix_(final, final)]
     if (alone := uncertainty.determined_alone) is not None:

@@ -65,6 +65,14 @@ class Fit:
         return float(np.sqrt(self.squares / self.freedom))
 
     @property
+    def enlargement(self) -> float:
+        """Factor by which the residual enlarges variances: by its colour, and by its size.
+
+        A residual larger than the noise means that there is more noise than was given.
+        """
+        return self.inflation * (self.ratio**2 if self.too_large else 1.0)
+
+    @property
     def is_noise(self) -> bool:
         """Whether noise would leave no less, of no other colour; rounding may have any."""
         return not self.too_large and (self.colour.white or self.negligible)

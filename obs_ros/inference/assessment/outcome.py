@@ -84,6 +84,11 @@ class Findings:
         return ''
 
     @property
+    def flaws(self) -> str:
+        """Words on what speaks against the model's structure."""
+        return '' if self.uncertainty is None else self.uncertainty.flaws
+
+    @property
     def jumps(self) -> int:
         """Number of jumps."""
         return 0 if self.uncertainty is None else len(self.uncertainty.jumps)
@@ -136,6 +141,11 @@ RULES = (
         lambda w: _roughly(w, w.misfit),
     ),
     Rule(
+        lambda w: w.useful and bool(w.flaws),
+        Outcome.APPROXIMATE,
+        lambda w: _roughly(w, w.flaws),
+    ),
+    Rule(
         lambda w: w.useful and (w.skill or 0.0) < SKILL.convincing,
         Outcome.APPROXIMATE,
         lambda w: _roughly(w, 'process noise is large'),
@@ -163,7 +173,7 @@ RULES = (
     Rule(
         lambda w: bool(w.undetermined),
         Outcome.NOT_IDENTIFIABLE,
-        lambda w: w.unidentified,
+        lambda w: w.unidentified + (f'; {w.bounds}' if w.bounds and w.disturbance else ''),
     ),
     Rule(
         lambda w: bool(w.bounds),

@@ -111,7 +111,7 @@ def skill_of(model: Array, hold: Array, count: Array, noise: Array) -> float:
         return float('nan')
     with np.errstate(all='ignore'):
         ratio = model[told] / np.maximum(hold[told], 2.0 * count[told] * noise[told] ** 2)
-    ratio = np.where(np.isfinite(ratio), ratio, np.inf)
+    ratio = np.where(np.isfinite(ratio), ratio, np.where(model[told] == 0.0, 0.0, np.inf))
     return float(1.0 - ratio.mean())
 
 
@@ -133,7 +133,7 @@ def mean_log_errors(models: Array, hold: Array, count: Array, noise: Array) -> A
 def least_noises(grid: Grid) -> Array:
     """Return the noise (r,) of the outputs by their bends, whatever model or noise is assumed."""
     outputs = zip(grid.y.T, grid.weight.T, strict=True)
-    return np.array([noise_guess(np.where(w > 0.0, y, np.nan)) for y, w in outputs])
+    return np.array([noise_guess(np.where(w > 0.0, y, np.nan), nothing=0.0) for y, w in outputs])
 
 
 def last_values(grid: Grid, node: int) -> Array:

@@ -6,7 +6,7 @@ which makes J' J the Fisher information of white Gaussian noise, and P the preci
 unknowns, as freezing them makes intervals far too short; clip an interval to the box instead.
 """
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -16,6 +16,7 @@ from obs_ros.core.residual_tests import inflation
 from obs_ros.core.typing import Array, BoolArray
 from obs_ros.inference.assessment.fit import Fit
 from obs_ros.inference.assessment.identifiability import undetermined, undetermined_states
+from obs_ros.inference.assessment.structure import Structure
 from obs_ros.inference.jumps.hypothesis import Hypothesis
 from obs_ros.inference.parameterisation import Unknowns
 from obs_ros.inference.process_noise import ProcessNoise
@@ -50,7 +51,7 @@ class Uncertainty:
     - `skill`: of the forecasts inside a window that noise alone does not explain, see `skill.py`;
       None where none was needed; `scatter` (q,) is that of disjoint windows over what they
       published, with which the covariance is raised already; `said` tells in words what else was
-      decided;
+      decided; `structure`: what speaks against the model beside process noise;
     - `determined_alone` (q,): parameters that some window has determined by itself. Of the others
       nothing is known, whatever many windows seem to add up to along a bent valley.
     """
@@ -69,6 +70,7 @@ class Uncertainty:
     skill: float | None = None
     scatter: Array | None = None
     said: str = ''
+    structure: Structure | None = None
 
     @property
     def drifting(self) -> bool:
@@ -82,6 +84,16 @@ class Uncertainty:
             return self.said
         words = self.process_noise.words(self.hypothesis.problem.objective.unknowns.model)
         return '; '.join(part for part in (words, self.said) if part)
+
+    @property
+    def flaws(self) -> str:
+        """Words on what speaks against the model's structure, '' if nothing does."""
+        unknowns = self.hypothesis.problem.objective.unknowns
+        return (
+            ''
+            if self.structure is None
+            else self.structure.words(unknowns.names[unknowns.n_states :])
+        )
 
     @property
     def noise(self) -> Array:
@@ -124,6 +136,12 @@ class Deviations:
         return cls(
             np.full(n, np.nan), np.full(n, np.nan), np.full(q, np.nan), np.empty((0, 0))
         )  # fmt: skip
+
+    @property
+    def without_state(self) -> 'Deviations':
+        """Those of the parameters alone."""
+        nothing = np.empty((0, 0))
+        return replace(self, state=np.full_like(self.state, np.nan), joint=nothing)
 
     @classmethod
     def of(

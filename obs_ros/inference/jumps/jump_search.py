@@ -13,8 +13,10 @@ import numpy as np
 
 from obs_ros.core.deadline import Deadline
 from obs_ros.core.residual_tests import independent_share, inflation, like_noise
+from obs_ros.core.typing import Array
 from obs_ros.inference.jumps.hypothesis import Hypothesis, beats, hypothesis_at
 from obs_ros.inference.jumps.moves import Start, promising_moves, with_one_exchanged, without_one
+from obs_ros.inference.jumps.piecewise import PiecewiseProblem
 from obs_ros.optimization.levenberg_marquardt import Trail, levenberg_marquardt
 
 
@@ -97,7 +99,7 @@ class JumpSearch:
         pursuit = _Pursuit(self, min(h.cost for h in self.tried))
         found = levenberg_marquardt(
             problem,
-            np.clip(start.point, *problem.limits)[None],
+            self._at_best_time(problem, np.clip(start.point, *problem.limits))[None],
             problem.objective.nodes,
             self.settings.iterations,
             self._deadline,
@@ -106,6 +108,22 @@ class JumpSearch:
         if self._deadline.passed or pursuit.lost or not np.isfinite(found.squares[0]):
             return None
         return hypothesis_at(problem, found.z[0], start.earlier)
+
+    def _at_best_time(self, problem: PiecewiseProblem, point: Array) -> Array:
+        """Return the point (D,) with its latest event where that fits best, of times nearby.
+
+        Measurements that correct a rollout make squares rugged in the times: each correction that
+        comes before a jump, or after it, is another one.
+        """
+        grid = problem.objective.grid
+        if grid.injection is None or not problem.events:
+            return point
+        place = problem.layout.times[-1]
+        shifts = np.linspace(-1.0, 1.0, self.settings.times_nearby) / (4 * self.settings.times)
+        points = np.repeat(point[None], shifts.size, axis=0)
+        points[:, place] = np.clip(point[place] + shifts, 0.0, 1.0)
+        squares = [np.nansum(problem.trajectory(each)[1] ** 2) for each in points]
+        return np.asarray(points[int(np.argmin(squares))])
 
     @property
     def _over(self) -> bool:

@@ -19,6 +19,7 @@ class JumpSettings:
     most_jumps: int = 4  # of single parameters in one window: more would be a drift
     # Margins.
     times: int = 8  # parts of the window between which jumps are screened, and parts of each part
+    times_nearby: int = 17  # tried within a quarter of such a part, beside process noise
     hopeful: float = -2.0  # score that is worth an exact solution: screening is linear
     hopeful_after_known: float = -6.0  # the same beside a known jump, where screening errs more
     rivals: int = 3  # moves solved exactly in one round

@@ -37,7 +37,14 @@ def fit(**changes: Any) -> Any:
 
 
 def searched(**changes: Any) -> Any:
-    plain = {'finished': True, 'drifting': False, 'jumps': (), 'disturbance': '', 'skill': None}
+    plain = {
+        'finished': True,
+        'drifting': False,
+        'jumps': (),
+        'disturbance': '',
+        'skill': None,
+        'flaws': '',
+    }
     return SimpleNamespace(**{**plain, **changes})
 
 
@@ -172,6 +179,13 @@ def test_forecasts_grade_a_window_that_noise_alone_does_not_explain(
     found = judged(replace(GOOD, uncertainty=searched(skill=skill), **changes))
     ahead = f'forecasts an eighth of a window ahead have skill {skill:.2f}'
     assert found == (outcome, f'{message}; {ahead}')
+
+
+def test_flaws_of_the_structure_make_a_model_that_foretells_well_a_rough_one() -> None:
+    flawed = searched(skill=0.9, flaws='k not constant in the window')
+    outcome, message = judged(replace(GOOD, uncertainty=flawed))
+    assert outcome is Outcome.APPROXIMATE
+    assert message.startswith(f'{ROUGH}; k not constant in the window; forecasts')
 
 
 def test_process_noise_is_named_behind_the_reason() -> None:
