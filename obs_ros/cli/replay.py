@@ -84,7 +84,7 @@ def run(options: argparse.Namespace) -> None:
         )
     _write(folder, summarise(account, recording))
     _draw(account, chosen, folder)
-    if compared is not None:
+    if compared is not None and len(account.history):
         print(f'once more with {one_line(compared)}, to compare ({NO_COMPARISON} to leave it out)')
         again = open_recording(source, compared.setup)
         other = replay(

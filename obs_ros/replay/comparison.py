@@ -8,6 +8,7 @@ import numpy as np
 
 from obs_ros.core.parameter_spec import Value
 from obs_ros.core.texts import quoted
+from obs_ros.interface.settings import build_observer
 from obs_ros.optimization.methods import METHODS
 from obs_ros.replay.cells import cell, figure, median, table, unit
 from obs_ros.replay.engine import Account
@@ -44,7 +45,8 @@ def alternative(
     """Return what to compare a replay of `chosen`, made of the parameters `given`, with.
 
     By default that is process noise off, or found where it is off; None for observers without.
-    Raises ValueError for a parameter that there is not, or that would change nothing.
+    Raises ValueError for a parameter that there is not, that would change nothing, or that does not
+    go together with the others.
     """
     values = chosen.values
     if asked is None:
@@ -59,6 +61,7 @@ def alternative(
         raise ValueError(f'--compare: there is no parameter {quoted(name)}')
     if other.values[name] == values.get(name):
         raise ValueError(f'--compare: give {name} a value that the replay does not have already')
+    build_observer(other.model, other.values)  # what does not go together is told at once
     return Alternative(name, other.values[name], other)
 
 
@@ -73,6 +76,9 @@ def comparison(chosen: Setup, account: Account, other: Other) -> Iterator[str]:
         ('', *(f'`{name}` {cell(_shown(value))}' for value in values)),
         [(row, *(column.get(row, '') for column in columns)) for row in columns[0] | columns[1]],
     )
+    if account.horizon is None and other.account.horizon is None:
+        yield 'The innovation is the median of root mean squares.'
+        return
     yield (
         'Medians; in brackets the last output held instead. The residual is that of the outputs as '
         'the window explains them: with process noise one step ahead, without it from the initial '
@@ -92,12 +98,16 @@ def _column(account: Account) -> dict[str, str]:
         'outcomes': ', '.join(outcomes) or 'none',
         'every sd given': f'{deviations.sum()} of {count}',
         'jumps': f'{history.jump_count}',
-        **_outputs(account, history),
+        **(_innovation(history) if account.horizon is None else _outputs(history)),
         'time': f'{account.wall_time:.3g} s',
     }
 
 
-def _outputs(account: Account, history: History) -> dict[str, str]:
+def _innovation(history: History) -> dict[str, str]:
+    return {'innovation over all outputs': figure(median(history.rows('rms')[:, 0]))}
+
+
+def _outputs(history: History) -> dict[str, str]:
     kinds = ('residuals', 'near', 'near_held', 'forecasts', 'held')
     errors = {kind: history.rows(kind) for kind in kinds}
     cells = {}
@@ -105,12 +115,10 @@ def _outputs(account: Account, history: History) -> dict[str, str]:
         name = f'{variable.name}{f" ({unit(variable)})" if unit(variable) else ""}'
         medians = {kind: figure(median(rows[:, place])) for kind, rows in errors.items()}
         cells[f'residual of {name}'] = medians['residuals']
-        if account.horizon is not None:
-            for words, error, held in (
-                ('an eighth of a window', 'near', 'near_held'), ('a window', 'forecasts', 'held'),
-            ):  # fmt: skip
-                head = f'forecast of {name} over {words}'
-                cells[head] = f'{medians[error]} ({medians[held]})'
+        for words, error, held in (
+            ('an eighth of a window', 'near', 'near_held'), ('a window', 'forecasts', 'held'),
+        ):  # fmt: skip
+            cells[f'forecast of {name} over {words}'] = f'{medians[error]} ({medians[held]})'
     return cells
 
 

@@ -171,7 +171,7 @@ def test_a_wrong_row_far_down_is_told_with_its_line(table, capsys):
 def test_a_recording_shorter_than_a_window_says_so(table):
     assert replay(table, '-p', 'window.duration:=100.0') == 0
     page = (table.parent / 'rig.csv_replay' / 'summary.md').read_text()
-    assert 'no window closed' in page
+    assert 'no window closed' in page and '## With another' not in page
 
 
 def test_an_immediate_observer_is_replayed_too(table):

@@ -39,6 +39,7 @@ def test_process_noise_is_compared_unless_another_parameter_is_asked_for(given, 
         (('windw.duration', 3.0), "there is no parameter 'windw.duration'"),
         (('model', 'three_tank'), 'replay another model by itself'),
         (('window.duration', -1.0), 'window.duration must be'),
+        (('parameters', ['a']), 'b is not estimated and has no nominal value'),
     ],
 )
 def test_a_comparison_that_tells_nothing_is_refused(asked, text):
@@ -46,21 +47,19 @@ def test_a_comparison_that_tells_nothing_is_refused(asked, text):
         alternative(setup(GIVEN), GIVEN, asked)
 
 
+def samples(t, u, y):
+    for k in range(t.size):
+        yield Sample(round(t[k] * 1e9), u=u[k : k + 1])
+        yield Sample(round(t[k] * 1e9), y=y[k : k + 1])
+
+
 def test_a_rig_that_is_pushed_about_is_told_with_process_noise_only():
     t, u, y = made_up(600, noise=2e-4)
     pushes = np.random.default_rng(2).normal(0.0, PUSH * np.sqrt(0.1), t.size)
     y = y + np.cumsum(pushes)  # a position that slides is no force
-    samples = [
-        sample
-        for k in range(t.size)
-        for sample in (
-            Sample(round(t[k] * 1e9), u=u[k : k + 1]),
-            Sample(round(t[k] * 1e9), y=y[k : k + 1]),
-        )
-    ]
     chosen = setup(GIVEN)
     rival = alternative(chosen, GIVEN, None)
-    accounts = replay(chosen, samples), replay(rival.setup, samples)
+    accounts = [replay(each, samples(t, u, y)) for each in (chosen, rival.setup)]
     head, page, _ = comparison(chosen, accounts[0], Other(rival, accounts[1]))
     assert head == '## With another process_noise'
     rows = [line.strip('| ').split(' | ') for line in page.splitlines()]
@@ -75,3 +74,15 @@ def test_a_rig_that_is_pushed_about_is_told_with_process_noise_only():
     walks = accounts[0].history.rows('walks')
     assert np.median(walks[walks[:, 0] > 0.0, 0]) == pytest.approx(PUSH, rel=0.3)
     assert not (accounts[1].history.rows('walks') > 0.0).any()
+
+
+def test_observers_of_samples_are_compared_by_their_innovations():
+    given = {'model': GIVEN['model'], 'observer': 'ekf', 'noise.y': 1e-4}
+    chosen = setup(given)
+    rival = alternative(chosen, given, ('noise.y', 1.0))
+    accounts = [replay(each, samples(*made_up(100))) for each in (chosen, rival.setup)]
+    head, page, note = comparison(chosen, accounts[0], Other(rival, accounts[1]))
+    assert head == '## With another noise.y' and 'root mean squares' in note
+    (row,) = [line for line in page.splitlines() if 'innovation' in line]
+    near, far = (float(cell) for cell in row.strip('| ').split(' | ')[1:])
+    assert near < 1e-2 < far
