@@ -39,8 +39,8 @@ from obs_ros.optimization.result import Effort, Found
 class SolutionSettings:
     """Limits in explaining a window.
 
-    - `vain`: share of the residual, in units of the noise, that jumps must not leave where it is more
-      than noise;
+    - `vain`: share of the residual, in units of the noise, that jumps must not leave where it is
+      more than noise;
     - `unsearched`: windows in a row that may go without a search although process noise explains
       them but roughly, as long as -2 log likelihood per value is above that of the window searched
       last by `worse` at most.
@@ -59,7 +59,8 @@ class Earlier:
     """Knowledge of earlier windows: a start (d,), the jumps, the process noise; None where none.
 
     `settled`: enough windows tell the process noise to set a jump apart from it; `level` is the
-    criterion per value of the window searched last, None if that is too long ago; `known` is what is known without any window, None: the boxes.
+    criterion per value of the window searched last, None if that is too long ago; `known` is what
+    is known without any window, None: the boxes.
     """
 
     warm: Array | None
@@ -71,7 +72,7 @@ class Earlier:
 
     @property
     def alone(self) -> 'Earlier':
-        """Earlier knowledge without jumps found beside process noise, which alone mean nothing."""
+        """Return this without jumps found beside process noise, which alone mean nothing."""
         explained = self.explained
         if explained is None or explained.problem.objective.grid.injection is None:
             return self

@@ -89,15 +89,17 @@ class LearnedProcessNoise:
 
     def __init__(self, remembered: int = LEARNING.remembered) -> None:
         self._recent: deque[ProcessNoise] = deque(maxlen=remembered)
+        self._sound: deque[bool] = deque(maxlen=remembered)
 
-    def add(self, found: ProcessNoise) -> None:
-        """Remember the process noise of a window."""
+    def add(self, found: ProcessNoise, sound: bool = True) -> None:
+        """Remember the process noise of a window; `sound` if nothing else is left to explain."""
         self._recent.append(found)
+        self._sound.append(sound)
 
     @property
     def settled(self) -> bool:
-        """Whether enough windows tell how far the states walk to set a jump apart from it."""
-        return len(self._recent) >= SETTINGS.settled
+        """Whether enough sound windows tell how far states walk to set a jump apart from it."""
+        return sum(self._sound) >= SETTINGS.settled
 
     @property
     def pooled(self) -> ProcessNoise | None:

@@ -5,7 +5,13 @@ from plants import OSCILLATOR, window_of
 
 from obs_ros import Record, load_model
 from obs_ros.inference.prior import Prior
-from obs_ros.inference.process_noise import SETTINGS, ProcessNoise, groups_of, least_noise
+from obs_ros.inference.process_noise import (
+    SETTINGS,
+    LearnedProcessNoise,
+    ProcessNoise,
+    groups_of,
+    least_noise,
+)
 from obs_ros.inference.window_state import WindowState
 
 T = np.linspace(0.0, 2.0, 41)
@@ -38,3 +44,18 @@ def test_words_name_the_states_that_are_pushed_about() -> None:
         'pushed about by what the model leaves out: velocity by 0.12 m/s/sqrt(s)'
     )
     assert ProcessNoise(np.zeros(4), np.ones(2)).words(OSCILLATOR) == ''
+
+
+def test_walks_are_the_medians_of_the_windows_that_had_any() -> None:
+    learned = LearnedProcessNoise()
+    assert learned.pooled is None and not learned.settled
+    for walk in (0.1, 0.2, 0.9):
+        learned.add(ProcessNoise(np.array([walk, 0.0]), np.array([1.0])))
+    pooled = learned.pooled
+    assert pooled is not None
+    np.testing.assert_array_equal(pooled.walks, [0.2, 0.0])
+    assert not learned.settled
+    learned.add(pooled, sound=False)
+    assert not learned.settled, 'of a window that leaves more to explain'
+    learned.add(pooled)
+    assert learned.settled
