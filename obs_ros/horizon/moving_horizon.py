@@ -21,6 +21,7 @@ from obs_ros.core.estimate import Estimate, Outcome
 from obs_ros.core.model import names
 from obs_ros.core.record import Record
 from obs_ros.core.residual_tests import inflation
+from obs_ros.core.typing import Array
 from obs_ros.horizon.announcements import Announcements
 from obs_ros.horizon.arrival_cost import ArrivalCost, WindowPosterior
 from obs_ros.horizon.bases import Bases, ends_of
@@ -40,6 +41,7 @@ from obs_ros.horizon.solver import Solver, TooFewSamples
 from obs_ros.horizon.stages import determined_alone, hold_uninformed, is_uninformative, recall
 from obs_ros.inference.assessment.assemble import empty, report
 from obs_ros.inference.assessment.contradiction import contradictions
+from obs_ros.inference.assessment.informed_subspace import marginal_information
 from obs_ros.inference.assessment.outcome import is_confirmed, states_at_bound
 from obs_ros.inference.assessment.skill import last_values, least_noises
 from obs_ros.inference.assessment.uncertainty import Uncertainty, parameters_at_end
@@ -67,7 +69,8 @@ class MovingHorizon:
         self._scatter = Scatter()
         self._level: float | None = None  # see `Earlier`
         self._unsearched = 0  # windows since the last search
-        self._forecasts = Forecasts()
+        self._plain: Array | None = None  # the last optimum (d,) without process noise
+        self.forecasts = Forecasts()
         self._announcements = Announcements()
         self._probation = Probation()
         self._previous: Estimate | None = None
@@ -123,12 +126,15 @@ class MovingHorizon:
             self._process_noise.settled,
             level,
             known,
+            self._plain,
         )
         solution = solved(posed, solver, earlier, self._given, rng, deadline)
         if solution is None:
             return solver.diverged(posed)
+        plain = solution.plain
+        self._plain = plain.point[plain.layout.final(plain.point)]
         self._note_search(posed, solution)
-        self._forecasts.advance(solver.kernels, record)
+        self.forecasts.advance(solver.kernels, record)
         solution = self._by_forecasts(posed, solution)
         uncertainty = self._uncertainty(solution, record, deadline)
         estimate = report(
@@ -161,28 +167,34 @@ class MovingHorizon:
             return solution
         own, plain = solution.disturbed, solution.plain
         bases = None if own is None else Bases(posed, plain, own, self._given)
-        if bases is not None and not self._forecasts.begun:
-            self._forecasts.basis = bases.by_cross_validation()
+        if bases is not None and not self.forecasts.begun:
+            self.forecasts.basis = bases.by_cross_validation()
         grid = posed.objective.grid
         last = int(np.flatnonzero(grid.measured)[-1])
-        self._forecasts.begin(
+        self.forecasts.begin(
             {Basis.OUTPUT_ERROR: ends_of(plain)} if bases is None else bases.ends,
             float(grid.t[last]),
             posed.duration,
             last_values(grid, last),
             least_noises(grid),
         )
-        basis = self._forecasts.decide()
+        basis = self.forecasts.decide()
         return solution if bases is None else solution.by(bases.window(basis))
 
     def _uncertainty(self, solution: Solution, record: Record, deadline: Deadline) -> Uncertainty:
         """Return what is known of a solution's point: covariance, jumps, skill of its forecasts."""
         window, other = solution.window, solution.disturbed
-        noise = fit_of(window, solution.hypothesis).is_noise
-        uncertainty = hold_uninformed(solution.hypothesis, deadline, noise=noise)
-        if is_uninformative(uncertainty):
-            prior = self._arrival_cost.most_informative_prior(window.start, window.duration)
-            uncertainty = recall(uncertainty, prior, deadline)
+        best = solution.hypothesis
+        if other is not None and other.covariance is not None:
+            # The optimum of output error, where no prior may pull it to that of the likelihood.
+            states = self._solver.unknowns.n_states
+            uncertainty = Uncertainty(best, best.covariance, marginal_information(best, states))
+        else:
+            noise = fit_of(window, best).is_noise
+            uncertainty = hold_uninformed(best, deadline, noise=noise)
+            if is_uninformative(uncertainty):
+                prior = self._arrival_cost.most_informative_prior(window.start, window.duration)
+                uncertainty = recall(uncertainty, prior, deadline)
         uncertainty = replace(
             uncertainty, finished=solution.finished, correlation=window.correlation
         )
@@ -196,7 +208,7 @@ class MovingHorizon:
 
     def _compared(self, uncertainty: Uncertainty, solution: Solution) -> Uncertainty:
         """Return the uncertainty beside the windows before: their forecasts, and their scatter."""
-        skill = self._forecasts.skill()
+        skill = self.forecasts.skill()
         self._scatter.add(Alone.of(uncertainty, uncertainty.fit.enlargement))
         factors = self._scatter.factors()
         best = uncertainty.hypothesis

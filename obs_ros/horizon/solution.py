@@ -60,7 +60,8 @@ class Earlier:
 
     `settled`: enough windows tell the process noise to set a jump apart from it; `level` is the
     criterion per value of the window searched last, None if that is too long ago; `known` is what
-    is known without any window, None: the boxes.
+    is known without any window, None: the boxes; `plain` (d,) is the last optimum without process
+    noise.
     """
 
     warm: Array | None
@@ -69,6 +70,16 @@ class Earlier:
     settled: bool = False
     level: float | None = None
     known: Prior | None = None
+    plain: Array | None = None
+
+    def starts_without(self, z: Array, n: int) -> Array:
+        """Return starts (P, d) of a fit without process noise: that with it, z (d,), and the last.
+
+        Of the last one only the parameters, from place n on, are those of this window.
+        """
+        if self.plain is None or self.warm is None:
+            return z[None]
+        return np.array([z, np.concatenate([self.warm[:n], self.plain[n:]])])
 
     @property
     def alone(self) -> 'Earlier':
@@ -193,7 +204,8 @@ def _continued(
         )
     if other is None or not (other.is_noise or _as_before(window, other, earlier)):
         return None
-    plain_window, plain = _plain(window, other.found, deadline)
+    starts = earlier.starts_without(other.found.z, solver.unknowns.n_states)
+    plain_window, plain = _plain(window, other.found, starts, deadline)
     if plain is None:
         return None
     if mode == 'auto' and not other.criterion < criterion_at(plain_window, plain):
@@ -221,12 +233,12 @@ def level_of(window: WindowState, other: DisturbedWindow) -> float:
 
 
 def _plain(
-    window: WindowState, found: Found, deadline: Deadline
+    window: WindowState, found: Found, starts: Array, deadline: Deadline
 ) -> tuple[WindowState, Hypothesis | None]:
-    """Return the optimum without process noise near that with it, in its own scales."""
+    """Return the best optimum without process noise near some starts (P, d), in its own scales."""
     posterior = window.posterior
     solved = levenberg_marquardt(
-        posterior, found.z[None], posterior.nodes, MemeticSettings.full_iterations, deadline
+        posterior, starts, posterior.nodes, MemeticSettings.full_iterations, deadline
     )
     if deadline.passed or not np.isfinite(solved.squares[0]):
         return window, None

@@ -10,6 +10,7 @@ from obs_ros.core.rng import random_generator
 from obs_ros.horizon.bases import Bases
 from obs_ros.horizon.disturbance import explain_by_process_noise
 from obs_ros.horizon.forecasts import Basis
+from obs_ros.horizon.moving_horizon import MovingHorizon
 from obs_ros.horizon.settings import EstimationSettings
 from obs_ros.horizon.solver import Solver, rescaled_to_residuals
 from obs_ros.inference.assessment.informed_subspace import marginal_information
@@ -103,3 +104,30 @@ def test_where_one_step_ahead_misleads_output_error_is_taken_and_said_to_be_roug
     for name, truth in (('k', K), ('tau', TAU)):
         assert abs(found.parameters[name] - truth) < 3.0 * found.stddev[name]
         assert found.stddev[name] > plain.stddev[name] / 3.0
+
+
+def test_in_sequence_output_error_keeps_its_own_optimum() -> None:
+    """A lag whose measurement noise wanders slowly: near forecasts are those of output error."""
+    rng = np.random.default_rng(5)
+    t = INTERVAL * np.arange(8 * NODES)
+    u = square_wave(t, 6.0)
+    x, noise = np.empty(t.size), np.zeros(t.size)
+    x[0], hold = 0.5, np.exp(-INTERVAL / TAU)
+    for k in range(t.size - 1):
+        x[k + 1] = K * u[k] + (x[k] - K * u[k]) * hold
+        noise[k + 1] = 0.98 * noise[k] + 0.02 * rng.standard_normal()
+    solver = Solver.of(LAG, EstimationSettings())
+    solver.prepare()
+    windows = MovingHorizon(solver)
+    windows.forecasts.basis, windows.forecasts.begun = Basis.OUTPUT_ERROR, True
+    compared = 0
+    for i, first in enumerate(range(0, 4 * NODES, NODES // 2)):
+        part = slice(first, first + NODES)
+        record = Record(t[part], u[part], (x + noise)[part])
+        found = windows.solve(record, random_generator(0, i), Deadline())
+        plain = solve_window(LAG, record, seed=1, process_noise='off')
+        if windows.forecasts.basis is Basis.OUTPUT_ERROR and found.walks:
+            for name in ('k', 'tau'):
+                assert found.parameters[name] == pytest.approx(plain.parameters[name], rel=0.01)
+                compared += 1
+    assert compared >= 4
