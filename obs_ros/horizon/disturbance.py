@@ -107,6 +107,13 @@ def explain_by_process_noise(
     return DisturbedWindow.of(window, found, other)
 
 
+def untried(
+    window: WindowState, best: Hypothesis, mode: ProcessNoiseMode, deadline: Deadline
+) -> bool:
+    """Whether process noise would have been tried, had there been time."""
+    return mode != 'off' and deadline.passed and not is_exact(window, best)
+
+
 def is_exact(window: WindowState, best: Hypothesis) -> bool:
     """Whether a hypothesis leaves nothing to be explained by process noise."""
     fit = fit_of(window, best)

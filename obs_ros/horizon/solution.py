@@ -19,7 +19,7 @@ from obs_ros.horizon.disturbance import (
     criterion_at,
     explain_by_process_noise,
     fit_of,
-    is_exact,
+    untried,
     with_noise_of_others,
 )
 from obs_ros.horizon.solver import Solver, rescaled_to_residuals
@@ -162,15 +162,15 @@ def _searched(
     if mode == 'auto' and _in_vain(window, found, best):
         best = hypothesis_at(PiecewiseProblem(window.objective, window.prior), found.z)
         explanation = Explanation(best, (), explanation.finished)
-    untried = mode == 'auto' and deadline.passed and not is_exact(window, best)
-    finished = explanation.finished and not untried
+    finished = explanation.finished
     solution = Solution(window, found, best, explanation.alternatives, finished, plain=best)
     for _ in range(2):
         other = explain_by_process_noise(
             window, found, best, given, deadline, mode=mode, previous=earlier.noise
         )
         if other is None:
-            return solution
+            late = solution.disturbed is None and untried(window, best, mode, deadline)
+            return replace(solution, finished=finished and not late)
         solution = solution.by(other)
         if not contradicts_prior(other.hypothesis, earlier.known):
             return solution

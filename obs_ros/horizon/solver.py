@@ -17,7 +17,7 @@ from obs_ros.core.record import Record
 from obs_ros.core.registry import suggest
 from obs_ros.core.typing import Array
 from obs_ros.horizon.bases import Bases
-from obs_ros.horizon.disturbance import assessed, explain_by_process_noise
+from obs_ros.horizon.disturbance import assessed, explain_by_process_noise, untried
 from obs_ros.horizon.given_priors import under_given_priors
 from obs_ros.horizon.settings import POSING, EstimationSettings, check_process_noise, with_starts
 from obs_ros.horizon.warm_start import propagated
@@ -165,7 +165,9 @@ class Solver:
                     other = bases.window(bases.by_cross_validation())
                 window, found, best = other.window, other.found, other.hypothesis
             information = marginal_information(best, self.unknowns.n_states)
-            uncertainty = Uncertainty(best, best.covariance, information)
+            mode = self.settings.process_noise
+            late = other is None and untried(window, best, mode, deadline)
+            uncertainty = Uncertainty(best, best.covariance, information, finished=not late)
             uncertainty = uncertainty if other is None else other.added_to(uncertainty)
             uncertainty = assessed(uncertainty, self.settings.process_noise)
         return report(

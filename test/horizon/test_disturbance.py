@@ -14,6 +14,8 @@ from obs_ros.core.typing import Array
 from obs_ros.horizon.moving_horizon import MovingHorizon
 from obs_ros.horizon.settings import EstimationSettings
 from obs_ros.horizon.solver import Solver
+from obs_ros.optimization.memetic import MemeticSettings, memetic_search
+from obs_ros.optimization.methods import Method
 
 K, TAU, SIGMA, WALK = 1.2, 3.0, 0.02, 0.1
 INTERVAL = 0.1
@@ -150,3 +152,15 @@ def test_windows_in_sequence_follow_a_parameter_that_walks() -> None:
     last, other = handed[-1], alone[-1]
     assert abs(last.parameters['k'] - other.parameters['k']) < 2.0 * other.stddev['k']
     assert last.stddev['tau'] < other.stddev['tau']
+
+
+def test_without_time_for_process_noise_the_outcome_says_so(monkeypatch: Any) -> None:
+    def late(*arguments: Any) -> Any:
+        found = memetic_search(*arguments)
+        monkeypatch.setattr(Deadline, 'passed', True)
+        return found
+
+    method = Method(late, MemeticSettings, needs_squares=True)
+    found = solve_window(LAG, record(), method, seed=1)
+    assert found.outcome is Outcome.DEADLINE
+    assert 'jumps or process noise' in found.message

@@ -107,7 +107,10 @@ RULES = (
     Rule(
         lambda w: not w.searched,
         Outcome.DEADLINE,
-        lambda w: 'allow more time, or shorten the window: none was left to look for jumps',
+        lambda w: (
+            'allow more time, or shorten the window: none was left to look for jumps or '
+            'process noise'
+        ),
     ),
     Rule(
         lambda w: w.drifting and bool(w.found.accepted),

@@ -52,7 +52,8 @@ def searched(**changes: Any) -> Any:
 CASES = [
     (
         {'uncertainty': searched(finished=False)}, Outcome.DEADLINE,
-        'allow more time, or shorten the window: none was left to look for jumps',
+        'allow more time, or shorten the window: none was left to look for jumps '
+        'or process noise',
     ),
     (
         {'uncertainty': searched(drifting=True, jumps=(1, 2, 3))}, Outcome.MODEL_MISMATCH,
