@@ -169,7 +169,8 @@ def _searched(
             window, found, best, given, deadline, mode=mode, previous=earlier.noise
         )
         if other is None:
-            late = solution.disturbed is None and untried(window, best, mode, deadline)
+            tried = solution.disturbed is not None or not found.accepted
+            late = not tried and untried(window, best, mode, deadline)
             return replace(solution, finished=finished and not late)
         solution = solution.by(other)
         if not contradicts_prior(other.hypothesis, earlier.known):

@@ -166,7 +166,8 @@ class Solver:
                 window, found, best = other.window, other.found, other.hypothesis
             information = marginal_information(best, self.unknowns.n_states)
             mode = self.settings.process_noise
-            late = other is None and untried(window, best, mode, deadline)
+            tried = other is not None or not found.accepted
+            late = not tried and untried(window, best, mode, deadline)
             uncertainty = Uncertainty(best, best.covariance, information, finished=not late)
             uncertainty = uncertainty if other is None else other.added_to(uncertainty)
             uncertainty = assessed(uncertainty, self.settings.process_noise)
