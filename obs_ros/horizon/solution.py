@@ -162,8 +162,8 @@ def _searched(
     if mode == 'auto' and _in_vain(window, found, best):
         best = hypothesis_at(PiecewiseProblem(window.objective, window.prior), found.z)
         explanation = Explanation(best, (), explanation.finished)
-    finished = explanation.finished
-    solution = Solution(window, found, best, explanation.alternatives, finished, plain=best)
+    alternatives, finished = explanation.alternatives, explanation.finished
+    solution = Solution(window, found, best, alternatives, finished, plain=best)
     for _ in range(2):
         other = explain_by_process_noise(
             window, found, best, given, deadline, mode=mode, previous=earlier.noise
