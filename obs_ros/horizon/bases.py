@@ -16,9 +16,10 @@ from obs_ros.horizon.forecasts import Basis, Ends
 from obs_ros.inference.assessment.output_error import output_error_covariance
 from obs_ros.inference.assessment.skill import forecast_errors
 from obs_ros.inference.assessment.uncertainty import AtEnd
-from obs_ros.inference.disturbed import Disturbed, with_noise_along
+from obs_ros.inference.disturbed import Disturbed, disturbed_at
 from obs_ros.inference.jumps.hypothesis import Hypothesis
 from obs_ros.inference.jumps.piecewise import PiecewiseProblem
+from obs_ros.inference.process_noise import ProcessNoise
 from obs_ros.inference.window_state import WindowState
 
 
@@ -26,11 +27,13 @@ from obs_ros.inference.window_state import WindowState
 class BasisSettings:
     """Limits in believing output error where process noise is more likely.
 
-    - `gain`: in mean log MSE of the forecasts inside the window, by which its parameters must
-      foretell better: of a right model both foretell alike.
+    - `gain`, `deviations`: in mean log MSE of the forecasts inside the window, by which its
+      parameters must foretell better, and so many standard deviations of that mean besides: of a
+      right model both foretell alike.
     """
 
-    gain: float = 0.5
+    gain: float = 0.3
+    deviations: float = 2.0
 
 
 BASES = BasisSettings()
@@ -38,15 +41,11 @@ BASES = BasisSettings()
 
 @dataclass(frozen=True)
 class Bases:
-    """A posed window, its hypothesis `plain` without process noise, and that with it.
-
-    `given` (r,) are the outputs' known deviations, NaN where they are not.
-    """
+    """A posed window, its hypothesis `plain` without process noise, and that with it."""
 
     posed: WindowState
     plain: Hypothesis
     own: DisturbedWindow
-    given: Array
 
     @property
     def distinct(self) -> bool:
@@ -55,9 +54,18 @@ class Bases:
 
     @cached_property
     def _filtered(self) -> Disturbed:
-        """The window at the optimum of output error, its state filtered with noise of its own."""
+        """The window at the optimum of output error, its state filtered with the same gains.
+
+        Walks and noise are as much larger as its innovations are.
+        """
         window = replace(self.posed, prior=self.own.hypothesis.problem.prior)
-        return with_noise_along(window, self.plain.point, self.own.noise, self.given)
+        at = disturbed_at(window, self.plain.point, self.own.noise)
+        e, S = at.along.innovations, at.along.S
+        ratio = float(np.sqrt(np.nanmean(e**2 / S)))
+        if not np.isfinite(ratio):
+            return at
+        noise = ProcessNoise(ratio * self.own.noise.walks, ratio * self.own.noise.noise)
+        return disturbed_at(window, self.plain.point, noise)
 
     @property
     def ends(self) -> dict[Basis, Ends]:
@@ -100,10 +108,11 @@ class Bases:
         at = self._filtered
         through = PiecewiseProblem(at.window.objective, at.window.prior)
         gained = (
-            forecast_errors(self.own.hypothesis).mean_log
-            - forecast_errors(self.plain, through).mean_log
+            forecast_errors(self.own.hypothesis).logs - forecast_errors(self.plain, through).logs
         )
-        return Basis.FILTERED if gained > settings.gain else Basis.PROCESS_NOISE
+        sure = settings.deviations * np.std(gained) / np.sqrt(gained.size)
+        better = np.mean(gained) - sure > settings.gain
+        return Basis.FILTERED if better else Basis.PROCESS_NOISE
 
 
 def ends_of(best: Hypothesis, end: AtEnd | None = None) -> Ends:

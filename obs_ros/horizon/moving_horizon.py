@@ -166,7 +166,7 @@ class MovingHorizon:
         if self._solver.settings.process_noise == 'off' or plain_fits(solution):
             return solution
         own, plain = solution.disturbed, solution.plain
-        bases = None if own is None else Bases(posed, plain, own, self._given)
+        bases = None if own is None else Bases(posed, plain, own)
         if bases is not None and not self.forecasts.begun:
             self.forecasts.basis = bases.by_cross_validation()
         grid = posed.objective.grid
@@ -262,7 +262,8 @@ class MovingHorizon:
         explained = is_confirmed(fits, uncertainty.skill)
         if other is not None:
             if not best.jumps:
-                self._process_noise.add(other.noise, fits.is_noise and not uncertainty.flaws)
+                sound = fits.is_noise and not uncertainty.flaws
+                self._process_noise.add(solution.learned or other.noise, sound)
         # What a state at its bound leaves is no noise: there the model may not hold.
         elif not states_at_bound(unknowns.model, best.trajectory[0]):
             left = variances_left(best.trajectory[1], grid, best.point.size)

@@ -95,7 +95,7 @@ class Solution:
     """The best hypothesis on a window and its near-equals; whether there was time to look.
 
     `plain` is the best one without process noise, `disturbed` that with it, if it is published;
-    `said` tells in words what else was decided.
+    `said` tells in words what else was decided, `learned` is the process noise first found.
     """
 
     window: WindowState
@@ -107,6 +107,7 @@ class Solution:
     disturbed: DisturbedWindow | None = None
     said: str = ''
     searched: bool = True
+    learned: ProcessNoise | None = None
 
     def by(self, disturbed: DisturbedWindow) -> 'Solution':
         """Return the solution with process noise."""
@@ -117,6 +118,7 @@ class Solution:
             hypothesis=disturbed.hypothesis,
             alternatives=(),
             disturbed=disturbed,
+            learned=self.learned or disturbed.noise,
         )
 
 
@@ -132,12 +134,10 @@ def solved(
 
     `given` (r,) are the outputs' known deviations, NaN where they are not.
     """
-    solution = _continued(window, solver, earlier, given, deadline)
-    if solution is None:
-        solution = _searched(window, solver, earlier, given, rng, deadline)
-    if solution is None:
-        return None
-    return _jumps_beside(window, solution, earlier, deadline)
+    solution = _continued(window, solver, earlier, given, deadline) or _searched(
+        window, solver, earlier, given, rng, deadline
+    )
+    return solution and _jumps_beside(window, solution, earlier, deadline)
 
 
 def _searched(

@@ -161,7 +161,7 @@ class Solver:
             )
             if other is not None:
                 if self.settings.process_noise == 'auto':
-                    bases = Bases(window, best, other, self.given_noise)
+                    bases = Bases(window, best, other)
                     other = bases.window(bases.by_cross_validation())
                 window, found, best = other.window, other.found, other.hypothesis
             information = marginal_information(best, self.unknowns.n_states)

@@ -137,21 +137,6 @@ def disturbed(
     return _restricted(window, found, chosen, given, deadline)
 
 
-def with_noise_along(window: WindowState, z: Array, noise: ProcessNoise, given: Array) -> Disturbed:
-    """Return the window at a candidate z (d,) with the noise that is most likely along it.
-
-    The walks of `noise` are where the search begins; states that do not walk there do not walk.
-    """
-    walking = [
-        group for group in groups_of(window.objective.unknowns.model) if noise.walks[group[0]] > 0.0
-    ]
-    found = filtered(window, z, noise)
-    if np.isfinite(found.neg2_log_likelihood):
-        path = LinearPath.of(found)
-        noise = most_likely(path, noise, walking, given, least_noise(window))
-    return disturbed_at(window, z, noise)
-
-
 def disturbed_at(window: WindowState, z: Array, noise: ProcessNoise) -> Disturbed:
     """Return the window at a candidate z (d,) with the gains that it has, and its criterion."""
     found = filtered(window, z, noise)

@@ -45,7 +45,7 @@ def bases(record: Record) -> Bases:
         window, found, plain, solver.given_noise, Deadline(), mode='auto'
     )
     assert own is not None
-    return Bases(window, plain, own, solver.given_noise)
+    return Bases(window, plain, own)
 
 
 def test_each_basis_has_its_parameters_and_its_state_at_the_end() -> None:

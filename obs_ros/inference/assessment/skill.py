@@ -44,7 +44,7 @@ SKILL = SkillSettings()
 
 @dataclass(frozen=True)
 class Errors:
-    """Sums of squared errors (r,) of forecasts and of holding the last value, over counts (r,).
+    """Sums of squared errors (P, r) of forecasts by parts, and of holding; their counts (P, r).
 
     noise (r,): deviations below which holding cannot come.
     """
@@ -57,12 +57,14 @@ class Errors:
     @property
     def skill(self) -> float:
         """See `skill_of`."""
-        return skill_of(self.model, self.hold, self.count, self.noise)
+        model, hold, count = (each.sum(axis=0) for each in (self.model, self.hold, self.count))
+        return skill_of(model, hold, count, self.noise)
 
     @property
-    def mean_log(self) -> float:
-        """See `mean_log_errors`."""
-        return float(mean_log_errors(self.model[None], self.hold, self.count, self.noise)[0])
+    def logs(self) -> Array:
+        """Mean log MSE (P,) over the outputs, part by part, see `mean_log_errors`."""
+        parts = zip(self.model, self.hold, self.count, strict=True)
+        return np.array([mean_log_errors(m[None], h, c, self.noise)[0] for m, h, c in parts])
 
 
 def forecast_skill(best: Hypothesis) -> float:
@@ -86,7 +88,7 @@ def forecast_errors(
     beginnings = _beginnings(problem, points, origins[:-1])
     objective.counter.candidates += len(points)
     free = grid.uncorrected
-    model, hold, count = (np.zeros(grid.scale.size) for _ in range(3))
+    model, hold, count = (np.zeros((len(points), grid.scale.size)) for _ in range(3))
     for k, (first, last) in enumerate(pairwise(origins)):
         part = free.stretch(first, last)
         x0, p0 = beginnings[k]
@@ -94,9 +96,9 @@ def forecast_errors(
         known, held = part.weight[1:] > 0.0, last_values(grid, first)
         y = part.y[1:]
         known &= np.isfinite(held)
-        model += np.sum((foretold - y) ** 2, axis=0, where=known)
-        hold += np.sum((np.where(np.isfinite(held), held, 0.0) - y) ** 2, axis=0, where=known)
-        count += known.sum(axis=0)
+        model[k] = np.sum((foretold - y) ** 2, axis=0, where=known)
+        hold[k] = np.sum((np.where(np.isfinite(held), held, 0.0) - y) ** 2, axis=0, where=known)
+        count[k] = known.sum(axis=0)
     return Errors(model, hold, count, least_noises(grid))
 
 
