@@ -82,7 +82,7 @@ def sequence(run: Run, *, jumps: bool = True, subspace: bool = True) -> Solve:
     return solve
 
 
-def ungated(best: Hypothesis, *_: Any) -> Uncertainty:
+def ungated(best: Hypothesis, *_: Any, **__: Any) -> Uncertainty:
     """Return the uncertainty of a window as if it told everything."""
     states = best.problem.objective.unknowns.n_states
     return Uncertainty(best, best.covariance, marginal_information(best, states))

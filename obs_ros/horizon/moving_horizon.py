@@ -262,8 +262,8 @@ class MovingHorizon:
         explained = is_confirmed(fits, uncertainty.skill)
         if other is not None:
             if not best.jumps:
-                sound = fits.is_noise and not uncertainty.flaws
-                self._process_noise.add(solution.learned or other.noise, sound)
+                noise = solution.learned or other.noise
+                self._process_noise.add(noise, sound=not uncertainty.flaws)
         # What a state at its bound leaves is no noise: there the model may not hold.
         elif not states_at_bound(unknowns.model, best.trajectory[0]):
             left = variances_left(best.trajectory[1], grid, best.point.size)

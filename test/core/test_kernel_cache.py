@@ -323,7 +323,8 @@ one, none, x = np.ones(1), np.zeros(0), np.zeros((1, 16))
 joint = Joint(
     z=one, covariance=np.eye(1), walk=one, noise=one, low=-9.0 * one, high=9.0 * one, most=one,
     rows=np.zeros(0, int), xs=x, ps=np.zeros((0, 16)), ys=np.zeros((1, 16)), x=one.copy(), p=none,
-    stddev=one.copy(), innovation=one.copy(), surprise=one.copy(),
+    stddev=one.copy(), innovation=one.copy(), innovation_stddev=one.copy(),
+    surprise=one.copy(),
 )
 spread(Workspace(joint, one.copy(), one.copy()))
 print(x[0, 0], x[0, 1], sum(spread.stats.cache_hits.values()))
