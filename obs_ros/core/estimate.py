@@ -56,9 +56,10 @@ class Estimate:
 
     `t0` and `t1` (s) are the window's first and last sample; `initial_state` belongs to t0, `state`
     and `parameters` to t1. `times` (K,) and `states` (K, n) are the estimated states at every
-    sample. `stddev` (of state and parameters) and `initial_stddev` are NaN where a standard
-    deviation would mean nothing, and 0 for given values. `weak` names the combinations that the
-    window does not determine, `advice` the remedy; `jumps` lists the jumps inside the window.
+    sample, beside process noise smoothed by all of the window. `stddev` (of state and parameters)
+    and `initial_stddev` are NaN where a standard deviation would mean nothing, and 0 for given
+    values. `weak` names the combinations that the window does not determine, `advice` the remedy;
+    `jumps` lists the jumps inside the window.
     `covariance` (n + q, n + q) is the joint one of `state` and `parameters` in their units, and
     empty where none is known; where `stddev` calls a value not determined, it still has the
     linearised one. `noise` are the outputs' standard deviations. `walks` are the process noise that

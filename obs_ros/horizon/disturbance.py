@@ -23,6 +23,7 @@ from obs_ros.inference.jumps.hypothesis import Hypothesis, hypothesis_at
 from obs_ros.inference.jumps.piecewise import PiecewiseProblem
 from obs_ros.inference.process_noise import ProcessNoise, ProcessNoiseMode
 from obs_ros.inference.window_state import WindowState
+from obs_ros.integration.smoother import smoothed
 from obs_ros.optimization.acceptance import Acceptance
 from obs_ros.optimization.result import Found
 
@@ -51,9 +52,10 @@ class DisturbedWindow:
         if fit_of(other.window, hypothesis).is_noise:
             accepted = Acceptance.PROCESS_NOISE
         fitted = replace(found, z=other.z, cost=hypothesis.squares, accepted=accepted)
-        end = AtEnd(other.covariance)
+        end = AtEnd(other.covariance, path=smoothed(other.along).states)
         if other.parameters is not None:
-            end = AtEnd(other.covariance, other.parameters, other.parameter_jacobian())
+            jacobian = other.parameter_jacobian()
+            end = replace(end, parameters=other.parameters, jacobian=jacobian)
         return cls(other.window, fitted, hypothesis, other.noise, end, other.criterion)
 
     def jumped(self, best: Hypothesis) -> 'DisturbedWindow':

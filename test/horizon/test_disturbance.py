@@ -164,3 +164,20 @@ def test_without_time_for_process_noise_the_outcome_says_so(monkeypatch: Any) ->
     found = solve_window(LAG, record(), method, seed=1)
     assert found.outcome is Outcome.DEADLINE
     assert 'jumps or process noise' in found.message
+
+
+def test_the_path_is_smoothed_by_all_of_the_window() -> None:
+    """Between its measurements a state is nearer to the truth than the filtered one can be."""
+    rng = np.random.default_rng(5)
+    t = INTERVAL * np.arange(400)
+    u, hold = square_wave(t), np.exp(-INTERVAL / TAU)
+    x = np.empty(400)
+    x[0] = 0.5
+    for k in range(399):
+        x[k + 1] = K * u[k] + (x[k] - K * u[k]) * hold + 0.03 * rng.standard_normal()
+    found = solve_window(LAG, Record(t, u, x + 0.1 * rng.standard_normal(400)), seed=1)
+    assert found.walks['x'] > 0.0
+    smooth = np.sqrt(np.mean((found.states[:, 0] - x) ** 2))
+    assert smooth < 0.05  # filtered, .055; measured, .1
+    assert found.states[-1, 0] == pytest.approx(found.state['x'])
+    assert found.states[0, 0] == pytest.approx(found.initial_state['x'], abs=1e-6)

@@ -48,6 +48,7 @@ def report(
     end = None if uncertainty is None else uncertainty.end
     if end is not None and end.parameters is not None:
         p = end.parameters[:, None]
+    path = states if end is None or end.path is None else end.path
     last = int(np.flatnonzero(grid.measured)[-1])
     fit = Fit.of(
         objective,
@@ -100,7 +101,7 @@ def report(
         evaluations=objective.evaluations,
         solve_time=solve_time,
         times=grid.t,
-        states=states,
+        states=path,
         stamp=window.record.stamp,
     )
 

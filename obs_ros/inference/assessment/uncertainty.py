@@ -28,12 +28,14 @@ class AtEnd:
 
     covariance (n + q, n + q) is theirs with the unknowns given, in the variables' units. Where
     parameters walk, parameters (q,) are their values there and jacobian (q, d) the derivatives of
-    these by the unknowns, in boxes; else None.
+    these by the unknowns, in boxes; else None. path (K, n) are the smoothed states that lead there,
+    None where the hypothesis has them.
     """
 
     covariance: Array
     parameters: Array | None = None
     jacobian: Array | None = None
+    path: Array | None = None
 
 
 @dataclass(frozen=True)
