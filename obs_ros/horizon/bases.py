@@ -19,7 +19,6 @@ from obs_ros.inference.assessment.uncertainty import AtEnd
 from obs_ros.inference.disturbed import Disturbed, disturbed_at
 from obs_ros.inference.jumps.hypothesis import Hypothesis
 from obs_ros.inference.jumps.piecewise import PiecewiseProblem
-from obs_ros.inference.process_noise import ProcessNoise
 from obs_ros.inference.window_state import WindowState
 
 
@@ -36,7 +35,7 @@ class BasisSettings:
     deviations: float = 2.0
 
 
-BASES = BasisSettings()
+BASIS = BasisSettings()
 
 
 @dataclass(frozen=True)
@@ -64,8 +63,7 @@ class Bases:
         ratio = float(np.sqrt(np.nanmean(e**2 / S)))
         if not np.isfinite(ratio):
             return at
-        noise = ProcessNoise(ratio * self.own.noise.walks, ratio * self.own.noise.noise)
-        return disturbed_at(window, self.plain.point, noise)
+        return disturbed_at(window, self.plain.point, self.own.noise.scaled(ratio))
 
     @property
     def ends(self) -> dict[Basis, Ends]:
@@ -101,7 +99,7 @@ class Bases:
             end=AtEnd(filtered.end.covariance + np.diag(np.append(off**2, unknown))),
         )
 
-    def by_cross_validation(self, settings: BasisSettings = BASES) -> Basis:
+    def by_cross_validation(self, settings: BasisSettings = BASIS) -> Basis:
         """Return the basis whose forecasts inside the window are clearly better."""
         if not self.distinct:
             return Basis.PROCESS_NOISE

@@ -65,7 +65,7 @@ class DisturbedWindow:
         window = self.window.rescaled(np.full(self.noise.noise.size, ratio))
         problem = replace(best.problem, objective=window.objective)
         hypothesis = hypothesis_at(problem, best.point, best.earlier)
-        noise = ProcessNoise(ratio * self.noise.walks, ratio * self.noise.noise)
+        noise = self.noise.scaled(ratio)
         found = replace(self.found, cost=hypothesis.squares, accepted=Acceptance.PROCESS_NOISE)
         return replace(
             self, window=window, found=found, hypothesis=hypothesis, noise=noise,
@@ -100,10 +100,7 @@ def explain_by_process_noise(
     """
     if mode == 'off' or deadline.passed or (mode == 'auto' and is_exact(window, best)):
         return None
-    if mode == 'given':
-        other = with_given_walks(window, found.z, given, deadline)
-    else:
-        other = disturbed(window, found.z, given, previous, deadline)
+    other = _disturbed(window, found.z, given, deadline, mode, previous, afresh=True)
     if other is None or (mode == 'auto' and other.criterion >= criterion_at(window, best)):
         return None
     return DisturbedWindow.of(window, found, other)
@@ -139,11 +136,24 @@ def continue_process_noise(
 
     `found` is a warm start.
     """
-    if mode == 'given':
-        other = with_given_walks(window, found.z, given, deadline)
-    else:
-        other = disturbed(window, found.z, given, previous, deadline, afresh=False)
+    other = _disturbed(window, found.z, given, deadline, mode, previous, afresh=False)
     return None if other is None else DisturbedWindow.of(window, found, other)
+
+
+def _disturbed(
+    window: WindowState,
+    z: Array,
+    given: Array,
+    deadline: Deadline,
+    mode: ProcessNoiseMode,
+    previous: ProcessNoise | None,
+    *,
+    afresh: bool,
+) -> Disturbed | None:
+    """Return the window near z (d,) with the model's walks or, with mode `auto`, its own."""
+    if mode == 'given':
+        return with_given_walks(window, z, given, deadline)
+    return disturbed(window, z, given, previous, deadline, afresh=afresh)
 
 
 def with_noise_of_others(

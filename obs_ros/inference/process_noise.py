@@ -71,6 +71,10 @@ class ProcessNoise:
     walks: Array
     noise: Array
 
+    def scaled(self, ratio: float) -> 'ProcessNoise':
+        """Return all of it `ratio` times as large: a filter's gains stay."""
+        return ProcessNoise(ratio * self.walks, ratio * self.noise)
+
     def words(self, model: Model) -> str:
         """Say which states are pushed about, and by how much."""
         found = []
