@@ -1,12 +1,15 @@
 """Estimates, which every observer returns: values by name, with their outcome and its reason."""
 
 from collections.abc import Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from enum import StrEnum
 
 import numpy as np
 
 from obs_ros.core.typing import Array
+
+QUANTILE = 1.96  # standard deviations on either side that hold 95 % of a normal distribution
+UNKNOWN = (np.nan, np.nan)  # the interval of what is not determined
 
 
 class Outcome(StrEnum):
@@ -29,8 +32,10 @@ class Jump:
     """Parameters that jumped at one time (s), by their sizes, with standard deviations.
 
     `sizes` and `stddev` are in the parameters' units, `time_stddev` in s. `alternatives` names the
-    other sets of parameters that explain the window nearly as well. A `new` jump has been shown by
-    no earlier window; `stamp` is its time in ns where samples had stamps.
+    other sets of parameters that explain the window nearly as well; `probability` is that of this
+    set, NaN where it is not known. A `new` jump has been shown by no earlier window; `stamp` is its
+    time in ns where samples had stamps. A `retracted` one was announced before, and later windows
+    speak against it: its sizes are 0, and it is `new` in the window that takes it back.
     """
 
     time: float
@@ -40,14 +45,23 @@ class Jump:
     new: bool
     alternatives: tuple[str, ...] = ()
     stamp: int | None = None
+    probability: float = np.nan
+    retracted: bool = False
 
     def __str__(self) -> str:
-        """Say what jumped."""
+        """Say what jumped, by how much, and how probably; or that it is taken back."""
+        if self.retracted:
+            return f'jump at {self.time:.2f} s taken back: {", ".join(self.sizes)}'
         sizes = ', '.join(
             f'{name} {size:+.3g} +- {2.0 * self.stddev[name]:.2g}'
             for name, size in self.sizes.items()
         )
-        return f'jump at {self.time:.2f} s +- {2.0 * self.time_stddev:.2g} s: {sizes}'
+        said = f'jump at {self.time:.2f} s +- {2.0 * self.time_stddev:.2g} s: {sizes}'
+        if np.isnan(self.probability):
+            return said
+        # Rounded up to 1 it would be certain.
+        known = '> 0.99' if self.probability > 0.99 else f'{self.probability:.2f}'
+        return f'{said}, probability {known}'
 
 
 @dataclass(frozen=True, eq=False)
@@ -58,8 +72,10 @@ class Estimate:
     and `parameters` to t1. `times` (K,) and `states` (K, n) are the estimated states at every
     sample, beside process noise smoothed by all of the window. `stddev` (of state and parameters)
     and `initial_stddev` are NaN where a standard deviation would mean nothing, and 0 for given
-    values. `weak` names the combinations that the window does not determine, `advice` the remedy;
-    `jumps` lists the jumps inside the window.
+    values. `interval` are the two-sided 95 % intervals of state and parameters in their units, as
+    (lower, upper): both NaN where not determined, and both the value where it is given. `weak`
+    names the combinations that the window does not determine, `advice` the remedy; `jumps` lists
+    the jumps inside the window, `drifting` the parameters that move too often to have jumped.
     `covariance` (n + q, n + q) is the joint one of `state` and `parameters` in their units, and
     empty where none is known; where `stddev` calls a value not determined, it still has the
     linearised one. `noise` are the outputs' standard deviations. `walks` are the process noise that
@@ -85,12 +101,14 @@ class Estimate:
     residual_rms: float = np.nan
     output_rms: Mapping[str, float] = field(default_factory=dict)
     initial_stddev: Mapping[str, float] = field(default_factory=dict)
+    interval: Mapping[str, tuple[float, float]] = field(default_factory=dict)
     covariance: Array = field(default_factory=lambda: np.empty((0, 0)), repr=False)
     noise: Mapping[str, float] = field(default_factory=dict)
     walks: Mapping[str, float] = field(default_factory=dict)
     weak: tuple[str, ...] = ()
     advice: str = ''
     jumps: tuple[Jump, ...] = ()
+    drifting: tuple[str, ...] = ()
     evaluations: int = 0
     solve_time: float = 0.0
     times: Array = field(default_factory=lambda: np.empty(0), repr=False)
@@ -105,3 +123,27 @@ class Estimate:
         """Whether every state and parameter is a finite number."""
         values = (*self.parameters.values(), *self.initial_state.values(), *self.state.values())
         return bool(np.isfinite(values).all())
+
+    def without_deviations(self) -> 'Estimate':
+        """Return the same values with nothing said of how far they hold."""
+        return replace(
+            self,
+            stddev=dict.fromkeys(self.stddev, np.nan),
+            initial_stddev=dict.fromkeys(self.initial_stddev, np.nan),
+            interval=dict.fromkeys(self.interval, UNKNOWN),
+            covariance=np.empty((0, 0)),
+        )
+
+
+def normal_intervals(
+    values: Mapping[str, float], stddev: Mapping[str, float]
+) -> dict[str, tuple[float, float]]:
+    """Return 95 % intervals of normal distributions with these means and standard deviations.
+
+    They are by the names of `stddev`; what has none, NaN, has no interval.
+    """
+    found = {}
+    for name, deviation in stddev.items():
+        value, half = values[name], QUANTILE * deviation
+        found[name] = (value - half, value + half)
+    return found

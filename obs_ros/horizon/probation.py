@@ -104,12 +104,5 @@ class Probation:
 
 def _withheld(estimate: Estimate, outcome: Outcome, why: str) -> Estimate:
     """Return the estimate without jumps and deviations, and why."""
-    return replace(
-        estimate,
-        outcome=outcome,
-        message=f'{why} ({estimate.message})',
-        jumps=(),
-        stddev=dict.fromkeys(estimate.stddev, np.nan),
-        initial_stddev=dict.fromkeys(estimate.initial_stddev, np.nan),
-        covariance=np.empty((0, 0)),
-    )
+    message = f'{why} ({estimate.message})'
+    return replace(estimate.without_deviations(), outcome=outcome, message=message, jumps=())

@@ -4,20 +4,26 @@ import math
 from collections.abc import Iterator, Mapping, Sequence
 from typing import NamedTuple
 
-from obs_ros.core.estimate import Estimate
+from obs_ros.core.estimate import UNKNOWN, Estimate, Jump
 from obs_ros.core.model import Model, names
 
 TOPICS = (
-    'state', 'parameters', 'state_stddev', 'parameters_stddev', 'residual', 'jump', 'solver',
+    'state', 'parameters', 'state_stddev', 'parameters_stddev', 'parameters_interval', 'residual',
+    'jump', 'solver',
 )  # fmt: skip
 
 
 class Vector(NamedTuple):
-    """Values by name at a stamp (ns), for the topic ~/`topic`; residuals' deviations as effort."""
+    """Values by name at a stamp (ns), for the topic ~/`topic`, and up to two further figures each.
+
+    As in the message, of which `values` are the positions: the `velocity` of an interval's lower
+    end is the upper one, that of a jump its probability; `effort` is a standard deviation.
+    """
 
     topic: str
     stamp: int
     values: Mapping[str, float]
+    velocity: Sequence[float] = ()
     effort: Sequence[float] = ()
 
 
@@ -52,9 +58,23 @@ def vectors(estimate: Estimate, model: Model, solver: Mapping[str, float]) -> It
         deviations = {name: estimate.stddev.get(name, math.nan) for name in order}
         yield Vector(topic, stamp, {name: values[name] for name in order})
         yield Vector(f'{topic}_stddev', stamp, deviations)
+    yield _interval(estimate, names(model.parameters))
     if estimate.innovation:
         spread = tuple(estimate.innovation_stddev.values())
-        yield Vector('residual', stamp, estimate.innovation, spread)
-    for jump in estimate.jumps:
-        if jump.new:
-            yield Vector('jump', jump.stamp or 0, jump.sizes)
+        yield Vector('residual', stamp, estimate.innovation, effort=spread)
+    yield from (_jump(jump) for jump in estimate.jumps if jump.new)
+
+
+def _interval(estimate: Estimate, parameters: Sequence[str]) -> Vector:
+    """Return the 95 % intervals: lower ends as values, upper ones as velocity."""
+    ends = {name: estimate.interval.get(name, UNKNOWN) for name in parameters}
+    lower = {name: low for name, (low, _) in ends.items()}
+    upper = tuple(high for _, high in ends.values())
+    return Vector('parameters_interval', estimate.stamp or 0, lower, upper)
+
+
+def _jump(jump: Jump) -> Vector:
+    """Return the sizes of a jump, with its probability as velocity and deviations as effort."""
+    probability = (jump.probability,) * len(jump.sizes)
+    effort = tuple(jump.stddev.get(name, math.nan) for name in jump.sizes)
+    return Vector('jump', jump.stamp or 0, jump.sizes, probability, effort)

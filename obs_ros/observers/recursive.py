@@ -7,7 +7,7 @@ from typing import Any, ClassVar, NamedTuple
 
 import numpy as np
 
-from obs_ros.core.estimate import Estimate, Outcome
+from obs_ros.core.estimate import Estimate, Outcome, normal_intervals
 from obs_ros.core.model import Model, checked_noise, inside, names
 from obs_ros.core.record import Sample
 from obs_ros.core.rng import random_generator
@@ -185,12 +185,14 @@ class RecursiveObserver:
         if stuck := self._repeats.stuck:
             outcome = Outcome.STALE_OUTPUT
             message = f'{words(self.model, stuck)}; {message}'
-        state = dict(zip(states, x, strict=True))
+        state, found = dict(zip(states, x, strict=True)), dict(zip(parameters, p, strict=True))
+        spreads = dict(zip(self._unknowns, stddev, strict=True))
         return Estimate(
-            parameters=dict(zip(parameters, p, strict=True)),
+            parameters=found,
             initial_state=state,
             state=state,
-            stddev=dict(zip(self._unknowns, stddev, strict=True)),
+            stddev=spreads,
+            interval=normal_intervals(state | found, spreads),
             outcome=outcome,
             message=message,
             t0=now.t,

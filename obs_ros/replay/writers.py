@@ -73,13 +73,13 @@ def bag_writer(path: Path, model: Model) -> Iterator[Take]:
         }
 
         def write(recorded: int, vector: Vector) -> None:
-            topic, stamp, values, effort = vector
+            topic, stamp, values, velocity, effort = vector
             time = time_type(sec=stamp // 10**9, nanosec=stamp % 10**9)
             message = joint_state(
                 header=header_type(stamp=time, frame_id=''),
                 name=list(values),
                 position=np.array([float(value) for value in values.values()]),
-                velocity=np.empty(0),
+                velocity=np.array(velocity, dtype=np.float64),
                 effort=np.array(effort, dtype=np.float64),
             )
             bag.write(connections[topic], recorded, store.serialize_cdr(message, TYPE))

@@ -1,4 +1,4 @@
-"""Named vectors as ROS messages: JointState with `header.stamp`, `name`, `position`, `effort`."""
+"""Named vectors as ROS messages: JointState with a stamp, names, up to three figures of each."""
 
 from collections.abc import Iterable
 
@@ -29,9 +29,15 @@ def time_message(stamp: int) -> Time:
 
 
 def named_vector(
-    stamp: int, names: Iterable[str], values: Iterable[float], effort: Iterable[float] = ()
+    stamp: int,
+    names: Iterable[str],
+    values: Iterable[float],
+    velocity: Iterable[float] = (),
+    effort: Iterable[float] = (),
 ) -> JointState:
-    """Return the values, by name, as a message stamped `stamp` (ns)."""
-    message = JointState(name=list(names), position=list(values), effort=list(effort))
+    """Return the values, by name, as the positions of a message stamped `stamp` (ns)."""
+    message = JointState(
+        name=list(names), position=list(values), velocity=list(velocity), effort=list(effort)
+    )
     message.header.stamp = time_message(stamp)
     return message

@@ -17,7 +17,7 @@ PREDICTED = ('prediction', 'prediction_stddev')
 
 
 class EstimatePublisher:
-    """Publishes estimates: ~/state, ~/parameters and their standard deviations, and so on.
+    """Publishes estimates: ~/state, ~/parameters, their standard deviations, and so on.
 
     With `predicting` ~/prediction too, and its deviations. ~/residual goes with the predictions, or
     else with the estimates of observers that tell innovations.
@@ -40,7 +40,7 @@ class EstimatePublisher:
             ('prediction_stddev', predicted.stddev, ()),
             ('residual', predicted.residual, predicted.residual_stddev.values()),
         ):
-            message = named_vector(predicted.stamp, values, values.values(), effort)
+            message = named_vector(predicted.stamp, values, values.values(), effort=effort)
             self._publishers[topic].publish(message)
 
     def publish(self, estimate: Estimate, latency: float, skipped: int) -> bool:
@@ -57,7 +57,8 @@ class EstimatePublisher:
         timing = {
             'solve_time_s': estimate.solve_time, 'latency_s': latency, 'skipped': float(skipped),
         }  # fmt: skip
-        for topic, stamp, values, effort in vectors(estimate, self._model, timing):
-            message = named_vector(stamp, values, map(float, values.values()), effort)
+        for topic, stamp, values, velocity, effort in vectors(estimate, self._model, timing):
+            position = map(float, values.values())
+            message = named_vector(stamp, values, position, velocity, effort)
             self._publishers[topic].publish(message)
         return publishable(estimate)

@@ -12,6 +12,7 @@ def found(t1: float) -> Estimate:
         parameters={'p': 1.0}, initial_state={'x': 2.0}, state={'x': 3.0},
         stddev={'x': 0.1, 'p': 0.2}, initial_stddev={'x': 0.1}, outcome=Outcome.CONVERGED,
         message='as told', t0=0.0, t1=t1, covariance=np.eye(2),
+        interval={'x': (2.8, 3.2), 'p': (0.6, 1.4)},
     )  # fmt: skip
 
 
@@ -31,6 +32,7 @@ def test_after_a_first_window_that_does_not_fit_trust_is_earned_by_many_in_a_row
         assert doubted.outcome is Outcome.MODEL_MISMATCH and not doubted.jumps
         assert 'the window that ended at 10 s contradicted the model' in doubted.message
         assert np.isnan([*doubted.stddev.values(), *doubted.initial_stddev.values()]).all()
+        assert np.isnan(list(doubted.interval.values())).all()
         assert doubted.state == {'x': 3.0} and doubted.covariance.size == 0
     assert probation.judge(estimate, True) is estimate
     probation.judge(found(1.0), False)

@@ -22,7 +22,7 @@ def publisher(ros):
 
 
 def test_values_go_out_with_their_outcome_and_timing(ros, publisher):
-    topics = ('state', 'parameters', 'state_stddev', 'jump', 'solver')
+    topics = ('state', 'parameters', 'state_stddev', 'parameters_interval', 'jump', 'solver')
     heard = {topic: ros.listen(f'/test/{topic}') for topic in topics}
     outcomes = ros.listen('/test/outcome', String, LATCHED)
     assert publisher.publish(ESTIMATE, latency=0.25, skipped=3)
@@ -31,7 +31,12 @@ def test_values_go_out_with_their_outcome_and_timing(ros, publisher):
         'stamp_ns': 9 * 10**9, 'outcome': 'converged', 'message': '',
     }  # fmt: skip
     assert vector(heard['state'][0]) == LEVELS and vector(heard['parameters'][0]) == VALVES
-    assert vector(heard['jump'][0]) == {'p3': -0.3} and heard['jump'][0].header.stamp.sec == 5
+    jump, interval = heard['jump'][0], heard['parameters_interval'][0]
+    assert vector(jump) == {'p3': -0.3, 'p2': 0.1} and jump.header.stamp.sec == 5
+    assert list(jump.velocity) == [0.96, 0.96] and list(jump.effort) == [0.01, 0.02]
+    assert interval.name == ['p1', 'p2', 'p3'] and interval.header == heard['state'][0].header
+    assert math.isnan(interval.position[0]) and math.isnan(interval.velocity[0])
+    assert (interval.position[2], interval.velocity[2]) == (0.28, 0.34)
     solver = vector(heard['solver'][0])
     assert (solver['latency_s'], solver['skipped'], solver['gain']) == (0.25, 3.0, 4.0)
 

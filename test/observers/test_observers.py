@@ -117,6 +117,17 @@ def check_finite(estimate: Estimate) -> None:
     assert estimate.outcome and estimate.message
 
 
+def check_intervals(estimate: Estimate) -> None:
+    """Each has an interval that holds its value; parameters as far as they have deviations."""
+    assert list(estimate.interval) == list(estimate.stddev)
+    for name, value in {**estimate.state, **estimate.parameters}.items():
+        lower, upper = estimate.interval[name]
+        assert np.isnan(lower) == np.isnan(upper)
+        assert np.isnan(lower) or lower <= value <= upper
+    for name in estimate.parameters:
+        assert np.isnan(estimate.interval[name][0]) == np.isnan(estimate.stddev[name])
+
+
 def check_follows(case: Case, estimate: Estimate, start: int = 1000) -> None:
     """The estimate's outputs are the plant's, and its stamp that of the sample."""
     check_finite(estimate)
@@ -137,6 +148,8 @@ class TestEveryObserver:
         assert found
         check_follows(case, found[-1])
         assert set(found[-1].stddev) == set(names(case.model.variables))
+        for estimate in found:
+            check_intervals(estimate)
 
     def test_before_the_first_sample_nothing_is_due(self, name: str) -> None:
         assert make(name).estimate(0.0) is None
@@ -163,6 +176,8 @@ class TestEveryObserver:
         nothing = [Sample(s.stamp, y=np.full_like(s.y, NAN), u=s.u) for s in stream]
         for estimate in run(observer, nothing):
             assert not estimate.usable
+            check_intervals(estimate)
+            assert np.isnan(list(estimate.interval.values())).all()
         assert sum(observer.counts.values()) >= COUNT
 
     def test_after_a_reset_it_is_as_new(self, name: str) -> None:
@@ -236,6 +251,7 @@ class TestEveryImmediateObserver:
         found = run(observer, samples)
         assert len(found) == COUNT
         for estimate in found:
+            check_intervals(estimate)
             assert estimate.usable or estimate.outcome is Outcome.DIVERGED
         diverged = sum(estimate.outcome is Outcome.DIVERGED for estimate in found)
         assert observer.counts['reset_non_finite'] == diverged

@@ -5,7 +5,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from obs_ros.core.estimate import Estimate, Outcome
+from obs_ros.core.estimate import UNKNOWN, Estimate, Outcome, normal_intervals
 from obs_ros.core.model import Model, Variable, names
 from obs_ros.core.record import Record
 from obs_ros.core.typing import Array
@@ -76,14 +76,17 @@ def report(
     jumps = () if uncertainty is None else uncertainty.jumps
     walking = None if uncertainty is None else uncertainty.process_noise
     residuals = grid.unscaled(residuals)
+    state, parameters = _named(model.states, states[last]), _named(model.parameters, p[:, 0])
+    stddev = {
+        **_named(model.states, known.deviations.state),
+        **_named(model.parameters, known.deviations.parameters),
+    }
     return Estimate(
-        parameters=_named(model.parameters, p[:, 0]),
+        parameters=parameters,
         initial_state=_named(model.states, x0[:, 0]),
-        state=_named(model.states, states[last]),
-        stddev={
-            **_named(model.states, known.deviations.state),
-            **_named(model.parameters, known.deviations.parameters),
-        },
+        state=state,
+        stddev=stddev,
+        interval=normal_intervals({**state, **parameters}, stddev),
         initial_stddev=_named(model.states, known.deviations.initial),
         covariance=known.deviations.joint,
         noise={} if uncertainty is None else _named(model.outputs, uncertainty.noise),
@@ -126,6 +129,7 @@ def empty(model: Model, record: Record, outcome: Outcome, message: str) -> Estim
         state=_named(model.states, nothing),
         stddev=_named(model.variables, nothing),
         initial_stddev=_named(model.states, nothing),
+        interval=dict.fromkeys(names(model.variables), UNKNOWN),
         outcome=outcome,
         message=message,
         t0=float(record.t[0]),
