@@ -9,6 +9,7 @@ import numpy as np
 from obs_ros.core.typing import Array
 
 QUANTILE = 1.96  # standard deviations on either side that hold 95 % of a normal distribution
+SAME_TIME = 1e-6  # s: stamps since 1970 as floats are no finer
 UNKNOWN = (np.nan, np.nan)  # the interval of what is not determined
 
 
@@ -47,6 +48,11 @@ class Jump:
     stamp: int | None = None
     probability: float = np.nan
     retracted: bool = False
+
+    def takes_back(self, other: 'Jump') -> bool:
+        """Whether this one retracts all of another that was announced: names, at its time."""
+        same = abs(self.time - other.time) <= SAME_TIME
+        return self.retracted and same and set(other.sizes) <= set(self.sizes)
 
     def __str__(self) -> str:
         """Say what jumped, by how much, and how probably; or that it is taken back."""

@@ -1,9 +1,11 @@
 """Figures of an estimator for /diagnostics, by name."""
 
+import math
 from collections.abc import Iterator, Mapping
 from typing import Any
 
 from obs_ros.core.kernel_cache import cache_trouble
+from obs_ros.interface.drifting import remedy
 from obs_ros.interface.forecast import Forecast
 from obs_ros.interface.progress import Progress
 from obs_ros.interface.status import SubscriptionStatus
@@ -54,11 +56,22 @@ def _of_progress(progress: Progress) -> Iterator[Figure]:
         yield from ((f'weak.{i}', words) for i, words in enumerate(estimate.weak, 1))
         if estimate.advice:
             yield 'advice', estimate.advice
+        if estimate.drifting:
+            yield 'drifting', remedy(estimate.drifting)
+    yield from _of_jumps(progress)
+
+
+def _of_jumps(progress: Progress) -> Iterator[Figure]:
     yield 'jumps', progress.jumps
-    if progress.jump:
-        yield 'last_jump', str(progress.jump)
-        if progress.jump.alternatives:
-            yield 'last_jump.or', '; '.join(progress.jump.alternatives)
+    if jump := progress.jump:
+        yield 'last_jump', str(jump)
+        if not math.isnan(jump.probability):
+            yield 'last_jump.probability', jump.probability
+        if jump.alternatives:
+            yield 'last_jump.or', '; '.join(jump.alternatives)
+    if progress.retraction:
+        yield 'retractions', progress.retractions
+        yield 'last_retraction', str(progress.retraction)
 
 
 def _of_subscription(name: str, status: SubscriptionStatus) -> Iterator[Figure]:

@@ -27,6 +27,8 @@ class Progress:
     failed: int = 0
     jumps: int = 0
     jump: Jump | None = None  # the last one, as the newest window that holds it says
+    retractions: int = 0
+    retraction: Jump | None = None  # the last one
     collected: float | None = None  # s of the window that is open; None before its first output
     solving: bool = False  # a window is closed, and its estimate under way
 
@@ -34,6 +36,7 @@ class Progress:
         # All that were late until each of the last calls.
         self._late: deque[int] = deque([0], maxlen=self.late_for + 1)
         self._lag = 0.0
+        self._announced: Jump | None = None  # the last one, as it was announced
 
     def note_lag(self, seconds: float) -> None:
         """Note how long a sample waited to be absorbed."""
@@ -54,9 +57,21 @@ class Progress:
         """Note an estimate, and whether it was fit to be published."""
         self.estimate, self.latency, self.error = estimate, latency, ''
         self.published += published
-        self.jumps += sum(jump.new for jump in estimate.jumps)
-        self.jump = estimate.jumps[-1] if estimate.jumps else self.jump
         self.withheld += not published
+        for jump in estimate.jumps:
+            self._note(jump)
+
+    def _note(self, jump: Jump) -> None:
+        """Note a jump that a window shows, or takes back."""
+        if not jump.retracted:
+            self.jumps += jump.new
+            self.jump = jump
+            self._announced = jump if jump.new else self._announced
+            return
+        self.retractions += jump.new
+        self.retraction = jump
+        if self._announced is not None and jump.takes_back(self._announced):
+            self.jump = self._announced = None
 
     def fail(self, finished: Finished) -> None:
         """Note an exception of the observer."""

@@ -1,9 +1,10 @@
-"""Health of a node, on /diagnostics once a second."""
+"""Health of a node, on /diagnostics once a second and in its log."""
 
 from collections.abc import Callable, Mapping
 
 from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus, KeyValue
 from rclpy.clock import Clock, ClockType
+from rclpy.node import Node
 
 from obs_ros.core.texts import one_line
 from obs_ros.interface.status import Health, Level
@@ -57,6 +58,15 @@ def publish_health(node: GuardedNode, hardware_id: str, examine: Callable[[], He
         publisher.publish(message)
 
     node.create_timer(PERIOD, publish, clock=Clock(clock_type=ClockType.STEADY_TIME))
+
+
+def log(node: Node, level: Level, line: str) -> None:
+    """Write one short line to the node's log: information if all is well, else a warning."""
+    # rclpy holds every line of code to one severity.
+    if level is Level.OK:
+        node.get_logger().info(one_line(line))
+    else:
+        node.get_logger().warning(one_line(line))
 
 
 def _texts(figures: Mapping[str, object]) -> dict[str, str]:

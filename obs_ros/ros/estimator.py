@@ -20,12 +20,12 @@ from obs_ros.interface.health import examine
 from obs_ros.interface.parameters import CHOICE, RENAMED, observer_parameters
 from obs_ros.interface.progress import Progress
 from obs_ros.interface.settings import build_observer, differs
-from obs_ros.interface.status import Health, Level
-from obs_ros.interface.waiting import Waiting
+from obs_ros.interface.status import Health
+from obs_ros.interface.terminal import Terminal
 from obs_ros.interface.worker import Finished, Worker
 from obs_ros.models import load_model
 from obs_ros.observers.base import Observer
-from obs_ros.ros.diagnostics import publish_health
+from obs_ros.ros.diagnostics import log, publish_health
 from obs_ros.ros.guarded import GuardedNode
 from obs_ros.ros.info import model_info, publish_info, settings_info
 from obs_ros.ros.parameters import Parameters
@@ -62,7 +62,7 @@ class Estimator(GuardedNode):
         self._due: float | None = None
         self._solving = 0.0  # the same of the window that is being solved
         self._forecast: Forecast | None = None
-        self._waiting = Waiting()
+        self._terminal = Terminal()
         self._guard = self.create_guard_condition(self._collect)
         self._worker = Worker(notify=self._guard.trigger)
         try:
@@ -282,12 +282,8 @@ class Estimator(GuardedNode):
             self.progress, self.streams.status(), self._settings, self.observer.counts,
             self._break, self._forecast,
         )  # fmt: skip
-        if line := self._waiting.line(health):
-            # rclpy holds every line of code to one severity.
-            if health.level is Level.OK:
-                self.get_logger().info(one_line(line))
-            else:
-                self.get_logger().warning(one_line(line))
+        for level, line in self._terminal.lines(health):
+            log(self, level, line)
         return health
 
 

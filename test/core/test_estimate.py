@@ -111,6 +111,24 @@ def test_a_jump_that_is_taken_back_says_so() -> None:
     assert str(back) == 'jump at 5.00 s taken back: k1, k2'
 
 
+@pytest.mark.parametrize(
+    ('changes', 'retracted', 'expected'),
+    [
+        ({}, True, True),
+        ({}, False, False),
+        ({'sizes': {'k1': 1.0}}, True, True),
+        ({'sizes': {'k3': 1.0}}, True, False),
+        ({'time': 5.01}, True, False),
+    ],
+    ids=['its own', 'an announcement', 'a part', 'another', 'at another time'],
+)
+def test_a_retraction_takes_back_a_jump_of_its_names_at_its_time(
+    changes: dict[str, Any], retracted: bool, expected: bool
+) -> None:
+    back = jump(sizes={'k1': 0.0, 'k2': 0.0}, retracted=retracted)
+    assert back.takes_back(jump(**changes)) == expected
+
+
 def test_estimates_compare_by_identity_since_they_hold_arrays() -> None:
     one, other = (estimate(times=np.arange(3.0), states=np.zeros((3, 1))) for _ in range(2))
     assert one == one and one != other

@@ -52,6 +52,7 @@ class FakeObserver:
         self.go = threading.Event()
         self.go.set()
         self.value: float | Exception | None = None
+        self.says: dict[str, Any] = {}  # further fields of its estimates
         FakeObserver.made.append(self)
 
     def prepare(self) -> float:
@@ -89,6 +90,7 @@ class FakeObserver:
             evaluations=7,
             solve_time=0.01,
             stamp=newest,
+            **self.says,
         )
 
     def inherit(self, other: 'FakeObserver') -> bool:

@@ -1,5 +1,6 @@
 import itertools
 import math
+from dataclasses import replace
 
 import pytest
 import yaml
@@ -12,6 +13,7 @@ from rosgraph_msgs.msg import Clock
 from std_msgs.msg import String
 from std_srvs.srv import SetBool, Trigger
 
+from obs_ros.core.estimate import Jump
 from obs_ros.ros.estimator import Estimator
 from obs_ros.ros.messages import LATCHED, time_message
 
@@ -65,6 +67,31 @@ def test_the_outcome_of_each_estimate_is_told_with_its_stamp(ros, bench):
     told = ros.listen('/estimator/outcome', String, LATCHED)  # who comes late hears it, too
     outcome = yaml.safe_load(ros.spin_until(lambda: told)[0].data)
     assert outcome == {'stamp_ns': 11 * 10**9, 'outcome': 'converged', 'message': 'as told'}
+
+
+def test_jumps_retractions_and_a_drift_are_told_the_drift_once_in_the_log(ros, bench, capfd):
+    jumps = ros.listen('/estimator/jump')
+    intervals = ros.listen('/estimator/parameters_interval')
+    jump = Jump(5.0, 0.1, {'p1': -0.3}, {'p1': 0.01}, True, stamp=5 * 10**9, probability=0.97)
+    back = replace(jump, sizes={'p1': 0.0}, stddev={'p1': 0.0}, retracted=True, probability=0.01)
+    bench.fake.says = {'jumps': (jump,), 'drifting': ('p2',), 'interval': {'p1': (0.5, 3.0)}}
+    bench.feed(10, 11)
+    ros.spin_until(lambda: jumps and intervals)
+    assert (jumps[0].name, list(jumps[0].position)) == (['p1'], [-0.3])
+    assert (list(jumps[0].effort), list(jumps[0].velocity)) == ([0.01], [0.97])
+    assert (intervals[0].position[0], intervals[0].velocity[0]) == (0.5, 3.0)
+    told = figures(ros.health(outcome='converged'))
+    assert told['last_jump'].endswith('p1 -0.3 +- 0.02, probability 0.97')
+    assert told['last_jump.probability'] == '0.97'
+    bench.fake.says = {'jumps': (back,), 'drifting': ('p2',)}
+    bench.feed(12, 13)
+    ros.spin_until(lambda: len(jumps) == 2)
+    assert list(jumps[1].position) == [0.0] and jumps[1].header == jumps[0].header
+    told = figures(ros.health(outcome='converged'))
+    assert told['last_retraction'] == 'jump at 5.00 s taken back: p1'
+    assert 'last_jump' not in told and told['drifting'].startswith('give it a walk: walk.p2')
+    ros.health(outcome='converged')
+    assert capfd.readouterr().err.count('give it a walk: walk.p2') == 1
 
 
 def test_messages_are_read_by_name_in_any_order(ros, bench):
