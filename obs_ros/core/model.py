@@ -40,7 +40,9 @@ class Variable:
     is, or jumps. On a state `walk` is process noise, which `process_noise: given` takes as it is.
     `prior` is the knowledge of a parameter, or of a state at the start, before anything is
     measured: mean and standard deviation of a normal distribution, in `unit`. On a log scale the
-    logarithm is normal, its deviation to first order the ratio of both.
+    logarithm is normal, its deviation to first order the ratio of both. `physical` bounds of a
+    parameter are such that the plant cannot leave them, as a friction's 0: an interval may end
+    there. Other bounds are a guess, and what reaches them is not determined.
 
     Numbers are floats, whether given as such or as integers.
 
@@ -58,6 +60,7 @@ class Variable:
     walk: float | None = None
     scale: Scale = 'linear'
     prior: tuple[float, float] | None = None
+    physical: bool = False
 
     def __post_init__(self) -> None:
         if not self.name.isidentifier():

@@ -27,8 +27,9 @@ from obs_ros.horizon.arrival_cost import ArrivalCost, WindowPosterior
 from obs_ros.horizon.bases import Bases, ends_of
 from obs_ros.horizon.disturbance import assessed, fit_of
 from obs_ros.horizon.forecasts import Basis, Forecasts
+from obs_ros.horizon.intervals import with_intervals
 from obs_ros.horizon.probation import Probation, without_stuck
-from obs_ros.horizon.scatter import Alone, Scatter, raised
+from obs_ros.horizon.scatter import Alone, Scatter, raised, widened
 from obs_ros.horizon.solution import (
     SOLUTION,
     Earlier,
@@ -190,8 +191,7 @@ class MovingHorizon:
             states = self._solver.unknowns.n_states
             uncertainty = Uncertainty(best, best.covariance, marginal_information(best, states))
         else:
-            noise = fit_of(window, best).is_noise
-            uncertainty = hold_uninformed(best, deadline, noise=noise)
+            uncertainty = hold_uninformed(best, deadline)
             if is_uninformative(uncertainty):
                 prior = self._arrival_cost.most_informative_prior(window.start, window.duration)
                 uncertainty = recall(uncertainty, prior, deadline)
@@ -200,6 +200,8 @@ class MovingHorizon:
         )
         uncertainty = uncertainty if other is None else other.added_to(uncertainty)
         uncertainty = assessed(uncertainty, self._solver.settings.process_noise)
+        if other is None or other.covariance is None:
+            uncertainty = with_intervals(uncertainty, solution.found, deadline)
         if uncertainty.skill is not None:
             uncertainty = self._compared(uncertainty, solution)
         jumps = self._announcements.of(uncertainty, solution.alternatives, record)
@@ -217,6 +219,7 @@ class MovingHorizon:
             uncertainty,
             skill=uncertainty.skill if skill is None else skill,
             covariance=raised(uncertainty.covariance, places, factors),
+            interval=widened(uncertainty.interval, best.point[places], factors),
             scatter=factors,
             said=solution.said,
         )
@@ -291,6 +294,4 @@ class MovingHorizon:
         if not np.isfinite(uncertainty.covariance).all():
             return
         mean, covariance, walked = parameters_at_end(uncertainty)
-        if uncertainty.bent:  # the valley is not where correlations say that it is
-            covariance = np.diag(np.diagonal(covariance))
         self._arrival_cost.add(WindowPosterior(end, mean, inflation * covariance, walked))

@@ -18,6 +18,7 @@ import numpy as np
 from obs_ros.core.linear_algebra import scaled_inverse
 from obs_ros.core.typing import Array, IntArray
 from obs_ros.inference.assessment.identifiability import undetermined
+from obs_ros.inference.assessment.interval import Interval
 from obs_ros.inference.assessment.uncertainty import Uncertainty
 from obs_ros.inference.prior import BOX_VARIANCE
 
@@ -127,3 +128,10 @@ def raised(covariance: Array, places: IntArray, factors: Array | None) -> Array:
     scale = np.ones(len(covariance))
     scale[places] = np.fmax(factors, 1.0)
     return np.asarray(covariance * np.outer(scale, scale))
+
+
+def widened(interval: Interval | None, middle: Array, factors: Array | None) -> Interval | None:
+    """Return intervals around the `middle` (q,), those with factors above 1 as much longer."""
+    if interval is None or factors is None:
+        return interval
+    return interval.widened(middle, np.fmax(factors, 1.0))

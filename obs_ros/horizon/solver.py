@@ -19,6 +19,7 @@ from obs_ros.core.typing import Array
 from obs_ros.horizon.bases import Bases
 from obs_ros.horizon.disturbance import assessed, explain_by_process_noise, untried
 from obs_ros.horizon.given_priors import under_given_priors
+from obs_ros.horizon.intervals import with_intervals
 from obs_ros.horizon.settings import POSING, EstimationSettings, check_process_noise, with_starts
 from obs_ros.horizon.warm_start import propagated
 from obs_ros.inference.assessment.assemble import empty, report
@@ -171,6 +172,7 @@ class Solver:
             uncertainty = Uncertainty(best, best.covariance, information, finished=not late)
             uncertainty = uncertainty if other is None else other.added_to(uncertainty)
             uncertainty = assessed(uncertainty, self.settings.process_noise)
+            uncertainty = with_intervals(uncertainty, found, deadline)
         return report(
             window,
             found,

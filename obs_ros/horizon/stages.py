@@ -16,7 +16,6 @@ from obs_ros.horizon.solver import Solver, rescaled_to_residuals
 from obs_ros.inference.assessment.contradiction import contradictions
 from obs_ros.inference.assessment.identifiability import undetermined
 from obs_ros.inference.assessment.informed_subspace import InformedSubspace
-from obs_ros.inference.assessment.profile import widened_by_profile
 from obs_ros.inference.assessment.uncertainty import Uncertainty
 from obs_ros.inference.jumps.hypothesis import Hypothesis, hypothesis_at
 from obs_ros.inference.jumps.jump_search import JumpSearch
@@ -108,10 +107,10 @@ def explain(
     return window, Explanation(best, search.alternatives(), search.finished)
 
 
-def hold_uninformed(best: Hypothesis, deadline: Deadline, *, noise: bool = True) -> Uncertainty:
-    """Return the hypothesis with its uncertainty; the prior holds uninformed directions.
+def hold_uninformed(best: Hypothesis, deadline: Deadline) -> Uncertainty:
+    """Return the hypothesis with its uncertainty; a prior that knows them holds uninformed directions.
 
-    The profile of squares that are no `noise` would say nothing of deviations.
+    What nothing is known of is not held: the others' deviations would be those given its value.
     """
     problem = best.problem
     n = problem.objective.unknowns.n_states
@@ -121,9 +120,8 @@ def hold_uninformed(best: Hypothesis, deadline: Deadline, *, noise: bool = True)
             best, best.covariance, scaled_inverse(best.covariance[np.ix_(final, final)])
         )
     subspace = InformedSubspace.of(best)
-    if not len(subspace.held):
-        covariance, bent = widened_by_profile(best) if noise else (best.covariance, False)
-        return Uncertainty(best, covariance, subspace.information, bent=bent)
+    if not len(subspace.held) or not subspace.known(problem):
+        return Uncertainty(best, best.covariance, subspace.information)
     holding = Posterior(problem.objective, subspace.holding(problem.prior))
     held = hypothesis_at(problem, _polished(holding, best.point, deadline)[0], best.earlier)
     if not held.squares < best.squares + STAGES.price_of_holding:

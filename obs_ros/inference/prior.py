@@ -26,13 +26,16 @@ class Prior:
 
     - `gap`: its age in windows; with 0, no jump before the window is considered;
     - `given` (d,): precision beyond that of the boxes by priors that the user gives, 0 where there
-      is none; the precision has nothing else in such a row. None: there is none at all.
+      is none; the precision has nothing else in such a row. None: there is none at all;
+    - `boxes` (d, d): part of the precision that says no more than that parameters lie in their
+      boxes. It steadies a search, but is no knowledge. None: there is none.
     """
 
     mean: Array
     precision: Array
     gap: float = 0.0
     given: Array | None = None
+    boxes: Array | None = None
 
     @classmethod
     def of(cls, unknowns: Unknowns, mean: Array, covariance: Array, gap: float = 0.0) -> 'Prior':
@@ -47,7 +50,9 @@ class Prior:
         precision = np.zeros((unknowns.dimension, unknowns.dimension))
         precision[:n, :n] = np.eye(n) / STATE_SD**2
         precision[n:, n:] = (vectors / np.clip(values, LEAST_VARIANCE, 1.0)) @ vectors.T
-        return cls(np.concatenate([np.full(n, 0.5), mean]), precision, gap)
+        boxes = np.zeros_like(precision)
+        boxes[n:, n:] = (vectors * (values >= 1.0)) @ vectors.T
+        return cls(np.concatenate([np.full(n, 0.5), mean]), precision, gap, boxes=boxes)
 
     @classmethod
     def box(cls, unknowns: Unknowns) -> 'Prior':
@@ -82,7 +87,9 @@ class Prior:
         precision[places] = precision[:, places] = 0.0
         precision[places, places] = 1.0 / variances[places]
         given[places] = 1.0 / variances[places] - 1.0 / boxes[places]
-        return replace(self, mean=mean, precision=precision, given=given)
+        kept = np.zeros_like(precision) if self.boxes is None else self.boxes.copy()
+        kept[places] = kept[:, places] = 0.0
+        return replace(self, mean=mean, precision=precision, given=given, boxes=kept)
 
     def without_given(self, places: IntArray) -> 'Prior':
         """Return this with boxes in place of the given priors at `places`."""
@@ -91,7 +98,9 @@ class Prior:
         mean[places] = 0.5
         precision[places, places] -= given[places]
         given[places] = 0.0
-        return replace(self, mean=mean, precision=precision, given=given)
+        boxes = np.zeros_like(precision) if self.boxes is None else self.boxes.copy()
+        boxes[places, places] = precision[places, places]
+        return replace(self, mean=mean, precision=precision, given=given, boxes=boxes)
 
     def gives(self, places: Collection[int]) -> bool:
         """Whether a prior is given of any of the unknowns at `places`."""
@@ -104,10 +113,22 @@ class Prior:
         return np.diag(given[given.size - parameters :])
 
     @property
+    def knowledge(self) -> 'Prior':
+        """This without what says only that parameters lie in their boxes: no pull to the middle.
+
+        Nothing is known of a parameter then, but for a precision that keeps matrices regular.
+        """
+        if self.boxes is None:
+            return self
+        nothing = np.diag((np.diagonal(self.boxes) > 0.0) / STATE_SD**2)
+        return replace(self, precision=self.precision - self.boxes + nothing, boxes=None)
+
+    @property
     def without_boxes(self) -> 'Prior':
         """The given priors alone: of all other unknowns nothing is known, not even their boxes."""
         assert self.given is not None
-        return replace(self, precision=np.diag(np.diagonal(self.precision) * (self.given > 0.0)))
+        precision = np.diag(np.diagonal(self.precision) * (self.given > 0.0))
+        return replace(self, precision=precision, boxes=None)
 
     def squares(self, z: Array) -> Array:
         """Return (z - mean)' precision (z - mean) of points z (B, d)."""

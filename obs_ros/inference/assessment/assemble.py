@@ -5,7 +5,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from obs_ros.core.estimate import UNKNOWN, Estimate, Outcome, normal_intervals
+from obs_ros.core.estimate import UNKNOWN, Estimate, Outcome
 from obs_ros.core.model import Model, Variable, names
 from obs_ros.core.record import Record
 from obs_ros.core.typing import Array
@@ -14,7 +14,7 @@ from obs_ros.inference.assessment.fit import Fit, root_mean_square
 from obs_ros.inference.assessment.identifiability import advice, weak_directions
 from obs_ros.inference.assessment.outcome import (
     Findings,
-    is_confirmed,
+    is_told,
     judged,
     states_at_bound,
     unknowns_at_bound,
@@ -86,7 +86,7 @@ def report(
         initial_state=_named(model.states, x0[:, 0]),
         state=state,
         stddev=stddev,
-        interval=normal_intervals({**state, **parameters}, stddev),
+        interval={v.name: known.deviations.interval(i) for i, v in enumerate(model.variables)},
         initial_stddev=_named(model.states, known.deviations.initial),
         covariance=known.deviations.joint,
         noise={} if uncertainty is None else _named(model.outputs, uncertainty.noise),
@@ -172,15 +172,11 @@ def _knowledge(
     """
     unknowns = objective.unknowns
     model = unknowns.model
-    if (
-        uncertainty is None
-        or uncertainty.drifting
-        or not (uncertainty.finished and found.accepted)
-        or not is_confirmed(fit, uncertainty.skill)
-    ):
+    if uncertainty is None or not is_told(uncertainty, found, fit):
         return Knowledge(Deviations.withheld(model))
     best, n = uncertainty.hypothesis, unknowns.n_states
-    deviations = Deviations.of(best, uncertainty.covariance, fit.enlargement, uncertainty.end)
+    deviations = Deviations.of(best, uncertainty.covariance, fit.enlargement, uncertainty.end,
+        uncertainty.interval)
     if (structure := uncertainty.structure) is not None:  # a mean over the window is no value
         deviations.parameters[unknowns.index[n:][structure.moving] - len(model.states)] = np.nan
     if uncertainty.process_noise is None and uncertainty.skill is not None and not fit.colour.white:

@@ -20,7 +20,8 @@ import numpy as np
 from obs_ros.core.linear_algebra import cholesky, eigen, inverted, scaled_inverse
 from obs_ros.core.typing import Array
 from obs_ros.inference.jumps.hypothesis import Hypothesis
-from obs_ros.inference.prior import Prior
+from obs_ros.inference.jumps.piecewise import PiecewiseProblem
+from obs_ros.inference.prior import Prior, box_variances
 
 
 @dataclass(frozen=True)
@@ -29,12 +30,15 @@ class SubspaceSettings:
 
     - `kappa`: times as much information as noise in the initial state would feign;
     - `smallest`: eigenvalue, of the large ones beside it, below which there is but rounding;
-    - `hold`: precision in boxes that holds a direction.
+    - `hold`: precision in boxes that holds a direction;
+    - `known`: standard deviation of a direction by the prior, of that of the box, below which it
+      is known from elsewhere.
     """
 
     kappa: float = 10.0
     smallest: float = 1e-10
     hold: float = 1e10
+    known: float = 0.5
 
 
 SUBSPACE = SubspaceSettings()
@@ -88,6 +92,14 @@ class InformedSubspace:
             held = directions[:, ~enough].T @ prior.precision[n:, n:]
         information = _with_given(informed.T @ alone @ informed, prior)
         return cls(information, informed, np.asarray(held))
+
+    def known(self, problem: PiecewiseProblem) -> bool:
+        """Whether the prior of a problem knows all uninformed directions, so that it may hold them."""
+        n = problem.prior.mean.size - self.informed.shape[0]
+        variances = scaled_inverse(problem.prior.precision)[n:, n:]
+        deviations = (self.held @ variances * self.held).sum(axis=1)
+        anywhere = self.held**2 @ box_variances(problem.objective.unknowns)
+        return bool((deviations < SUBSPACE.known**2 * anywhere).all())
 
     def holding(self, prior: Prior) -> Prior:
         """Return the prior that holds the uninformed directions where its mean has them."""

@@ -217,6 +217,12 @@ def is_confirmed(fit: Fit, skill: float | None) -> bool:
     return not fit.too_large if skill is None else is_useful(fit, skill)
 
 
+def is_told(uncertainty: Uncertainty, found: Found, fit: Fit) -> bool:
+    """Whether deviations mean something: the window is searched, and the model confirmed."""
+    searched = uncertainty.finished and bool(found.accepted)
+    return searched and not uncertainty.drifting and is_confirmed(fit, uncertainty.skill)
+
+
 def judged(findings: Findings) -> tuple[Outcome, str]:
     """Return the outcome of the first rule that applies, and its message.
 

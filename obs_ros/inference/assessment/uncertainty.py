@@ -10,12 +10,13 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from obs_ros.core.estimate import Jump
+from obs_ros.core.estimate import QUANTILE, Jump
 from obs_ros.core.model import Model
 from obs_ros.core.residual_tests import inflation
 from obs_ros.core.typing import Array, BoolArray
 from obs_ros.inference.assessment.fit import Fit
 from obs_ros.inference.assessment.identifiability import undetermined, undetermined_states
+from obs_ros.inference.assessment.interval import WIDEST, Interval
 from obs_ros.inference.assessment.structure import Structure
 from obs_ros.inference.jumps.hypothesis import Hypothesis
 from obs_ros.inference.parameterisation import Unknowns
@@ -45,8 +46,8 @@ class Uncertainty:
     - `information` (q, q): that about the estimated parameters, the initial state unknown;
     - `projection`: onto the parameters' directions that the window informs (q, q), with the joint
       covariance (D, D) that keeps to them, as no raised one does; None: all of them count;
+    - `interval`: of the parameters, from profiles, where the covariance does not tell it;
     - `finished`: there was time to look for jumps;
-    - `bent`: the window is so far from linear that the covariance holds for single unknowns only;
     - `correlation`: the noise's at lag 1, which the covariance accounts for already;
     - `process_noise`: what explains the window beside its unknowns, and what that makes of the
       `end`;
@@ -63,8 +64,8 @@ class Uncertainty:
     information: Array
     projection: tuple[Array, Array] | None = None
     jumps: tuple[Jump, ...] = ()
+    interval: Interval | None = None
     finished: bool = True
-    bent: bool = False
     correlation: float = 0.0
     determined_alone: BoolArray | None = None
     process_noise: ProcessNoise | None = None
@@ -122,28 +123,39 @@ class Uncertainty:
 class Deviations:
     """Standard deviations in the variables' units; NaN where one would mean nothing.
 
-    Of the initial state (n,), the state at the end (n,) and the parameters there (q,). `joint`
-    (n + q, n + q) is the covariance of the last two, (0, 0) where all is withheld.
+    Of the initial state (n,), the state at the end (n,) and the parameters there (q,). `lower` and
+    `upper` (n + q,) are the ends of the two-sided 95 % intervals of the last two, `joint` (n + q,
+    n + q) is their covariance, (0, 0) where all is withheld.
     """
 
     initial: Array
     state: Array
     parameters: Array
+    lower: Array
+    upper: Array
     joint: Array
 
     @classmethod
     def withheld(cls, model: Model) -> 'Deviations':
         """Return none."""
         n, q = len(model.states), len(model.parameters)
+        nothing = np.full(n + q, np.nan)
         return cls(
-            np.full(n, np.nan), np.full(n, np.nan), np.full(q, np.nan), np.empty((0, 0))
+            nothing[:n].copy(), nothing[:n].copy(), nothing[n:].copy(),
+            nothing.copy(), nothing.copy(), np.empty((0, 0)),
         )  # fmt: skip
 
     @property
     def without_state(self) -> 'Deviations':
         """Those of the parameters alone."""
-        nothing = np.empty((0, 0))
-        return replace(self, state=np.full_like(self.state, np.nan), joint=nothing)
+        return replace(self, state=np.full_like(self.state, np.nan), joint=np.empty((0, 0)))
+
+    def interval(self, i: int) -> tuple[float, float]:
+        """Return the interval of the i-th of states and parameters, NaN without a deviation."""
+        n = self.state.size
+        if np.isnan(self.state[i] if i < n else self.parameters[i - n]):
+            return np.nan, np.nan
+        return float(self.lower[i]), float(self.upper[i])
 
     @classmethod
     def of(
@@ -152,38 +164,63 @@ class Deviations:
         covariance: Array,
         inflation: float,
         end: AtEnd | None = None,
+        interval: Interval | None = None,
     ) -> 'Deviations':
         """Return those of a hypothesis with this joint covariance (D, D) times `inflation`.
 
-        `end` is what process noise makes of the end.
+        `end` is what process noise makes of the end; `interval` holds the parameters' where the
+        covariance does not.
 
         What is not estimated has none, 0. Above a tenth of its box, or on a log scale 30 % of its
-        value, a standard deviation says that the value is not determined, and is withheld.
+        value, a standard deviation says that the value is not determined, and is withheld; so is
+        that of an interval of four tenths.
         """
         unknowns = hypothesis.problem.objective.unknowns
-        n = len(unknowns.model.states)
+        n, states = len(unknowns.model.states), unknowns.n_states
         covariance = covariance * inflation
-        final = hypothesis.layout.final(hypothesis.point)
-        places = {'initial': np.arange(unknowns.dimension), 'final': final}
-        found = {}
-        limit = undetermined(unknowns)
-        for name, where in places.items():
-            everything = np.zeros(len(unknowns.model.variables))
-            boxes = np.sqrt(np.maximum(np.diagonal(covariance)[where], 0.0))
-            slopes = unknowns.scale.slopes(hypothesis.point[where])
-            everything[unknowns.index] = np.where(boxes <= limit, boxes * slopes, np.nan)
-            found[name] = everything
+        z = hypothesis.point[hypothesis.layout.final(hypothesis.point)]
+        boxes = np.sqrt(np.maximum(np.diagonal(covariance), 0.0))
+        limit, slopes = undetermined(unknowns), unknowns.scale.slopes(z)
+        initial = np.zeros(len(unknowns.model.variables))
+        own = boxes[: unknowns.dimension]
+        initial[unknowns.index] = np.where(own <= limit, own * slopes, np.nan)
         joint = joint_covariance(hypothesis, covariance, end)
         if end is not None:
             joint += inflation * end.covariance
-        parameters = found['final'][n:]
+        values = unknowns.given.copy()
+        values[unknowns.index] = unknowns.scale.values(z)
+        values[:n] = hypothesis.linearisation.state
+        lower, upper = values.copy(), values.copy()
+        sd = np.zeros_like(values)
+        sd[:n] = np.sqrt(np.maximum(np.diagonal(joint)[:n], 0.0))
+        lower[:n], upper[:n] = values[:n] - QUANTILE * sd[:n], values[:n] + QUANTILE * sd[:n]
+        own = boxes[hypothesis.layout.final(hypothesis.point)]
+        sides = z + QUANTILE * np.array([-own, own])
+        known = own <= limit
+        if interval is not None:
+            sides[:, states:] = interval.lower, interval.upper
+            known[states:] = interval.upper - interval.lower <= WIDEST * limit[states:]
+            lower[:n] = np.minimum(lower[:n], interval.states[0])
+            upper[:n] = np.maximum(upper[:n], interval.states[1])
+            sd[:n] = np.maximum(upper[:n] - values[:n], values[:n] - lower[:n]) / QUANTILE
+        sides = np.clip(sides, *unknowns.limits)
+        places = unknowns.index[states:]
+        lower[places], upper[places] = (unknowns.scale.values(side)[states:] for side in sides)
+        sd[places] = (own * slopes)[states:]
+        if interval is not None:
+            middle = values[places]
+            sd[places] = np.maximum(upper[places] - middle, middle - lower[places]) / QUANTILE
+        sd[places[~known[states:]]] = np.nan
         if end is not None and end.parameters is not None:
-            parameters = walked_deviations(unknowns, end.parameters, joint)
-        state = np.sqrt(np.maximum(np.diagonal(joint)[:n], 0.0))
+            values[n:] = end.parameters
+            sd[n:] = walked_deviations(unknowns, end.parameters, joint)
+            lower[n:], upper[n:] = values[n:] - QUANTILE * sd[n:], values[n:] + QUANTILE * sd[n:]
         return cls(
-            initial=found['initial'][:n],
-            state=np.where(state <= undetermined_states(unknowns), state, np.nan),
-            parameters=parameters,
+            initial=initial[:n],
+            state=np.where(sd[:n] <= undetermined_states(unknowns), sd[:n], np.nan),
+            parameters=sd[n:],
+            lower=lower,
+            upper=upper,
             joint=joint,
         )
 

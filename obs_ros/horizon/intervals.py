@@ -1,0 +1,36 @@
+"""The stage that finds two-sided intervals, where deviations are given."""
+
+from dataclasses import replace
+
+from obs_ros.core.deadline import Deadline
+from obs_ros.inference.assessment.informed_subspace import marginal_information
+from obs_ros.inference.assessment.interval import determined
+from obs_ros.inference.assessment.outcome import is_told
+from obs_ros.inference.assessment.uncertainty import Uncertainty
+from obs_ros.optimization.result import Found
+
+
+def with_intervals(uncertainty: Uncertainty, found: Found, deadline: Deadline) -> Uncertainty:
+    """Return the uncertainty without the pull of boxes, and intervals by profiles where needed.
+
+    Where deviations are withheld anyway there is nothing to find. Uninformed directions that the
+    prior holds are known from there alone.
+    """
+    fit = uncertainty.fit
+    if not is_told(uncertainty, found, fit) or uncertainty.projection is not None:
+        return uncertainty
+    before = uncertainty.hypothesis
+    movable = uncertainty.process_noise is None
+    known = determined(before, fit.enlargement, deadline, movable=movable)
+    information = uncertainty.information
+    if known.hypothesis is not before:
+        states = before.problem.objective.unknowns.n_states
+        information = marginal_information(known.hypothesis, states)
+    return replace(
+        uncertainty,
+        hypothesis=known.hypothesis,
+        covariance=known.covariance,
+        information=information,
+        interval=known.interval,
+        finished=not deadline.passed,
+    )

@@ -1,0 +1,176 @@
+"""Two-sided intervals of a window's parameters and end states, by profiles where these are needed.
+
+The cost of a window, squares of residuals and of what is known from elsewhere, is a parabola near
+its optimum, whose curvature is the information. Where the inputs tell little, the valley of the
+cost is bent, or ends at a bound: then intervals are those of the profile likelihood, see
+`profile.py`. A box is a bound there, never a Gaussian.
+
+What is handed on is Gaussian nevertheless. Its covariance C is that of the parabola, enlarged until
+no end z_e of a profile, at which the cost has grown by g_e, lies further than the cost says:
+
+    (z_e - z)' C^-1 (z_e - z) <= g_e.
+"""
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from obs_ros.core.deadline import Deadline
+from obs_ros.core.estimate import QUANTILE
+from obs_ros.core.linear_algebra import scaled_inverse
+from obs_ros.core.typing import Array
+from obs_ros.inference.assessment.identifiability import undetermined
+from obs_ros.inference.assessment.profile import PROFILE, Ends, parabola_holds, profile_ends
+from obs_ros.inference.jumps.hypothesis import Hypothesis, hypothesis_at
+from obs_ros.inference.prior import BOX_VARIANCE, Posterior
+from obs_ros.optimization.levenberg_marquardt import levenberg_marquardt
+
+WIDEST = 2.0 * QUANTILE  # in the deviations above which a parameter is not determined
+
+
+@dataclass(frozen=True)
+class IntervalSettings:
+    """Limits in finding intervals.
+
+    - `pulled`: squares that the optimum without the boxes may gain before it is published instead
+      of that with them;
+    - `polish`: iterations of a search from near an optimum;
+    - `optima`: times that a better optimum, met on a profile, is taken for the start;
+    - `least_growth`: of the cost at an end, below which it counts as that: there nothing is known.
+    """
+
+    pulled: float = 0.1
+    polish: int = 60
+    optima: int = 3
+    least_growth: float = 0.01
+
+
+INTERVAL = IntervalSettings()
+
+
+@dataclass(frozen=True)
+class Interval:
+    """95 % intervals (q,) of the estimated parameters, in boxes; NaN where a profile has no end.
+
+    `states` (2, n) are the least and largest end states on the profiles, in their units.
+    """
+
+    lower: Array
+    upper: Array
+    states: Array
+
+    def widened(self, middle: Array, factors: Array) -> 'Interval':
+        """Return intervals whose parts beside the `middle` (q,) are factors (q,) as long."""
+        lower = middle - factors * (middle - self.lower)
+        return replace(self, lower=lower, upper=middle + factors * (self.upper - middle))
+
+
+@dataclass(frozen=True)
+class Determined:
+    """A hypothesis with the covariance (D, D) of its point, and intervals where profiles tell them.
+
+    Without intervals (None) those of the covariance hold.
+    """
+
+    hypothesis: Hypothesis
+    covariance: Array
+    interval: Interval | None = None
+
+
+def determined(
+    best: Hypothesis, inflation: float, deadline: Deadline, *, movable: bool = True
+) -> Determined:
+    """Return what a window says of its unknowns, which the boxes bound, but do not pull.
+
+    `inflation` of the variances counts for the growth of the cost. A `movable` point goes to the
+    optimum without the boxes where these pull, and to a better one that a profile meets. Jumps are
+    followed to first order.
+    """
+    level = PROFILE.growth * max(1.0, inflation)
+    problem = replace(best.problem, prior=best.problem.prior.knowledge)
+    for _ in range(INTERVAL.optima):
+        if movable and not best.problem.events and _pull(best) > INTERVAL.pulled:
+            best = _polished(best, best.point, deadline)
+        covariance = _covariance(best)
+        if best.problem.events or not np.isfinite(covariance).all():
+            break
+        posterior = Posterior(problem.objective, problem.prior)
+        if parabola_holds(posterior, best.point, covariance, level):
+            break
+        ends = _ends(posterior, best, level, deadline)
+        if ends.better is None or not movable:
+            interval = _interval(best, ends)
+            return Determined(best, enlarged(covariance, best.point, ends), interval)
+        best = _polished(best, ends.better, deadline)
+    return Determined(best, covariance)
+
+
+def enlarged(covariance: Array, z: Array, ends: Ends) -> Array:
+    """Return the covariance (d, d) of a point z (d,) that allows for the ends of the profiles."""
+    for point, growth in zip(ends.points, ends.growth, strict=True):
+        off = point - z
+        known = scaled_inverse(covariance)
+        distance = float(off @ known @ off)
+        grown = max(float(growth), INTERVAL.least_growth)
+        if distance > grown:
+            covariance = covariance + (1.0 / grown - 1.0 / distance) * np.outer(off, off)
+    return covariance
+
+
+def _ends(posterior: Posterior, best: Hypothesis, level: float, deadline: Deadline) -> Ends:
+    unknowns = best.problem.objective.unknowns
+    pinned = np.arange(unknowns.n_states, unknowns.dimension)
+    reach = WIDEST * undetermined(unknowns)[pinned]
+    probe = best.problem.settings.probe_step
+    return profile_ends(posterior, best.point, pinned, reach, level, probe, deadline)
+
+
+def _interval(best: Hypothesis, ends: Ends) -> Interval:
+    """Return the intervals between the ends of profiles; a physical bound may be such an end."""
+    unknowns = best.problem.objective.unknowns
+    lanes = np.arange(ends.pinned.size)
+    values = ends.points[lanes, ends.pinned]
+    physical = np.array([unknowns.model.variables[unknowns.index[k]].physical for k in ends.pinned])
+    at_limit = (values <= unknowns.limits[0, ends.pinned]) | (
+        values >= unknowns.limits[1, ends.pinned]
+    )
+    told = np.where(ends.closed | (physical & at_limit), values, np.nan)
+    q = lanes.size // 2
+    points = np.vstack([best.point[None], ends.points])
+    last = np.flatnonzero(best.problem.objective.grid.measured)[-1]
+    states = best.problem.roll(points)[0][last]
+    states = np.where(np.isfinite(states), states, states[:, :1])
+    return Interval(told[:q], told[q:], np.array([states.min(axis=1), states.max(axis=1)]))
+
+
+def _pull(best: Hypothesis) -> float:
+    """Return the squares that the optimum without boxes gains, to first order."""
+    prior = best.problem.prior
+    if prior.boxes is None:
+        return 0.0
+    pull = prior.boxes @ (best.point - prior.mean)
+    gain = pull @ scaled_inverse(_information(best)) @ pull
+    return float(gain) if np.isfinite(gain) else 0.0
+
+
+def _information(best: Hypothesis) -> Array:
+    """Return the information (D, D) about the point by samples and knowledge."""
+    problem = replace(best.problem, prior=best.problem.prior.knowledge)
+    jacobian = best.linearisation.jacobian
+    information = jacobian.T @ jacobian + problem.precision(best.point)
+    times = problem.layout.times
+    information[times, times] += 1.0 / BOX_VARIANCE  # a time lies anywhere in the window
+    return np.asarray(information)
+
+
+def _covariance(best: Hypothesis) -> Array:
+    return scaled_inverse(_information(best))
+
+
+def _polished(best: Hypothesis, start: Array, deadline: Deadline) -> Hypothesis:
+    """Return the hypothesis at the optimum without boxes near a start (d,)."""
+    problem = replace(best.problem, prior=best.problem.prior.knowledge)
+    posterior = Posterior(problem.objective, problem.prior)
+    nodes = problem.objective.nodes
+    found = levenberg_marquardt(posterior, start[None], nodes, INTERVAL.polish, deadline)
+    return hypothesis_at(best.problem, found.z[0], best.earlier)
