@@ -13,11 +13,10 @@ from obs_ros.optimization.result import Found
 def with_intervals(uncertainty: Uncertainty, found: Found, deadline: Deadline) -> Uncertainty:
     """Return the uncertainty without the pull of boxes, and intervals by profiles where needed.
 
-    Where deviations are withheld anyway there is nothing to find. Uninformed directions that the
-    prior holds are known from there alone.
+    Where deviations are withheld anyway there is nothing to find.
     """
     fit = uncertainty.fit
-    if not is_told(uncertainty, found, fit) or uncertainty.projection is not None:
+    if not is_told(uncertainty, found, fit):
         return uncertainty
     before = uncertainty.hypothesis
     movable = uncertainty.process_noise is None

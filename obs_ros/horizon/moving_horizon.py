@@ -7,7 +7,7 @@ Window k minimises, over its initial state and parameters z = (x_0, p),
 e_i the residuals in units of the noise, m_k and P_k mean and precision of the parameters by the
 newest window that ended before it begins, widened by their walk since then: the arrival cost (Rao,
 Rawlings & Lee 2001; Rawlings, Mayne & Diehl 2017, section 4.3). Parameters may jump inside the
-window; directions that it does not inform are held where the prior has them.
+window.
 """
 
 import time
@@ -25,7 +25,7 @@ from obs_ros.core.typing import Array
 from obs_ros.horizon.announcements import Announcements
 from obs_ros.horizon.arrival_cost import ArrivalCost, WindowPosterior
 from obs_ros.horizon.bases import Bases, ends_of
-from obs_ros.horizon.disturbance import assessed, fit_of
+from obs_ros.horizon.disturbance import assessed
 from obs_ros.horizon.forecasts import Basis, Forecasts
 from obs_ros.horizon.intervals import with_intervals
 from obs_ros.horizon.probation import Probation, without_stuck
@@ -39,7 +39,7 @@ from obs_ros.horizon.solution import (
     solved,
 )
 from obs_ros.horizon.solver import Solver, TooFewSamples
-from obs_ros.horizon.stages import determined_alone, hold_uninformed, is_uninformative, recall
+from obs_ros.horizon.stages import determined_alone, is_uninformative, recall, uncertainty_of
 from obs_ros.inference.assessment.assemble import empty, report
 from obs_ros.inference.assessment.contradiction import contradictions
 from obs_ros.inference.assessment.informed_subspace import marginal_information
@@ -113,7 +113,7 @@ class MovingHorizon:
             return empty(self._solver.model, record, Outcome.TOO_FEW_SAMPLES, str(error))
 
     def _estimate(self, record: Record, rng: np.random.Generator, deadline: Deadline) -> Estimate:
-        """Take a window through its stages: prior, explanation, informed subspace, report."""
+        """Take a window through its stages: prior, explanation, uncertainty, report."""
         begun = time.perf_counter()
         solver = self._solver
         posed = self._posed(record)
@@ -191,7 +191,7 @@ class MovingHorizon:
             states = self._solver.unknowns.n_states
             uncertainty = Uncertainty(best, best.covariance, marginal_information(best, states))
         else:
-            uncertainty = hold_uninformed(best, deadline)
+            uncertainty = uncertainty_of(best)
             if is_uninformative(uncertainty):
                 prior = self._arrival_cost.most_informative_prior(window.start, window.duration)
                 uncertainty = recall(uncertainty, prior, deadline)
@@ -260,7 +260,7 @@ class MovingHorizon:
         best, fits, other = uncertainty.hypothesis, uncertainty.fit, solution.disturbed
         objective = best.problem.objective
         grid, unknowns = objective.grid, objective.unknowns
-        wrong = contradictions(best, uncertainty.projection, fits.inflation)
+        wrong = contradictions(best, fits.inflation)
         self._contradicted |= {each.place for each in wrong}
         explained = is_confirmed(fits, uncertainty.skill)
         if other is not None:

@@ -1,4 +1,4 @@
-"""The stages between the prior of a window and its report: fit, jumps, informed subspace.
+"""The stages between the prior of a window and its report: fit, jumps, uncertainty.
 
 Each is a function of frozen data that returns new data; the deadline is all that they share.
 """
@@ -15,7 +15,7 @@ from obs_ros.core.typing import Array, BoolArray
 from obs_ros.horizon.solver import Solver, rescaled_to_residuals
 from obs_ros.inference.assessment.contradiction import contradictions
 from obs_ros.inference.assessment.identifiability import undetermined
-from obs_ros.inference.assessment.informed_subspace import InformedSubspace
+from obs_ros.inference.assessment.informed_subspace import informed_information
 from obs_ros.inference.assessment.uncertainty import Uncertainty
 from obs_ros.inference.jumps.hypothesis import Hypothesis, hypothesis_at
 from obs_ros.inference.jumps.jump_search import JumpSearch
@@ -35,15 +35,15 @@ class StageSettings:
 
     - `polish`: iterations of a local search that starts near its optimum;
     - `excess`: standard deviations of the squares above which a warm start alone is not believed;
-    - `price_of_holding`: squares that a fit may lose where the prior holds the uninformed
-      directions; a larger loss shows that the window is far from linear there;
+    - `price_of_recall`: squares that a fit may lose under the prior of another window; a larger
+      loss shows that it is far from linear there;
     - `nothing_new`: share of its prior variance that every parameter keeps in an uninformative
       window.
     """
 
     polish: int = 40
     excess: float = 5.0
-    price_of_holding: float = 20.0
+    price_of_recall: float = 20.0
     nothing_new: float = 0.95
 
 
@@ -107,29 +107,13 @@ def explain(
     return window, Explanation(best, search.alternatives(), search.finished)
 
 
-def hold_uninformed(best: Hypothesis, deadline: Deadline) -> Uncertainty:
-    """Return the hypothesis with its uncertainty; a prior that knows them holds uninformed directions.
-
-    What nothing is known of is not held: the others' deviations would be those given its value.
-    """
-    problem = best.problem
-    n = problem.objective.unknowns.n_states
-    if best.problem.events:
-        final = best.layout.final(best.point)[n:]
-        return Uncertainty(
-            best, best.covariance, scaled_inverse(best.covariance[np.ix_(final, final)])
-        )
-    subspace = InformedSubspace.of(best)
-    if not len(subspace.held) or not subspace.known(problem):
-        return Uncertainty(best, best.covariance, subspace.information)
-    holding = Posterior(problem.objective, subspace.holding(problem.prior))
-    held = hypothesis_at(problem, _polished(holding, best.point, deadline)[0], best.earlier)
-    if not held.squares < best.squares + STAGES.price_of_holding:
-        held = best  # far from linear: there is no such fit where the prior has it
-    covariance = subspace.covariance(held)
-    return Uncertainty(
-        held, covariance, subspace.information, projection=(subspace.informed, covariance)
-    )
+def uncertainty_of(best: Hypothesis) -> Uncertainty:
+    """Return the hypothesis with its covariance and the information about its parameters."""
+    n = best.problem.objective.unknowns.n_states
+    if not best.problem.events:
+        return Uncertainty(best, best.covariance, informed_information(best))
+    final = best.layout.final(best.point)[n:]
+    return Uncertainty(best, best.covariance, scaled_inverse(best.covariance[np.ix_(final, final)]))
 
 
 def recall(uncertainty: Uncertainty, prior: Prior | None, deadline: Deadline) -> Uncertainty:
@@ -139,8 +123,8 @@ def recall(uncertainty: Uncertainty, prior: Prior | None, deadline: Deadline) ->
         return uncertainty
     problem = PiecewiseProblem(best.problem.objective, prior, best.problem.events)
     other = hypothesis_at(problem, _polished(problem, best.point, deadline)[0])
-    if other.cost < best.cost + STAGES.price_of_holding:
-        return hold_uninformed(other, deadline)
+    if other.cost < best.cost + STAGES.price_of_recall:
+        return uncertainty_of(other)
     return uncertainty
 
 

@@ -114,7 +114,7 @@ class Prior:
 
     @property
     def knowledge(self) -> 'Prior':
-        """This without what says only that parameters lie in their boxes: no pull to the middle.
+        """The prior without what says only that parameters lie in their boxes.
 
         Nothing is known of a parameter then, but for a precision that keeps matrices regular.
         """

@@ -175,8 +175,9 @@ def _knowledge(
     if uncertainty is None or not is_told(uncertainty, found, fit):
         return Knowledge(Deviations.withheld(model))
     best, n = uncertainty.hypothesis, unknowns.n_states
-    deviations = Deviations.of(best, uncertainty.covariance, fit.enlargement, uncertainty.end,
-        uncertainty.interval)
+    deviations = Deviations.of(
+        best, uncertainty.covariance, fit.enlargement, uncertainty.end, uncertainty.interval
+    )
     if (structure := uncertainty.structure) is not None:  # a mean over the window is no value
         deviations.parameters[unknowns.index[n:][structure.moving] - len(model.states)] = np.nan
     if uncertainty.process_noise is None and uncertainty.skill is not None and not fit.colour.white:
@@ -205,7 +206,7 @@ def _contradicted(uncertainty: Uncertainty | None, found: Found, fit: Fit) -> st
     if uncertainty is None or not found.accepted:
         return ''
     best = uncertainty.hypothesis
-    wrong = contradictions(best, uncertainty.projection, fit.inflation)
+    wrong = contradictions(best, fit.inflation)
     return ', '.join(each.words(best.problem.objective.unknowns) for each in wrong)
 
 

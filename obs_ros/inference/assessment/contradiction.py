@@ -59,21 +59,18 @@ class Contradiction(NamedTuple):
 
 def contradictions(
     best: Hypothesis,
-    projection: tuple[Array, Array] | None = None,
     inflation: float = 1.0,
     settings: ContradictionSettings = SETTINGS,
 ) -> list[Contradiction]:
     """Return the given priors that the window of a hypothesis contradicts.
 
-    `projection` (q, q) is that onto the parameters' directions that count, with the joint
-    covariance (D, D) that keeps to them; None: all do. `inflation` is how much the correlation of
-    the residual raises variances.
+    `inflation` is how much the correlation of the residual raises variances.
     """
     prior, unknowns = best.problem.prior, best.problem.objective.unknowns
     if prior.given is None:
         return []
     d = unknowns.dimension
-    optimum, covariance = _optimum(best, projection)
+    optimum, covariance = _optimum(best)
     variances = 1.0 / np.diagonal(prior.precision)
     share = np.diagonal(covariance)[:d] / variances  # 1: the rest says nothing
     told = np.maximum(1.0 - share, settings.rounding)
@@ -84,7 +81,7 @@ def contradictions(
     return [Contradiction(int(i), float(alone[i]), float(apart[i])) for i in np.flatnonzero(beyond)]
 
 
-def _optimum(best: Hypothesis, projection: tuple[Array, Array] | None) -> tuple[Array, Array]:
+def _optimum(best: Hypothesis) -> tuple[Array, Array]:
     """Return the point (D,) one Gauss-Newton step on, and its covariance (D, D).
 
     A search ends where there is hardly anything to gain; beside a prior far narrower than the
@@ -92,10 +89,6 @@ def _optimum(best: Hypothesis, projection: tuple[Array, Array] | None) -> tuple[
     """
     problem, point = best.problem, best.point
     jacobian, covariance = best.linearisation.jacobian, best.covariance
-    if projection is not None:
-        informed, covariance = projection
-        n = problem.objective.unknowns.n_states
-        jacobian = np.hstack([jacobian[:, :n], jacobian[:, n:] @ informed])
     pull = problem.precision(point) @ (point - problem.mean(point))
     gradient = jacobian.T @ best.linearisation.residual + pull
     return point - covariance @ gradient, covariance

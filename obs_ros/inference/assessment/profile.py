@@ -6,8 +6,8 @@ chi-square of one degree of freedom (Raue et al. 2009, Bioinformatics 25, 1923-1
 parabola at the optimum they follow bent valleys, and stop at bounds.
 
 All ends are sought at once, on one batched rollout for each step: that of Venzon & Moolgavkar
-(1988, Applied Statistics 37, 87-94), which moves z_k to where a local quadratic model of the profile
-reaches the level, and the others to their optimum there.
+(1988, Applied Statistics 37, 87-94), which moves z_k to where a local quadratic model of the
+profile reaches the level, and the others to their optimum there.
 """
 
 from dataclasses import dataclass
@@ -58,8 +58,8 @@ class Ends:
     """Ends of the profiles of some unknowns (E,): first all lower ends, then all upper ones.
 
     `points` (E, d) are the optima there, `growth` (E,) that of the cost above the least. An end
-    that is not `closed` (E,) is no end: the profile goes on, or stops at a bound. `better` (d,) is a
-    point of less cost than the optimum, None where there is none.
+    that is not `closed` (E,) is no end: the profile goes on, or stops at a bound. `better` (d,) is
+    a point of less cost than the optimum, None where there is none.
     """
 
     pinned: IntArray
@@ -126,7 +126,7 @@ class _Walk:
     ) -> None:
         self._posterior, self._settings = posterior, settings
         self._level, self._probe = level, probe
-        q, d = pinned.size, z.size
+        q = pinned.size
         self.pinned = np.tile(pinned, 2)
         self.side = np.repeat([-1.0, 1.0], q)
         self.start = z
@@ -232,10 +232,11 @@ def profile_steps(
 ) -> tuple[Array, Array, Array]:
     """Return steps (P, d), what the others may still gain (P,), and the cost foretold (P,).
 
-    From points z (P, d) with squares (P,), J'r (P, d) and J'J (P, d, d). Unknown `pinned` (P,) moves
-    to the `side` (P,) on which the profile has grown by `growth` above the `least`, the others to
-    their optimum inside the limits (2, d), with a `damping` (P,) of steps in boxes. No unknown
-    follows the pinned one by more than the `radius` (P,); as long as much is to gain, that one waits.
+    From points z (P, d) with squares (P,), J'r (P, d) and J'J (P, d, d). Unknown `pinned` (P,)
+    moves to the `side` (P,) on which the profile has grown by `growth` above the `least`, the
+    others to their optimum inside the limits (2, d), with a `damping` (P,) of steps in boxes. No
+    unknown follows the pinned one by more than the `radius` (P,); that one waits as long as much is
+    to gain.
     """
     count, d = z.shape
     step = np.zeros((count, d))

@@ -44,8 +44,6 @@ class Uncertainty:
     """A window's hypothesis with the joint covariance (D, D) of its point.
 
     - `information` (q, q): that about the estimated parameters, the initial state unknown;
-    - `projection`: onto the parameters' directions that the window informs (q, q), with the joint
-      covariance (D, D) that keeps to them, as no raised one does; None: all of them count;
     - `interval`: of the parameters, from profiles, where the covariance does not tell it;
     - `finished`: there was time to look for jumps;
     - `correlation`: the noise's at lag 1, which the covariance accounts for already;
@@ -62,7 +60,6 @@ class Uncertainty:
     hypothesis: Hypothesis
     covariance: Array
     information: Array
-    projection: tuple[Array, Array] | None = None
     jumps: tuple[Jump, ...] = ()
     interval: Interval | None = None
     finished: bool = True
