@@ -42,7 +42,7 @@ class IntervalSettings:
     pulled: float = 0.1
     polish: int = 60
     optima: int = 3
-    least_growth: float = 0.01
+    least_growth: float = 1.0
 
 
 INTERVAL = IntervalSettings()

@@ -11,6 +11,7 @@ profile reaches the level, and the others to their optimum there.
 """
 
 from dataclasses import dataclass
+from typing import Self
 
 import numpy as np
 
@@ -31,10 +32,13 @@ class ProfileSettings:
     - `iterations`: rollouts at most; an end that takes more is not told;
     - `tolerance`: share of the growth within which an end is found;
     - `first_reach`, `most_reach` (boxes): of a first step, and of any;
+    - `damping`: of the others' first steps, an information per box squared, and its factors
+      `less_damping` and `more_damping` after a good step and a bad one;
     - `faster`, `slower`: factors of the reach after a step that was foretold well, or badly;
     - `foretold`, `beyond`: shares of the growth by which the cost may differ from that foretold,
       and pass the level, for a step to be good, and to be taken at all;
-    - `better`: squares below the optimum that show another, better one.
+    - `better`: squares below the optimum that show another, better one;
+    - `restarts`: of a profile from a point of another one that lies beyond its end.
     """
 
     growth: float = 3.84
@@ -43,11 +47,15 @@ class ProfileSettings:
     tolerance: float = 0.05
     first_reach: float = 0.1
     most_reach: float = 0.3
+    damping: float = 1.0
+    less_damping: float = 0.2
+    more_damping: float = 10.0
     faster: float = 2.0
     slower: float = 0.35
     foretold: float = 0.25
     beyond: float = 1.0
     better: float = 0.5
+    restarts: int = 2
 
 
 PROFILE = ProfileSettings()
@@ -111,8 +119,28 @@ def profile_ends(
     return _Walk(posterior, z, pinned, reach, level, probe, settings).run(deadline)
 
 
+@dataclass
+class _Places:
+    """One point (L, d) for each lane, with its squares (L,), J'r (L, d) and J'J (L, d, d)."""
+
+    points: Array
+    squares: Array
+    gradient: Array
+    hessian: Array
+
+    @classmethod
+    def repeated(cls, z: Array, squares: Array, gradient: Array, hessian: Array, n: int) -> Self:
+        """Return the same point z (1, d) for n lanes."""
+        return cls(*(np.repeat(each, n, axis=0) for each in (z, squares, gradient, hessian)))
+
+    def put(self, lanes: AnyArray, other: '_Places', rows: AnyArray) -> None:
+        """Take some rows of others as the points of some lanes."""
+        self.points[lanes], self.squares[lanes] = other.points[rows], other.squares[rows]
+        self.gradient[lanes], self.hessian[lanes] = other.gradient[rows], other.hessian[rows]
+
+
 class _Walk:
-    """All ends of the profiles of one window, on their way."""
+    """All ends of the profiles of one window, on their way: a lane for each end."""
 
     def __init__(
         self,
@@ -125,95 +153,116 @@ class _Walk:
         settings: ProfileSettings,
     ) -> None:
         self._posterior, self._settings = posterior, settings
-        self._level, self._probe = level, probe
-        q = pinned.size
-        self.pinned = np.tile(pinned, 2)
-        self.side = np.repeat([-1.0, 1.0], q)
-        self.start = z
-        self.points = np.repeat(z[None], 2 * q, axis=0)
-        self.growth = np.zeros(2 * q)
-        self.closed = np.zeros(2 * q, dtype=np.bool_)
-        self._most = np.tile(reach, 2)
-        self._radius = np.full(2 * q, settings.first_reach)
-        self._damping = np.full(2 * q, 1.0)
-        squares, gradient, hessian = self._linearised(z[None])
-        self._least = float(squares[0])
-        self._squares = np.full(2 * q, squares[0])
-        self._gradient = np.repeat(gradient, 2 * q, axis=0)
-        self._hessian = np.repeat(hessian, 2 * q, axis=0)
-
-    def _linearised(self, points: Array) -> tuple[Array, Array, Array]:
-        steps = np.full_like(points, self._probe)
-        return self._posterior.linearise(points, steps, self._posterior.nodes)
+        self._level, self._probe, self._start = level, probe, z
+        lanes = 2 * pinned.size
+        self._pinned, self._most = np.tile(pinned, 2), np.tile(reach, 2)
+        self._side = np.repeat([-1.0, 1.0], pinned.size)
+        self._growth, self._closed = np.zeros(lanes), np.zeros(lanes, dtype=np.bool_)
+        self._radius = np.full(lanes, settings.first_reach)
+        self._damping = np.full(lanes, settings.damping)
+        self._fresh = np.full(lanes, settings.restarts)
+        found = self._posterior.linearise(z[None], np.full((1, z.size), probe), posterior.nodes)
+        self._least = float(found[0][0])
+        self._here = _Places.repeated(z[None], *found, lanes)
+        # Any point of no more cost shows how far each unknown may go.
+        self._furthest = _Places.repeated(z[None], *found, lanes)
 
     def run(self, deadline: Deadline) -> Ends:
         """Walk until every end is found, or given up."""
-        under_way = np.arange(self.side.size)
-        better = None
-        s, limits, level = self._settings, self._posterior.limits, self._level
-        for _ in range(s.iterations):
-            if deadline.passed:
+        lanes, better = np.arange(self._side.size), None
+        for _ in range(self._settings.iterations):
+            lanes, step, foretold = self._settled(lanes, *self._steps(lanes))
+            if not lanes.size:
+                lanes = self._begun_anew()
+                lanes, step, foretold = self._settled(lanes, *self._steps(lanes))
+            if not lanes.size or deadline.passed:
                 break
-            step, excess, foretold = profile_steps(
-                self.points[under_way],
-                self._squares[under_way],
-                self._gradient[under_way],
-                self._hessian[under_way],
-                self.pinned[under_way],
-                self.side[under_way],
-                self._radius[under_way],
-                self._damping[under_way],
-                self._least,
-                level,
-                limits,
-            )
-            under_way, step, foretold = self._settle(under_way, step, excess, foretold)
-            if not under_way.size:
+            trial = self._linearised(self._here.points[lanes] + step)
+            self._move(lanes, trial, step, foretold)
+            lowest = int(np.argmin(trial.squares))
+            if trial.squares[lowest] < self._least - self._settings.better:
+                better = trial.points[lowest]
                 break
-            trial = self.points[under_way] + step
-            squares, gradient, hessian = self._linearised(trial)
-            fine = np.isfinite(squares) & np.isfinite(hessian).all(axis=(1, 2))
-            squares = np.where(fine, squares, np.inf)
-            before = self._squares[under_way]
-            ceiling = np.maximum(before, self._least + level) + s.beyond * level
-            taken = squares <= ceiling
-            good = np.abs(squares - foretold) <= s.foretold * level
-            lane = under_way[taken]
-            self.points[lane], self._squares[lane] = trial[taken], squares[taken]
-            self._gradient[lane], self._hessian[lane] = gradient[taken], hessian[taken]
-            moved = np.abs(step).max(axis=1)
-            radius = self._radius[under_way]
-            radius = np.where(taken & good, np.maximum(radius, s.faster * moved), radius)
-            radius = np.where(taken, radius, s.slower * moved)
-            damping = self._damping[under_way] * np.where(taken & good, 0.2, 1.0)
-            self._damping[under_way] = np.where(taken, damping, 10.0 * damping)
-            self._radius[under_way] = np.minimum(radius, s.most_reach)
-            lowest = int(np.argmin(squares))
-            if squares[lowest] < self._least - s.better:
-                better = trial[lowest]
-                break
-        return Ends(self.pinned, self.points, self.growth, self.closed, better)
+        self._closed[lanes] = False
+        return Ends(self._pinned, self._here.points, self._growth, self._closed, better)
 
-    def _settle(
-        self, under_way: IntArray, step: Array, excess: Array, foretold: Array
+    def _steps(self, lanes: IntArray) -> tuple[Array, Array, Array]:
+        here = self._here
+        return profile_steps(
+            here.points[lanes],
+            here.squares[lanes],
+            here.gradient[lanes],
+            here.hessian[lanes],
+            self._pinned[lanes],
+            self._side[lanes],
+            self._radius[lanes],
+            self._damping[lanes],
+            self._least,
+            self._level,
+            self._posterior.limits,
+        )
+
+    def _linearised(self, points: Array) -> _Places:
+        steps = np.full_like(points, self._probe)
+        found = self._posterior.linearise(points, steps, self._posterior.nodes)
+        fine = np.isfinite(found[0]) & np.isfinite(found[2]).all(axis=(1, 2))
+        return _Places(points, np.where(fine, found[0], np.inf), *found[1:])
+
+    def _settled(
+        self, lanes: IntArray, step: Array, excess: Array, foretold: Array
     ) -> tuple[IntArray, Array, Array]:
-        """Take out the walks that are over; return the others with their steps."""
+        """Take out the lanes that are over; return the others with their steps."""
         s, limits, level = self._settings, self._posterior.limits, self._level
-        k = self.pinned[under_way]
-        here = self.points[under_way, k]
-        floor = self._squares[under_way] - excess - self._least
-        self.growth[under_way] = np.maximum(floor, 0.0)
+        k, side = self._pinned[lanes], self._side[lanes]
+        at = self._here.points[lanes, k]
+        floor = self._here.squares[lanes] - excess - self._least
+        self._growth[lanes] = np.maximum(floor, 0.0)
         straight = excess <= s.tolerance * level
         at_level = straight & (np.abs(floor - level) <= s.tolerance * level)
-        gone = np.abs(here - self.start[k])
-        at_limit = np.where(self.side[under_way] > 0.0, here >= limits[1, k], here <= limits[0, k])
-        far = straight & (floor < level) & (at_limit | (gone > self._most[under_way]))
-        ended = under_way[at_level]
-        self.points[ended] = np.clip(self.points[ended] + step[at_level], *limits)
-        self.growth[ended] = level
-        self.closed[ended] = True
-        left = ~(at_level | far)
-        return under_way[left], step[left], foretold[left]
+        at_limit = np.where(side > 0.0, at >= limits[1, k], at <= limits[0, k])
+        gone = at_limit | (np.abs(at - self._start[k]) > self._most[lanes])
+        left = ~(at_level | (straight & (floor < level) & gone))
+        ended = lanes[at_level]
+        self._here.points[ended] = np.clip(self._here.points[ended] + step[at_level], *limits)
+        self._growth[ended], self._closed[ended] = level, True
+        return lanes[left], step[left], foretold[left]
+
+    def _move(self, lanes: IntArray, trial: _Places, step: Array, foretold: Array) -> None:
+        """Take the trials that are near what was foretold, and adapt reach and damping."""
+        s, level = self._settings, self._level
+        ceiling = np.maximum(self._here.squares[lanes], self._least + level) + s.beyond * level
+        taken = trial.squares <= ceiling
+        good = taken & (np.abs(trial.squares - foretold) <= s.foretold * level)
+        self._here.put(lanes[taken], trial, taken)
+        moved = np.abs(step).max(axis=1)
+        radius = np.where(good, np.maximum(self._radius[lanes], s.faster * moved), s.slower * moved)
+        radius = np.where(taken & ~good, self._radius[lanes], radius)
+        self._radius[lanes] = np.minimum(radius, s.most_reach)
+        factor = np.where(good, s.less_damping, np.where(taken, 1.0, s.more_damping))
+        self._damping[lanes] *= factor
+        allowed = np.flatnonzero(trial.squares <= self._least + level)
+        if allowed.size:
+            places = self._side[:, None] * trial.points[allowed][:, self._pinned].T
+            best = places.argmax(axis=1)
+            every = np.arange(self._side.size)
+            known = self._side * self._furthest.points[every, self._pinned]
+            beyond = np.flatnonzero(places[every, best] > known)
+            self._furthest.put(beyond, trial, allowed[best[beyond]])
+
+    def _begun_anew(self) -> IntArray:
+        """Return the lanes that another has shown to end too early, to go on from there."""
+        every = np.arange(self._side.size)
+        ends = self._here.points[every, self._pinned]
+        further = self._side * (self._furthest.points[every, self._pinned] - ends)
+        width = np.abs(ends - self._start[self._pinned])
+        early = self._closed & (further > self._settings.tolerance * width) & (self._fresh > 0)
+        lanes = np.flatnonzero(early)
+        self._here.put(lanes, self._furthest, lanes)
+        self._closed[lanes] = False
+        self._radius[lanes] = self._settings.first_reach
+        self._damping[lanes] = self._settings.damping
+        self._fresh[lanes] -= 1
+        return lanes
 
 
 @accelerated
