@@ -21,6 +21,7 @@ from obs_ros.inference.assessment.structure import Structure
 from obs_ros.inference.jumps.hypothesis import Hypothesis
 from obs_ros.inference.parameterisation import Unknowns
 from obs_ros.inference.process_noise import ProcessNoise
+from obs_ros.optimization.lm_linalg import TINY
 
 
 @dataclass(frozen=True)
@@ -173,53 +174,67 @@ class Deviations:
         that of an interval of four tenths.
         """
         unknowns = hypothesis.problem.objective.unknowns
-        n, states = len(unknowns.model.states), unknowns.n_states
-        covariance = covariance * inflation
-        z = hypothesis.point[hypothesis.layout.final(hypothesis.point)]
-        boxes = np.sqrt(np.maximum(np.diagonal(covariance), 0.0))
-        limit, slopes = undetermined(unknowns), unknowns.scale.slopes(z)
-        initial = np.zeros(len(unknowns.model.variables))
-        own = boxes[: unknowns.dimension]
-        initial[unknowns.index] = np.where(own <= limit, own * slopes, np.nan)
-        joint = joint_covariance(hypothesis, covariance, end)
+        n, limit = len(unknowns.model.states), undetermined(unknowns)
+        # Along a bent valley the states follow the profiles; the rest is what the boxes leave.
+        straight = covariance if interval is None else hypothesis.covariance
+        joint = inflation * joint_covariance(hypothesis, straight, end)
         if end is not None:
             joint += inflation * end.covariance
-        values = unknowns.given.copy()
-        values[unknowns.index] = unknowns.scale.values(z)
-        values[:n] = hypothesis.linearisation.state
-        lower, upper = values.copy(), values.copy()
-        sd = np.zeros_like(values)
-        sd[:n] = np.sqrt(np.maximum(np.diagonal(joint)[:n], 0.0))
-        lower[:n], upper[:n] = values[:n] - QUANTILE * sd[:n], values[:n] + QUANTILE * sd[:n]
-        own = boxes[hypothesis.layout.final(hypothesis.point)]
-        sides = z + QUANTILE * np.array([-own, own])
-        known = own <= limit
-        if interval is not None:
-            sides[:, states:] = interval.lower, interval.upper
-            known[states:] = interval.upper - interval.lower <= WIDEST * limit[states:]
-            lower[:n] = np.minimum(lower[:n], interval.states[0])
-            upper[:n] = np.maximum(upper[:n], interval.states[1])
-            sd[:n] = np.maximum(upper[:n] - values[:n], values[:n] - lower[:n]) / QUANTILE
-        sides = np.clip(sides, *unknowns.limits)
-        places = unknowns.index[states:]
-        lower[places], upper[places] = (unknowns.scale.values(side)[states:] for side in sides)
-        sd[places] = (own * slopes)[states:]
-        if interval is not None:
-            middle = values[places]
-            sd[places] = np.maximum(upper[places] - middle, middle - lower[places]) / QUANTILE
-        sd[places[~known[states:]]] = np.nan
+        values, sides, known = _parameters(hypothesis, inflation * covariance, interval)
         if end is not None and end.parameters is not None:
-            values[n:] = end.parameters
-            sd[n:] = walked_deviations(unknowns, end.parameters, joint)
-            lower[n:], upper[n:] = values[n:] - QUANTILE * sd[n:], values[n:] + QUANTILE * sd[n:]
+            values = end.parameters
+            walked = walked_deviations(unknowns, values, joint)
+            sides, known = values + QUANTILE * np.array([-walked, walked]), np.isfinite(walked)
+        spread = np.sqrt(np.maximum(np.diagonal(joint), 0.0))
+        middle = np.append(hypothesis.linearisation.state, values)
+        lower, upper = middle - QUANTILE * spread, middle + QUANTILE * spread
+        lower[n:], upper[n:] = sides
+        if interval is not None:
+            pushed = 0.0 if end is None else np.diagonal(end.covariance)[:n]
+            for side, reached in ((lower, interval.states[0]), (upper, interval.states[1])):
+                off = reached - middle[:n]
+                off = np.sign(off) * np.sqrt(off**2 + QUANTILE**2 * inflation * pushed)
+                further = np.abs(off) > np.abs(side[:n] - middle[:n])
+                side[:n] = np.where(further, middle[:n] + off, side[:n])
+        sd = np.maximum(upper - middle, middle - lower) / QUANTILE
+        sd[n:] = np.where(known, sd[n:], np.nan)
+        own = np.sqrt(np.maximum(np.diagonal(inflation * straight)[: unknowns.dimension], 0.0))
+        slopes = unknowns.scale.slopes(hypothesis.point[: unknowns.dimension])
+        initial = np.zeros(len(middle))
+        initial[unknowns.index] = np.where(own <= limit, own * slopes, np.nan)
+        told = np.where((sd > 0.0) & (spread > 0.0), sd / np.maximum(spread, TINY), 1.0)
         return cls(
             initial=initial[:n],
             state=np.where(sd[:n] <= undetermined_states(unknowns), sd[:n], np.nan),
             parameters=sd[n:],
             lower=lower,
             upper=upper,
-            joint=joint,
+            joint=joint * np.outer(told, told),
         )
+
+
+def _parameters(
+    hypothesis: Hypothesis, covariance: Array, interval: Interval | None
+) -> tuple[Array, Array, BoolArray]:
+    """Return the parameters (q,) at the end, their intervals (2, q), and which are determined (q,).
+
+    In their units; those that are not estimated have intervals of no length.
+    """
+    unknowns = hypothesis.problem.objective.unknowns
+    n, first, limit = len(unknowns.model.states), unknowns.n_states, undetermined(unknowns)
+    final = hypothesis.layout.final(hypothesis.point)
+    z = hypothesis.point[final]
+    boxes = np.sqrt(np.maximum(np.diagonal(covariance)[final], 0.0))
+    ends, known = z + QUANTILE * np.array([-boxes, boxes]), boxes <= limit
+    if interval is not None:
+        ends[:, first:] = interval.lower, interval.upper
+        known[first:] = interval.upper - interval.lower <= WIDEST * limit[first:]
+    values, sides = unknowns.given[n:].copy(), np.tile(unknowns.given[n:], (2, 1))
+    places, told = unknowns.index[first:] - n, np.ones(len(values), dtype=np.bool_)
+    values[places] = unknowns.scale.values(z)[first:]
+    sides[:, places] = unknowns.scale.values(np.clip(ends, *unknowns.limits))[:, first:]
+    told[places] = known[first:]
+    return values, sides, told
 
 
 def parameters_at_end(uncertainty: Uncertainty) -> tuple[Array, Array, bool]:
