@@ -8,12 +8,11 @@ from dataclasses import dataclass
 import numpy as np
 
 from obs_ros.cli.model_trial import Trial
-from obs_ros.core.deadline import Deadline
 from obs_ros.core.model import Model, Variable
 from obs_ros.core.typing import Array
 from obs_ros.inference.assessment.identifiability import advice, weak_directions
 from obs_ros.inference.assessment.informed_subspace import informed_information
-from obs_ros.inference.assessment.interval import determined
+from obs_ros.inference.assessment.interval import covariance_without_boxes
 from obs_ros.inference.assessment.uncertainty import Deviations
 from obs_ros.inference.jumps.hypothesis import hypothesis_at
 from obs_ros.inference.jumps.piecewise import PiecewiseProblem
@@ -138,8 +137,8 @@ def identifiable(
     z = unknowns.point(dict(zip(unknowns.names, (*trial.x0, *trial.p), strict=True)))
     problem = PiecewiseProblem(objective, Prior.known(unknowns, start=True))
     best, n = hypothesis_at(problem, z), unknowns.n_states
-    told = determined(best, 1.0, Deadline(), movable=False)
-    deviations = Deviations.of(best, told.covariance, 1.0, interval=told.interval)
+    covariance = covariance_without_boxes(best)
+    deviations = Deviations.of(best, covariance, 1.0)
     found = (*deviations.initial, *deviations.parameters)
     lines.append(
         f'a window of {trial.record.t[-1]:g} s with every sample tells, of states at its start:'
@@ -150,7 +149,7 @@ def identifiable(
         known = f'known to +- {2.0 * deviation:.2g}{_unit(v)}'
         word = 'not determined' if math.isnan(deviation) else known
         lines.append(f'  {kind:9}  {v.name:16} {value:.4g}, {word}')
-    weak = weak_directions(objective, z[n:], informed_information(best), told.covariance[n:, n:])
+    weak = weak_directions(objective, z[n:], informed_information(best), covariance[n:, n:])
     lines += [f'  {words}' for words in weak]
     lost = np.flatnonzero(np.isnan(deviations.parameters)) + n
     if lost.size and (words := advice(objective, trial.states[-1], trial.p, lost)):

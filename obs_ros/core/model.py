@@ -17,6 +17,7 @@ from obs_ros.core.typing import Array
 
 Interpolation = Literal['hold', 'linear', 'mean']
 Scale = Literal['linear', 'log']
+Physical = Literal['none', 'lower', 'upper', 'both']
 Integrator = Literal['rk4', 'euler']
 
 CANDIDATES = 16  # with which a model is tried
@@ -40,9 +41,9 @@ class Variable:
     is, or jumps. On a state `walk` is process noise, which `process_noise: given` takes as it is.
     `prior` is the knowledge of a parameter, or of a state at the start, before anything is
     measured: mean and standard deviation of a normal distribution, in `unit`. On a log scale the
-    logarithm is normal, its deviation to first order the ratio of both. `physical` bounds of a
-    parameter are such that the plant cannot leave them, as a friction's 0: an interval may end
-    there. Other bounds are a guess, and what reaches them is not determined.
+    logarithm is normal, its deviation to first order the ratio of both. `physical` names
+    the bounds of a parameter that the plant cannot leave, as the `lower` one of a friction: an
+    interval may end there. Other bounds are a guess, and what reaches them is not determined.
 
     Numbers are floats, whether given as such or as integers.
 
@@ -60,7 +61,7 @@ class Variable:
     walk: float | None = None
     scale: Scale = 'linear'
     prior: tuple[float, float] | None = None
-    physical: bool = False
+    physical: Physical = 'none'
 
     def __post_init__(self) -> None:
         if not self.name.isidentifier():
@@ -82,6 +83,11 @@ class Variable:
             raise ValueError(
                 f'{self.name}: interpolation {self.interpolation!r} is none of '
                 f'{", ".join(get_args(Interpolation))}'
+            )
+        if self.physical not in get_args(Physical):
+            raise ValueError(
+                f'{self.name}: physical {self.physical!r} is none of '
+                f'{", ".join(get_args(Physical))}'
             )
         if self.walk is not None and not self.walk > 0.0:
             raise ValueError(f'{self.name}: walk {self.walk} is not positive')

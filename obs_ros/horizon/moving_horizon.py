@@ -219,7 +219,7 @@ class MovingHorizon:
             uncertainty,
             skill=uncertainty.skill if skill is None else skill,
             covariance=raised(uncertainty.covariance, places, factors),
-            interval=widened(uncertainty.interval, best.point[places], factors),
+            interval=widened(uncertainty.interval, factors),
             scatter=factors,
             said=solution.said,
         )

@@ -130,8 +130,8 @@ def raised(covariance: Array, places: IntArray, factors: Array | None) -> Array:
     return np.asarray(covariance * np.outer(scale, scale))
 
 
-def widened(interval: Interval | None, middle: Array, factors: Array | None) -> Interval | None:
-    """Return intervals around the `middle` (q,), those with factors above 1 as much longer."""
+def widened(interval: Interval | None, factors: Array | None) -> Interval | None:
+    """Return intervals, those with factors above 1 as much longer."""
     if interval is None or factors is None:
         return interval
-    return interval.widened(middle, np.fmax(factors, 1.0))
+    return interval.widened(np.fmax(factors, 1.0))

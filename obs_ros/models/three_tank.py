@@ -46,7 +46,8 @@ THREE_TANK = Model(
     inputs=tuple(Variable(name, unit='cm3/s', nominal=30.0) for name in ('Q1', 'Q2')),
     outputs=tuple(Variable(name, unit='cm') for name in ('h1', 'h2')),
     parameters=tuple(
-        Variable(name, lower=0.0, upper=1.0, nominal=1.0) for name in ('p1', 'p2', 'p3')
+        Variable(name, lower=0.0, upper=1.0, nominal=1.0, physical='both')
+        for name in ('p1', 'p2', 'p3')
     ),
     dynamics=dynamics,
     output=output,

@@ -59,9 +59,14 @@ def test_a_prior_of_one_factor_makes_both_known(scale: str, known: bool, backend
     assert found.outcome is Outcome.CONVERGED and found.weak == ()
     assert found.parameters['b'] == pytest.approx(3.0, abs=0.02)  # a seventh of a deviation
     assert found.parameters['a'] * found.parameters['b'] == pytest.approx(ab, abs=0.1 * deviation)
-    assert found.stddev['b'] == pytest.approx(0.15, rel=0.02)
-    expected = found.parameters['a'] * np.hypot(deviation / ab, 0.15 / 3.0)
-    assert found.stddev['a'] == pytest.approx(expected, rel=0.02)
+    # Ends of the posterior's profile: a normal b, or logarithm of b, times the narrow product.
+    least, most = (3.0 - 1.96 * 0.15, 3.0 + 1.96 * 0.15)
+    if scale == 'log':
+        least, most = (3.0 * np.exp(side * 1.96 * 0.05) for side in (-1.0, 1.0))
+    assert found.interval['b'] == pytest.approx((least, most), abs=0.02)
+    assert found.stddev['b'] == pytest.approx((most - 3.0) / 1.96, rel=0.02)
+    assert found.interval['a'] == pytest.approx((ab / most, ab / least), rel=0.01)
+    assert found.stddev['a'] == pytest.approx((ab / least - ab / 3.0) / 1.96, rel=0.04)
 
 
 @pytest.mark.parametrize('scale', ['linear', 'log'])
@@ -143,7 +148,8 @@ def test_process_noise_and_priors_go_together() -> None:
     )
     assert 'x by 0.1' in free.message and 'x by 0.1' in found.message
     assert free.outcome is Outcome.NOT_IDENTIFIABLE and found.outcome is Outcome.CONVERGED
-    assert found.stddev['b'] == pytest.approx(0.15, rel=0.03)
+    # The longer side of an interval whose logarithm is symmetric.
+    assert found.stddev['b'] == pytest.approx(3.0 * np.expm1(1.96 * 0.05) / 1.96, rel=0.03)
     assert abs(found.parameters['a'] - 0.5) < 3.0 * found.stddev['a'] < 0.3
 
 

@@ -115,10 +115,10 @@ def test_the_estimate_tells_its_window() -> None:
     assert found.advice == ''
 
 
-@pytest.mark.parametrize('noise', [None, {'h1': 0.01, 'h2': 0.01}])
+@pytest.mark.parametrize('noise', [None, {'h1': 0.001, 'h2': 0.001}])
 def test_standard_deviations_are_those_of_linear_least_squares(noise: Any) -> None:
     """(J'J / sigma^2)^-1 with J by central differences of this file's own tanks."""
-    record = tank_record()
+    record = tank_record(sigma=0.001)  # nearly linear
     found = solve_window('three_tank', record, noise=noise)
     z = np.array([values(found)[name] for name in TANKS])
     steps = np.diag(1e-5 * z)
@@ -130,7 +130,7 @@ def test_standard_deviations_are_those_of_linear_least_squares(noise: Any) -> No
         # Six unknowns, three for each output, were fitted to the noise.
         sigma = np.sqrt((residual**2).sum(axis=0) / (301 - 3))
     else:
-        sigma = np.array([0.01, 0.01])
+        sigma = np.array([0.001, 0.001])
     jacobian = (slope / sigma[:, None]).reshape(-1, 6)
     covariance = np.linalg.inv(jacobian.T @ jacobian)
     expected = dict(zip(TANKS, np.sqrt(np.diagonal(covariance)), strict=True))

@@ -74,7 +74,7 @@ def test_a_window_at_rest_is_uninformative_and_keeps_its_prior() -> None:
     for moving in (True, False):
         posed, found = fitted(window(moving=moving, prior=prior))
         _, explanation = stages.explain(posed, found, None, Deadline())
-        uncertainty = stages.hold_uninformed(explanation.hypothesis, Deadline())
+        uncertainty = stages.uncertainty_of(explanation.hypothesis)
         informed.append(
             (stages.is_uninformative(uncertainty), stages.determined_alone(uncertainty))
         )
@@ -90,7 +90,7 @@ def test_a_more_informative_prior_is_recalled_where_it_fits() -> None:
     wide = Prior.of(SOLVER.unknowns, mean, np.diag([1e-2, 1e-2]))
     posed, found = fitted(window(moving=False, prior=wide))
     _, explanation = stages.explain(posed, found, None, Deadline())
-    uncertainty = stages.hold_uninformed(explanation.hypothesis, Deadline())
+    uncertainty = stages.uncertainty_of(explanation.hypothesis)
     sharp = Prior.of(SOLVER.unknowns, np.array([0.35, 0.55]), np.diag([1e-5, 1e-5]))
     recalled = stages.recall(uncertainty, sharp, Deadline())
     np.testing.assert_allclose(recalled.hypothesis.point[1:], [0.35, 0.55], atol=2e-3)
@@ -114,18 +114,3 @@ def test_a_wrong_prior_is_no_jump_and_a_jump_is_one_beside_it() -> None:
         assert best.problem.prior is prior
         places = [found.place for found in contradictions(best)]
         assert places == [unknowns.names.index('tau')]
-
-
-def test_at_rest_wide_priors_hold_what_the_window_does_not_tell() -> None:
-    """However far noise in the initial state would take it."""
-    unknowns = Unknowns.of(with_knowledge(LAG, None, {'k': (2.0, 1.2), 'tau': (5.0, 4.5)}))
-    posed, found = fitted(window(moving=False, prior=Prior.known(unknowns, start=True)))
-    _, explanation = stages.explain(posed, found, None, Deadline())
-    uncertainty = stages.hold_uninformed(explanation.hypothesis, Deadline())
-    x, k, tau = unknowns.scale.values(uncertainty.hypothesis.point)
-    assert x == pytest.approx(0.0, abs=0.1)
-    assert (k, tau) == pytest.approx((2.0, 5.0), abs=0.05)
-    deviations = np.sqrt(np.diagonal(uncertainty.covariance))[1:] * unknowns.scale.width[1:]
-    np.testing.assert_allclose(deviations, [1.2, 4.5], rtol=0.05)
-    assert uncertainty.projection is not None
-    assert contradictions(uncertainty.hypothesis, uncertainty.projection) == []

@@ -14,6 +14,7 @@ from obs_ros.inference.assessment.fit import Fit, root_mean_square
 from obs_ros.inference.assessment.identifiability import advice, weak_directions
 from obs_ros.inference.assessment.outcome import (
     Findings,
+    at_bound,
     is_told,
     judged,
     states_at_bound,
@@ -66,7 +67,10 @@ def report(
             candidates=objective.evaluations,
             in_time=in_time,
             squares=objective.is_least_squares,
-            undetermined=known.undetermined,
+            # Of what lies at a bound, that is what is to be said.
+            undetermined=tuple(
+                name for name in known.undetermined if name not in at_bound(unknowns, final)
+            ),
             unidentified=known.said,
             bounds=unknowns_at_bound(unknowns, final),
             resting=states_at_bound(model, states),

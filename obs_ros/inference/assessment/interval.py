@@ -18,10 +18,11 @@ import numpy as np
 from obs_ros.core.deadline import Deadline
 from obs_ros.core.estimate import QUANTILE
 from obs_ros.core.linear_algebra import scaled_inverse
-from obs_ros.core.typing import Array
+from obs_ros.core.typing import Array, BoolArray, IntArray
 from obs_ros.inference.assessment.identifiability import undetermined
 from obs_ros.inference.assessment.profile import PROFILE, Ends, parabola_holds, profile_ends
 from obs_ros.inference.jumps.hypothesis import Hypothesis, hypothesis_at
+from obs_ros.inference.parameterisation import Unknowns
 from obs_ros.inference.prior import BOX_VARIANCE, Posterior
 from obs_ros.optimization.levenberg_marquardt import levenberg_marquardt
 
@@ -52,15 +53,18 @@ INTERVAL = IntervalSettings()
 class Interval:
     """95 % intervals (q,) of the estimated parameters, in boxes; NaN where a profile has no end.
 
-    `states` (2, n) are the least and largest end states on the profiles, in their units.
+    `middle` (q,) is the optimum between them, to which a search comes near. `states` (2, n) are
+    the least and largest end states on the profiles, in their units.
     """
 
     lower: Array
+    middle: Array
     upper: Array
     states: Array
 
-    def widened(self, middle: Array, factors: Array) -> 'Interval':
-        """Return intervals whose parts beside the `middle` (q,) are factors (q,) as long."""
+    def widened(self, factors: Array) -> 'Interval':
+        """Return intervals whose parts beside the middle are factors (q,) as long."""
+        middle = self.middle
         lower = middle - factors * (middle - self.lower)
         return replace(self, lower=lower, upper=middle + factors * (self.upper - middle))
 
@@ -91,24 +95,25 @@ def determined(
     for _ in range(INTERVAL.optima):
         if movable and not best.problem.events and _pull(best) > INTERVAL.pulled:
             best = _polished(best, best.point, deadline)
-        covariance = _covariance(best)
+        covariance = covariance_without_boxes(best)
         if best.problem.events or not np.isfinite(covariance).all():
             break
         posterior = Posterior(problem.objective, problem.prior)
-        if parabola_holds(posterior, best.point, covariance, level):
+        gradient = _gradient(best)
+        if parabola_holds(posterior, best.point, gradient, covariance, level):
             break
         ends = _ends(posterior, best, level, deadline)
         if ends.better is None or not movable:
             interval = _interval(best, ends)
-            return Determined(best, enlarged(covariance, best.point, ends), interval)
+            return Determined(best, enlarged(covariance, ends), interval)
         best = _polished(best, ends.better, deadline)
     return Determined(best, covariance)
 
 
-def enlarged(covariance: Array, z: Array, ends: Ends) -> Array:
-    """Return the covariance (d, d) of a point z (d,) that allows for the ends of the profiles."""
+def enlarged(covariance: Array, ends: Ends) -> Array:
+    """Return a covariance (d, d) of the optimum that allows for the ends of the profiles."""
     for point, growth in zip(ends.points, ends.growth, strict=True):
-        off = point - z
+        off = point - ends.middle
         known = scaled_inverse(covariance)
         distance = float(off @ known @ off)
         grown = max(float(growth), INTERVAL.least_growth)
@@ -130,17 +135,32 @@ def _interval(best: Hypothesis, ends: Ends) -> Interval:
     unknowns = best.problem.objective.unknowns
     lanes = np.arange(ends.pinned.size)
     values = ends.points[lanes, ends.pinned]
-    physical = np.array([unknowns.model.variables[unknowns.index[k]].physical for k in ends.pinned])
-    at_limit = (values <= unknowns.limits[0, ends.pinned]) | (
-        values >= unknowns.limits[1, ends.pinned]
-    )
-    told = np.where(ends.closed | (physical & at_limit), values, np.nan)
+    told = np.where(ends.closed | _at_physical_bound(unknowns, ends.pinned, values), values, np.nan)
     q = lanes.size // 2
     points = np.vstack([best.point[None], ends.points])
     last = np.flatnonzero(best.problem.objective.grid.measured)[-1]
     states = best.problem.roll(points)[0][last]
     states = np.where(np.isfinite(states), states, states[:, :1])
-    return Interval(told[:q], told[q:], np.array([states.min(axis=1), states.max(axis=1)]))
+    middle = ends.middle[ends.pinned[:q]]
+    return Interval(told[:q], middle, told[q:], np.array([states.min(axis=1), states.max(axis=1)]))
+
+
+def _at_physical_bound(unknowns: Unknowns, places: IntArray, values: Array) -> BoolArray:
+    """Return which ends (E,) lie at a bound that the plant cannot leave.
+
+    The lower ends come first. Bounds that the user gives in place of the model's are a guess.
+    """
+    found, q = np.zeros(places.size, dtype=np.bool_), places.size // 2
+    for i, (k, value) in enumerate(zip(places, values, strict=True)):
+        variable, side = unknowns.model.variables[unknowns.index[k]], int(i >= q)
+        own = (
+            unknowns.scale.lower[k] == variable.lower
+            if i < q
+            else (unknowns.scale.upper[k] == variable.upper)
+        )
+        physical = variable.physical in ('both', ('lower', 'upper')[side])
+        found[i] = physical and own and value == unknowns.limits[side, k]
+    return found
 
 
 def _pull(best: Hypothesis) -> float:
@@ -149,22 +169,25 @@ def _pull(best: Hypothesis) -> float:
     if prior.boxes is None:
         return 0.0
     pull = prior.boxes @ (best.point - prior.mean)
-    gain = pull @ scaled_inverse(_information(best)) @ pull
+    gain = pull @ covariance_without_boxes(best) @ pull
     return float(gain) if np.isfinite(gain) else 0.0
 
 
-def _information(best: Hypothesis) -> Array:
-    """Return the information (D, D) about the point by samples and knowledge."""
+def _gradient(best: Hypothesis) -> Array:
+    """Return half the gradient (d,) of the cost without boxes."""
+    prior = best.problem.prior.knowledge
+    pull = prior.precision @ (best.point - prior.mean)
+    return np.asarray(best.linearisation.jacobian.T @ best.linearisation.residual + pull)
+
+
+def covariance_without_boxes(best: Hypothesis) -> Array:
+    """Return the covariance (D, D) of the point by samples and knowledge, to first order."""
     problem = replace(best.problem, prior=best.problem.prior.knowledge)
     jacobian = best.linearisation.jacobian
     information = jacobian.T @ jacobian + problem.precision(best.point)
     times = problem.layout.times
     information[times, times] += 1.0 / BOX_VARIANCE  # a time lies anywhere in the window
-    return np.asarray(information)
-
-
-def _covariance(best: Hypothesis) -> Array:
-    return scaled_inverse(_information(best))
+    return scaled_inverse(information)
 
 
 def _polished(best: Hypothesis, start: Array, deadline: Deadline) -> Hypothesis:

@@ -264,16 +264,23 @@ def states_at_bound(model: Model, states: Array) -> str:
 def unknowns_at_bound(unknowns: Unknowns, z: Array) -> str:
     """Say which unknowns z (d,) lie at a bound of their box, and at which."""
     found = []
-    places = zip(
-        unknowns.index, z, *unknowns.limits, unknowns.scale.lower, unknowns.scale.upper, strict=True
-    )
-    for i, zi, least, most, lower, upper in places:
-        variable = unknowns.model.variables[i]
-        if zi <= least + AT_BOUND:
-            found.append(f'{variable.name} is at its lower bound {_measured(lower, variable)}')
-        elif zi >= most - AT_BOUND:
-            found.append(f'{variable.name} is at its upper bound {_measured(upper, variable)}')
+    for name, side in at_bound(unknowns, z).items():
+        variable, i = unknowns.model.variable(name), unknowns.names.index(name)
+        bound = unknowns.scale.lower[i] if side == 'lower' else unknowns.scale.upper[i]
+        found.append(f'{name} is at its {side} bound {_measured(bound, variable)}')
     return ', '.join(found)
+
+
+def at_bound(unknowns: Unknowns, z: Array) -> dict[str, str]:
+    """Return the names of unknowns z (d,) that lie at a bound, and at which: lower or upper."""
+    least, most = unknowns.limits
+    sides = {}
+    for i, name in enumerate(unknowns.names):
+        if z[i] <= least[i] + AT_BOUND:
+            sides[name] = 'lower'
+        elif z[i] >= most[i] - AT_BOUND:
+            sides[name] = 'upper'
+    return sides
 
 
 def _measured(value: float, variable: Variable) -> str:

@@ -65,12 +65,13 @@ PROFILE = ProfileSettings()
 class Ends:
     """Ends of the profiles of some unknowns (E,): first all lower ends, then all upper ones.
 
-    `points` (E, d) are the optima there, `growth` (E,) that of the cost above the least. An end
-    that is not `closed` (E,) is no end: the profile goes on, or stops at a bound. `better` (d,) is
-    a point of less cost than the optimum, None where there is none.
+    `middle` (d,) is the optimum, `points` (E, d) are those at the ends, `growth` (E,) that of the
+    cost above the least. An end that is not `closed` (E,) is no end: the profile goes on, or stops
+    at a bound. `better` (d,) is a point of less cost than the optimum, None where there is none.
     """
 
     pinned: IntArray
+    middle: Array
     points: Array
     growth: Array
     closed: BoolArray
@@ -80,6 +81,7 @@ class Ends:
 def parabola_holds(
     posterior: Posterior,
     z: Array,
+    gradient: Array,
     covariance: Array,
     level: float,
     settings: ProfileSettings = PROFILE,
@@ -87,7 +89,8 @@ def parabola_holds(
     """Whether the cost grows by `level` where the parabola of a covariance (d, d) says so.
 
     That is at both ends of each unknown's interval, the others moving along; all must be inside the
-    limits.
+    limits. A search ends where hardly anything is left to gain: `gradient` (d,), half that of the
+    cost at z (d,), tells which side grows by how much more.
     """
     if not np.isfinite(covariance).all():
         return False
@@ -97,7 +100,8 @@ def parabola_holds(
     if not ((points >= posterior.limits[0]) & (points <= posterior.limits[1])).all():
         return False
     costs = posterior.costs(points)
-    growth = (costs[1:] - costs[0]) / level
+    leaning = 2.0 * (points[1:] - z) @ gradient
+    growth = (costs[1:] - costs[0] - leaning) / level
     return bool((np.abs(growth - 1.0) <= settings.like_parabola).all())
 
 
@@ -162,7 +166,13 @@ class _Walk:
         self._damping = np.full(lanes, settings.damping)
         self._fresh = np.full(lanes, settings.restarts)
         found = self._posterior.linearise(z[None], np.full((1, z.size), probe), posterior.nodes)
-        self._least = float(found[0][0])
+        # A search ends where hardly anything is left to gain: the rest of the way is foretold.
+        free = np.zeros(z.size, dtype=np.bool_)
+        down = to_optimum(z, found[1][0], found[2][0], 0.0, -1, 0.0, posterior.limits, free)
+        gain = -change(found[1][0], found[2][0], down)
+        near = 0.0 <= gain < settings.better
+        self._middle = z + down if near else z
+        self._least = float(found[0][0]) - (gain if near else 0.0)
         self._here = _Places.repeated(z[None], *found, lanes)
         # Any point of no more cost shows how far each unknown may go.
         self._furthest = _Places.repeated(z[None], *found, lanes)
@@ -184,7 +194,9 @@ class _Walk:
                 better = trial.points[lowest]
                 break
         self._closed[lanes] = False
-        return Ends(self._pinned, self._here.points, self._growth, self._closed, better)
+        return Ends(
+            self._pinned, self._middle, self._here.points, self._growth, self._closed, better
+        )
 
     def _steps(self, lanes: IntArray) -> tuple[Array, Array, Array]:
         here = self._here
@@ -329,11 +341,13 @@ def to_optimum(
 ) -> Array:  # fmt: skip
     """Return the step (d,) of least cost in which one unknown makes this move, inside the limits.
 
+    With -1 none is `pinned`.
     Those that would leave the limits stop there; `free` (d,) becomes those that do not.
     """
     d = z.size
     step, scale = np.zeros(d), np.ones(d)
-    step[pinned] = move
+    if pinned >= 0:
+        step[pinned] = move
     for i in range(d):
         outward = (z[i] <= limits[0, i] and gradient[i] > 0.0) or (
             z[i] >= limits[1, i] and gradient[i] < 0.0

@@ -218,16 +218,17 @@ def _parameters(
 ) -> tuple[Array, Array, BoolArray]:
     """Return the parameters (q,) at the end, their intervals (2, q), and which are determined (q,).
 
-    In their units; those that are not estimated have intervals of no length.
+    In their units; those that are not estimated have intervals of no length. Parameters are those
+    in the middle of an interval that profiles tell.
     """
     unknowns = hypothesis.problem.objective.unknowns
     n, first, limit = len(unknowns.model.states), unknowns.n_states, undetermined(unknowns)
     final = hypothesis.layout.final(hypothesis.point)
-    z = hypothesis.point[final]
+    z = hypothesis.point[final].copy()
     boxes = np.sqrt(np.maximum(np.diagonal(covariance)[final], 0.0))
     ends, known = z + QUANTILE * np.array([-boxes, boxes]), boxes <= limit
     if interval is not None:
-        ends[:, first:] = interval.lower, interval.upper
+        ends[:, first:], z[first:] = (interval.lower, interval.upper), interval.middle
         known[first:] = interval.upper - interval.lower <= WIDEST * limit[first:]
     values, sides = unknowns.given[n:].copy(), np.tile(unknowns.given[n:], (2, 1))
     places, told = unknowns.index[first:] - n, np.ones(len(values), dtype=np.bool_)

@@ -107,16 +107,6 @@ def test_a_correlated_residual_counts_for_less() -> None:
     assert found.apart == pytest.approx((value - 1.0) / np.hypot(0.01, 3.0 * deviation), rel=1e-4)
 
 
-def test_directions_that_do_not_count_say_nothing() -> None:
-    best = fitted(record(), gain=(1.0, 0.05))
-    assert contradictions(best)
-    nothing = np.diag([0.0, 1.0])
-    jacobian = best.linearisation.jacobian.copy()
-    jacobian[:, 1:] = jacobian[:, 1:] @ nothing
-    covariance = np.linalg.inv(jacobian.T @ jacobian + best.problem.prior.precision)
-    assert contradictions(best, (nothing, covariance)) == []
-
-
 def test_without_a_given_prior_there_is_none() -> None:
     assert contradictions(fitted(record())) == []
     assert contradictions(fitted(record(), gain=(0.2, 60.0)), settings=EVERYTHING) == []
