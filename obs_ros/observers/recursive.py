@@ -114,6 +114,7 @@ class RecursiveObserver:
         n, q, r = map(len, (*self._names, self._outputs))
         self.x, self.p, self.stddev = np.empty(n), np.empty(q), np.empty(n + q)
         self.innovation, self.innovation_stddev = np.empty((2, r))
+        self._fixed_parameters = np.setdiff1d(np.arange(n, n + q), self.unknowns.index)
         self.figures: dict[str, float] = {}
         self._before: Instant | None = None
         self._due = self._diverged = self._blind = False
@@ -271,6 +272,7 @@ class RecursiveObserver:
         self.rng = random_generator(self._seed)
         self.x[:], self.p[:] = np.split(self.initial, [self.x.size])
         self.stddev[:] = self.innovation[:] = self.innovation_stddev[:] = math.nan
+        self.stddev[self._fixed_parameters] = 0.0
         self.figures.clear()
 
     def _forget(self) -> None:

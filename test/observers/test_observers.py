@@ -229,6 +229,21 @@ class TestEveryImmediateObserver:
             assert observer.estimate().stamp == sample.stamp
             assert observer.estimate() is None
 
+    def test_what_is_given_is_sure(self, name: str) -> None:
+        kind, case = load_observer(name), case_of(name)
+        given = names(case.model.parameters)
+        if kind.estimates_parameters:
+            given = given[:1]
+        fixed = dict(zip(given, case.p, strict=False))
+        try:
+            observer = make(name, fixed=fixed)
+        except ValueError as error:
+            pytest.skip(str(error))
+        estimate = run(observer, case.stream(20))[-1]
+        for each, value in fixed.items():
+            assert (estimate.parameters[each], estimate.stddev[each]) == (value, 0.0)
+            assert estimate.interval[each] == (value, value)
+
     def test_outputs_that_are_not_newer_change_nothing_and_are_counted(self, name: str) -> None:
         samples = case_of(name).stream(40)
         plain = run(make(name), samples)

@@ -87,7 +87,7 @@ class HInfinityObserver(RecursiveObserver):
     `figures` holds `excitation`, |C U| in outputs per scale of theta, and `covariance`.
 
     Raises ValueError for a model without gains in `adaptive_gains.GAINS`, for gains of the wrong
-    size, and when `parameters` names anything but the one that is adapted.
+    size, and when `parameters` names anything but the one that is adapted, or `fixed` names that.
     """
 
     Settings = HInfinitySettings
@@ -141,6 +141,8 @@ class HInfinityObserver(RecursiveObserver):
             raise ValueError(
                 f'HInfinityObserver adapts {parameter} of {self.model.name}, not {given}'
             )
+        if parameter in (self._arguments['fixed'] or {}):
+            raise ValueError(f'leave {parameter} free: HInfinityObserver adapts it')
         return names(self.model.parameters).index(parameter)
 
     def _output_matrix(self) -> Array:

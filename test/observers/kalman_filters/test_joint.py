@@ -250,14 +250,15 @@ def test_a_covariance_that_is_none_any_more_starts_again(kind: Any) -> None:
 
 
 @pytest.mark.parametrize('kind', FILTERS)
-def test_what_is_not_estimated_stays_and_has_no_deviation(kind: Any) -> None:
+def test_what_is_not_estimated_stays_and_is_as_sure_as_it_is_given(kind: Any) -> None:
     observer = kind(THREE_TANK, parameters=['p2'], fixed={'p1': 0.6, 'p3': 0.7})
     feed = np.array([30.0, 30.0])
     for k in range(10):
         observer.absorb(Sample(k * 10**9, u=feed, y=np.array([50.0, 40.0])))
     estimate = observer.estimate()
     assert (estimate.parameters['p1'], estimate.parameters['p3']) == (0.6, 0.7)
-    assert np.isnan([estimate.stddev['p1'], estimate.stddev['p3']]).all()
+    assert estimate.stddev['p1'] == estimate.stddev['p3'] == 0.0
+    assert estimate.interval['p1'] == (0.6, 0.6) and estimate.interval['p3'] == (0.7, 0.7)
     assert 0.0 < estimate.stddev['p2'] < 0.3 and 0.0 < estimate.stddev['h3'] < 30.0
 
 

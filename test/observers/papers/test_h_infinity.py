@@ -108,6 +108,8 @@ def test_rare_outputs_are_taken_in_steps_of_the_model() -> None:
 
 
 def test_wrong_settings_are_refused(monkeypatch: pytest.MonkeyPatch) -> None:
+    with pytest.raises(ValueError, match='leave kt free: HInfinityObserver adapts it'):
+        HInfinityObserver('suspension', fixed={'kt': 2e5})
     with pytest.raises(ValueError, match=r"adapts kt of suspension, not \('eta',\)"):
         HInfinityObserver('suspension', parameters=('eta',))
     with pytest.raises(ValueError, match="no H-infinity gains are stored for model 'three_tank'"):
