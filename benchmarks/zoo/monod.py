@@ -31,6 +31,6 @@ MONOD = Model(
     ),
     dynamics=dynamics,
     output=first_state,
-    max_step=0.1,
+    max_step=0.025,
     reference='Monod 1949',
 )
