@@ -148,7 +148,9 @@ def reference_row(name: str, pairs: Sequence[Matched]) -> dict[str, object]:
         'true profiles hold the truth': Share.of([pair.true_held for pair in pairs]),
         'end on both sides': Share.of([pair.bounded for pair in pairs]).brief,
         'narrow ones given': given_of_narrow(pairs),
-        'given, not narrow': sum(int((pair.given & ~pair.narrow).sum()) for pair in pairs),
+        'coverage, given but not narrow': Share.of(
+            [pair.held[pair.given & ~pair.narrow] for pair in pairs]
+        ).brief,
         'published over true width': f'{median_width(pairs):.2f}',
         'coverage, narrow and given': Share.of([pair.held[pair.both_given] for pair in pairs]),
         'of their true profiles': Share.of([pair.true_held[pair.both_given] for pair in pairs]),
