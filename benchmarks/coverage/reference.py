@@ -10,6 +10,7 @@ from typing import NamedTuple
 import numpy as np
 from scipy.optimize import least_squares
 
+from benchmarks.coverage.run import likelihood_of
 from benchmarks.judge import Judge
 from benchmarks.zoo.experiments import EXPERIMENTS, Drawn, Experiment, run
 from obs_ros.core.model import names
@@ -29,11 +30,12 @@ FTOL, XTOL, EVALUATIONS = 1e-8, 1e-8, 150
 class Profile(NamedTuple):
     """Ends (q, 2) of the parameters' true intervals in their units; infinite beyond a bound.
 
-    `best` (q,) are their values at the optimum.
+    `best` (q,) are their values at the optimum, whose squares are `least`.
     """
 
     ends: Array
     best: Array
+    least: float
 
 
 def profiled(name: str, rich: bool, seed: int) -> Profile:
@@ -46,7 +48,7 @@ def profile(experiment: Experiment, drawn: Drawn, seed: int) -> Profile:
     """Return the ends of all parameters of a window."""
     model = experiment.model
     known = names(model.variables)
-    likelihood = Judge(model, drawn.record, known, {}, np.array(experiment.noise))
+    likelihood = likelihood_of(experiment, drawn)
     truth = likelihood.point(dict(zip(known, [*drawn.x[0], *drawn.p], strict=True)))
     rng = np.random.default_rng([seed, len(known)])
     starts = truth + SPREAD * rng.standard_normal((STARTS, truth.size))
@@ -65,7 +67,7 @@ def profile(experiment: Experiment, drawn: Drawn, seed: int) -> Profile:
             break
     unit = np.array([best[0][i] for i in places])
     low, width = (each[list(places)] for each in (likelihood.lower, likelihood.width))
-    return Profile(low[:, None] + width[:, None] * np.array(ends), low + width * unit)
+    return Profile(low[:, None] + width[:, None] * np.array(ends), low + width * unit, best[1])
 
 
 class Walk:

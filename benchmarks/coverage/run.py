@@ -7,6 +7,7 @@ from typing import NamedTuple
 import numpy as np
 
 from benchmarks.intervals import COVERED
+from benchmarks.judge import Judge
 from benchmarks.runner import timed
 from benchmarks.zoo.experiments import EXPERIMENTS, Drawn, Experiment, run
 from obs_ros import Estimate, solve_window
@@ -27,7 +28,9 @@ FAR = 5.0  # standard deviations
 class Track(NamedTuple):
     """The windows W of one run: parameters (W, q), then end states (W, n), in their units.
 
-    What is withheld is NaN. Of `parameters` there are q; `jumps` (W,) are those announced anew.
+    What is withheld is NaN. Of `parameters` there are q; `jumps` (W,) are those announced anew;
+    `squares` (W,) of the residuals, in the noise's variance, are those of the initial state and
+    the parameters published.
     """
 
     error: Array
@@ -38,6 +41,7 @@ class Track(NamedTuple):
     parameters: int
     outcomes: tuple[str, ...]
     jumps: tuple[int, ...]
+    squares: Array
 
     def part(self, states: bool) -> slice:
         """Return the places of end states, or of parameters."""
@@ -62,6 +66,12 @@ class Track(NamedTuple):
 def noise_of(experiment: Experiment) -> dict[str, float]:
     """Return the standard deviations by output."""
     return dict(zip(names(experiment.model.outputs), experiment.noise, strict=True))
+
+
+def likelihood_of(experiment: Experiment, drawn: Drawn) -> Judge:
+    """Return the squares of a window's residuals in the noise's variance, of all unknowns."""
+    known = names(experiment.model.variables)
+    return Judge(experiment.model, drawn.record, known, {}, np.array(experiment.noise))
 
 
 def tracked(name: str, rich: bool, sequence: bool, seed: int) -> Track:
@@ -118,6 +128,13 @@ def beside_truth(experiment: Experiment, drawn: Drawn, estimates: Sequence[Estim
     truth = np.hstack([np.tile(drawn.p, (len(ends), 1)), ends])
     values = np.array([[values_of(estimate)[v] for v in known] for estimate in estimates])
     intervals = np.array([[interval(estimate, v) for v in known] for estimate in estimates])
+    starts = range(0, drawn.record.t.size, experiment.samples)
+    squares = [
+        likelihood_of(experiment, drawn.window(first, experiment.samples)).squares(
+            {**estimate.initial_state, **estimate.parameters}
+        )
+        for first, estimate in zip(starts, estimates, strict=True)
+    ]
     return Track(
         error=values - truth,
         sd=np.array([[estimate.stddev[v] for v in known] for estimate in estimates]),
@@ -127,6 +144,7 @@ def beside_truth(experiment: Experiment, drawn: Drawn, estimates: Sequence[Estim
         parameters=len(parameters),
         outcomes=tuple(estimate.outcome.value for estimate in estimates),
         jumps=tuple(sum(jump.new for jump in estimate.jumps) for estimate in estimates),
+        squares=np.array(squares),
     )
 
 

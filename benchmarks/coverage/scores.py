@@ -13,6 +13,7 @@ from obs_ros.core.model import Variable
 from obs_ros.core.typing import Array, BoolArray
 
 NARROW = 0.25  # of the box, on either side of the optimum
+MISSED = 2.0  # excess of the squares, of an optimum that the search did not find
 
 
 class Share(NamedTuple):
@@ -72,7 +73,7 @@ class Matched(NamedTuple):
 
     `given`: with a published interval; `held`, `true_held`: published and true one hold the truth;
     `bounded`: the true one ends on both sides; `narrow`: by less than NARROW of the box; `widths`:
-    published over true.
+    published over true; `excess`: of the squares at the published point, over the least ones.
     """
 
     given: BoolArray
@@ -81,6 +82,7 @@ class Matched(NamedTuple):
     bounded: BoolArray
     narrow: BoolArray
     widths: Array
+    excess: float
 
     @property
     def both_given(self) -> BoolArray:
@@ -103,6 +105,7 @@ def matched(model: Model, track: Track, profile: Profile) -> Matched:
         bounded=bounded,
         narrow=bounded & (sides < NARROW).all(axis=0),
         widths=(upper - lower) / (high - low),
+        excess=float(track.squares[0]) - profile.least,
     )
 
 

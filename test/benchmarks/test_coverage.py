@@ -11,10 +11,9 @@ from benchmarks.coverage.__main__ import main
 from benchmarks.coverage.cost import Pair, ratio
 from benchmarks.coverage.reference import DELTA, Profile, profile
 from benchmarks.coverage.report import acceptance
-from benchmarks.coverage.run import IN_RUN, Track, interval, noise_of, tracked
+from benchmarks.coverage.run import IN_RUN, Track, interval, likelihood_of, noise_of, tracked
 from benchmarks.coverage.scores import Share, coverage, far, matched, median_width
 from benchmarks.coverage.tree import OWN, Solved, tree
-from benchmarks.judge import Judge
 from benchmarks.zoo.experiments import EXPERIMENTS, run
 from obs_ros import solve_window
 from obs_ros.core.model import names
@@ -30,7 +29,9 @@ def made(error: float, sd: float, windows: int = 100, seed: int = 0) -> list[Tra
         off = error * rng.standard_normal((1, 3))
         lower, upper = (truth + off + side * 1.96 * sd for side in (-1.0, 1.0))
         deviations = np.full((1, 3), sd)
-        tracks.append(Track(off, deviations, lower, upper, truth, 2, ('converged',), (0,)))
+        tracks.append(
+            Track(off, deviations, lower, upper, truth, 2, ('converged',), (0,), np.full(1, 7.0))
+        )
     return tracks
 
 
@@ -57,13 +58,15 @@ def test_windows_lie_beside_their_truth(sequence: bool) -> None:
     )
     errors = [found.parameters['k'] - drawn.p[0], found.state['x'] - drawn.x[LAG.samples - 1, 0]]
     np.testing.assert_allclose(track.error[0, [0, 2]], errors, atol=1e-3)
+    # Of 300 values.
+    assert 200.0 < track.squares.min() <= track.squares.max() < 400.0
 
 
 def test_a_true_profile_is_a_parabola_where_a_window_tells_much() -> None:
     drawn = run(LAG, 5, True)
     found = profile(LAG, drawn, 5)
     known = names(LAG.model.variables)
-    likelihood = Judge(LAG.model, drawn.record, known, {}, np.array(LAG.noise))
+    likelihood = likelihood_of(LAG, drawn)
     truth = dict(zip(known, [*drawn.x[0], *drawn.p], strict=True))
     sd = np.sqrt(np.diag(likelihood.bound(truth, 1.0)))[1:]
     half = np.sqrt(DELTA) * sd
@@ -107,12 +110,13 @@ def test_published_intervals_lie_beside_true_profiles() -> None:
     track = made(0.0, 0.1, windows=1)[0]
     low, high = track.lower[0, :2], track.upper[0, :2]
     ends = np.column_stack([low - [0.0, 9.0], np.add(high, [0.0, np.inf])])
-    pair = matched(LAG.model, track, Profile(ends, 0.5 * (low + high)))
+    pair = matched(LAG.model, track, Profile(ends, 0.5 * (low + high), 3.0))
     assert pair.given.all()
     assert pair.narrow.tolist() == [True, False]
     assert pair.bounded.tolist() == [True, False]
     assert pair.true_held.all()
     assert median_width([pair]) == pytest.approx(1.0)
+    assert pair.excess == 4.0
 
 
 def met(tracks: list[Track], width: float = 1.0, seconds: float = 1.0) -> list[bool]:
@@ -120,19 +124,19 @@ def met(tracks: list[Track], width: float = 1.0, seconds: float = 1.0) -> list[b
     profiles = []
     for track in tracks[:50]:
         ends = np.column_stack([track.truth[0, :2] - 0.1 / width, track.truth[0, :2] + 0.1 / width])
-        profiles.append(Profile(ends, track.truth[0, :2]))
+        profiles.append(Profile(ends, track.truth[0, :2], 7.0))
     pair = Pair(Solved(seconds, ('a',)), Solved(1.0, ('a',)))
     costs = {cell: [pair] * 5 for cell in cells}
     return [row.met for row in acceptance(cells, {'lag': profiles}, costs)]
 
 
 def test_what_is_asked_is_judged() -> None:
-    """Coverage pooled, by cell, far errors; twice; given, widths; time, bits, time."""
+    """Coverage pooled, by cell, far errors; twice; given, widths; times, bits."""
     good = made(0.1 / 1.96, 0.1 / 1.96, windows=400)
-    assert met(good) == [True] * 11
+    assert met(good) == [True] * 12
     assert met(good, width=2.0)[6:8] == [True, False]
-    assert met(good, seconds=2.0)[8:] == [False, True, True]
-    assert met(good, seconds=5.0)[8:] == [False, True, False]
+    assert met(good, seconds=2.0)[8:] == [False, True, True, True]
+    assert met(good, seconds=5.0)[8:] == [False, False, True, True]
     narrow = made(0.3, 0.1 / 1.96, windows=400)
     assert met(narrow)[:6] == [False] * 6
     nan = np.full((1, 3), np.nan)
@@ -161,5 +165,5 @@ def test_the_command_reports_every_cell(tmp_path: Path) -> None:
     text = main([*plants, '--against', str(OWN), '--results', str(tmp_path)])
     # Every cell has its coverage and its cost; poor ones also their parameters.
     assert text.count('\n| lag, ') == text.count('\n| Monod, ') == 10
-    assert text.count('same to the last bit') == 1
+    assert text.count('same to the last bit') == 2
     assert (tmp_path / 'coverage.md').read_text() == text
