@@ -32,7 +32,7 @@ def main(arguments: list[str] | None = None) -> str:
     parser.add_argument('--timed', type=int, default=20, help='of each cell, with both trees')
     parser.add_argument('--seed', type=int, default=120_000, help='of the first window')
     parser.add_argument('--plants', nargs='+', default=list(EXPERIMENTS), choices=EXPERIMENTS)
-    parser.add_argument('--against', type=Path, help='root of another tree, to compare times with')
+    parser.add_argument('--against', type=Path, help='another source tree, to compare times with')
     parser.add_argument('--quick', action='store_true', help=f'{QUICK} of each cell')
     chosen = parser.parse_args(arguments)
     if chosen.quick:

@@ -6,11 +6,21 @@ from typing import NamedTuple
 
 import numpy as np
 
-from benchmarks.coverage.run import KINDS, WAYS
-from benchmarks.coverage.tree import OWN, Solved, tree
-from benchmarks.runner import progress
+from benchmarks.coverage.run import KINDS, WAYS, alone, timed_sequence, values_of
+from benchmarks.runner import ROOT, progress, timed
+from benchmarks.trees import Tree
+from benchmarks.zoo.experiments import EXPERIMENTS, run
 
 DRAWS = 2000  # of the bootstrap
+REPEATS = 3  # of a solve, of which the least time counts
+IN_RUN = 3  # windows in sequence; all but the first are warm, and count
+
+
+class Solved(NamedTuple):
+    """The process time (s) of a window, or of warm ones, and the values as text, bit by bit."""
+
+    seconds: float
+    values: tuple[str, ...]
 
 
 class Pair(NamedTuple):
@@ -40,15 +50,32 @@ def compared(
     cells = [(name, rich, way) for name in plants for rich in KINDS for way in WAYS]
     runs = [(cell, seed + i) for cell in cells for i in range(windows)]
     found: dict[Cell, list[Pair]] = {cell: [] for cell in cells}
-    with tree(OWN) as own, tree(other) as theirs:
+    with Tree(ROOT) as own, Tree(other) as theirs:
         for cell in cells:  # compile
-            own.solved(*cell, seed)
-            theirs.solved(*cell, seed)
+            own.call(solved, *cell, seed)
+            theirs.call(solved, *cell, seed)
         for turn, (cell, one) in enumerate(progress(runs, 'cost', len(runs))):
             ways = (own, theirs) if turn % 2 else (theirs, own)
-            first, last = (way.solved(*cell, one) for way in ways)
+            first, last = (way.call(solved, *cell, one) for way in ways)
             found[cell].append(Pair(first, last) if turn % 2 else Pair(last, first))
     return found
+
+
+def solved(name: str, rich: bool, sequence: bool, seed: int) -> Solved:
+    """Solve a window alone, or some in sequence, again and again."""
+    repeats = [_solved(name, rich, IN_RUN if sequence else 1, seed) for _ in range(REPEATS)]
+    return min(repeats, key=lambda one: one.seconds)
+
+
+def _solved(name: str, rich: bool, windows: int, seed: int) -> Solved:
+    experiment = EXPERIMENTS[name]
+    drawn = run(experiment, seed, rich, windows)
+    if windows > 1:
+        found = timed_sequence(experiment, drawn, seed)[1:]
+    else:
+        found = [timed(lambda: alone(experiment, drawn, seed)[0])]
+    values = (value.hex() for estimate, _ in found for value in values_of(estimate).values())
+    return Solved(sum(seconds for _, seconds in found), tuple(values))
 
 
 def ratio(pairs: Sequence[Pair], seed: int = 0) -> tuple[float, float, float]:

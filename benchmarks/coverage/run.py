@@ -108,18 +108,6 @@ def timed_sequence(experiment: Experiment, drawn: Drawn, seed: int) -> list[tupl
     ]
 
 
-def timed_values(name: str, rich: bool, seed: int, windows: int) -> tuple[float, list[str]]:
-    """Return process time (s) and values, bit by bit, of a window or of the warm ones of a run."""
-    experiment = EXPERIMENTS[name]
-    drawn = run(experiment, seed, rich, windows)
-    if windows > 1:
-        solved = timed_sequence(experiment, drawn, seed)[1:]
-    else:
-        solved = [timed(lambda: alone(experiment, drawn, seed)[0])]
-    values = [value.hex() for one, _ in solved for value in values_of(one).values()]
-    return sum(seconds for _, seconds in solved), values
-
-
 def beside_truth(experiment: Experiment, drawn: Drawn, estimates: Sequence[Estimate]) -> Track:
     """Return the estimates of the windows of a run with its truth."""
     parameters = names(experiment.model.parameters)

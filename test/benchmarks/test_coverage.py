@@ -8,12 +8,12 @@ import numpy as np
 import pytest
 
 from benchmarks.coverage.__main__ import main
-from benchmarks.coverage.cost import Pair, ratio
+from benchmarks.coverage.cost import Pair, Solved, compared, ratio
 from benchmarks.coverage.reference import DELTA, Profile, profile
 from benchmarks.coverage.report import acceptance
 from benchmarks.coverage.run import IN_RUN, Track, interval, likelihood_of, noise_of, tracked
 from benchmarks.coverage.scores import Share, coverage, far, matched, median_width
-from benchmarks.coverage.tree import OWN, Solved, tree
+from benchmarks.runner import ROOT
 from benchmarks.zoo.experiments import EXPERIMENTS, run
 from obs_ros import solve_window
 from obs_ros.core.model import names
@@ -145,24 +145,21 @@ def test_what_is_asked_is_judged() -> None:
 
 
 def test_trees_are_compared_in_turns_bit_by_bit() -> None:
-    with tree(OWN) as one, tree(OWN) as other:
-        pairs = [
-            Pair(one.solved('lag', True, True, seed), other.solved('lag', True, True, seed))
-            for seed in range(3)
-        ]
-    assert all(pair.same for pair in pairs)
-    assert len(pairs[0].own.values) == 6
-    middle, low, high = ratio(pairs)
-    assert low <= middle <= high
-    assert 0.0 < low < high < 100.0
-    with tree(OWN / 'docs') as wrong, pytest.raises(RuntimeError, match='the process ended'):
-        wrong.solved('lag', True, False, 0)
+    costs = compared(ROOT, ['lag'], 2, 0)
+    assert sorted(costs) == [('lag', rich, way) for rich in (False, True) for way in (False, True)]
+    for (_, _, way), pairs in costs.items():
+        assert all(pair.same for pair in pairs)
+        assert pairs[0].own.values != pairs[1].own.values
+        assert len(pairs[0].own.values) == (6 if way else 3)
+        middle, low, high = ratio(pairs)
+        assert low <= middle <= high
+        assert 0.0 < low < high < 100.0
 
 
 @pytest.mark.slow
 def test_the_command_reports_every_cell(tmp_path: Path) -> None:
     plants = ['--plants', 'lag', 'Monod', '--windows', '10', '--referred', '2', '--timed', '1']
-    text = main([*plants, '--against', str(OWN), '--results', str(tmp_path)])
+    text = main([*plants, '--against', str(ROOT), '--results', str(tmp_path)])
     # Every cell has its coverage and its cost; poor ones also their parameters.
     assert text.count('\n| lag, ') == text.count('\n| Monod, ') == 10
     assert text.count('same to the last bit') == 2
