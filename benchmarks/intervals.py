@@ -28,6 +28,30 @@ def share_interval(hits: int, count: int) -> tuple[float, float]:
     return float(low), float(high)
 
 
+def clustered_interval(hits: Array, counts: Array) -> tuple[float, float]:
+    """Return the 95 % interval of a share, from the hits and counts (R,) of R clusters.
+
+    The values of a cluster, a window or a run, hang together. Their number is reduced by the
+    design effect, the variance of the share between clusters over the binomial one, in the interval
+    of Wilson 1927; where all or none are hits, to that of the clusters.
+    """
+    total, clusters = float(np.sum(counts)), int(np.count_nonzero(counts))
+    if not total:
+        return 0.0, 1.0
+    share = float(np.sum(hits)) / total
+    binomial = share * (1.0 - share) / total
+    if binomial > 0.0 and clusters > 1:
+        # Of a ratio of sums, to first order.
+        spread = np.sum((hits - share * counts) ** 2) * clusters / (clusters - 1) / total**2
+        number = total / max(1.0, float(spread) / binomial)
+    else:
+        number = float(clusters)
+    z2 = COVERED**2 / number
+    middle = (share + 0.5 * z2) / (1.0 + z2)
+    half = np.sqrt(z2 * share * (1.0 - share) + 0.25 * z2**2) / (1.0 + z2)
+    return max(middle - float(half), 0.0), min(middle + float(half), 1.0)
+
+
 def confidently_wrong(error: Array | float, sd: Array | float) -> BoolArray:
     """Tell where an error is beyond its interval though a standard deviation was given."""
     return np.asarray((np.abs(error) > np.maximum(CONFIDENT * sd, SMALL)) & np.isfinite(sd))

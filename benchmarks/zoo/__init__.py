@@ -2,6 +2,7 @@
 
 Every model here is one like any user's. Noise is given as a signal-to-noise ratio: of the tanks
 against 1 cm, as in the paper, of the others against each output's own standard deviation.
+`experiments` has plants under poor and rich inputs, with noise in the outputs' units.
 """
 
 from benchmarks.zoo.cases import CASES, Case
