@@ -26,12 +26,12 @@ from obs_ros.horizon.announcements import Announcements
 from obs_ros.horizon.arrival_cost import ArrivalCost, WindowPosterior
 from obs_ros.horizon.bases import Bases, ends_of
 from obs_ros.horizon.disturbance import assessed, fit_of
+from obs_ros.horizon.earlier import Earlier
 from obs_ros.horizon.forecasts import Basis, Forecasts
 from obs_ros.horizon.probation import Probation, without_stuck
 from obs_ros.horizon.scatter import Alone, Scatter, raised
 from obs_ros.horizon.solution import (
     SOLUTION,
-    Earlier,
     Solution,
     level_of,
     plain_fits,
@@ -47,6 +47,7 @@ from obs_ros.inference.assessment.skill import last_values, least_noises
 from obs_ros.inference.assessment.uncertainty import Uncertainty, parameters_at_end
 from obs_ros.inference.jumps.hypothesis import Hypothesis
 from obs_ros.inference.noise import Noise, variances_left
+from obs_ros.inference.outliers import OutlierCount
 from obs_ros.inference.process_noise import LearnedProcessNoise
 from obs_ros.inference.window_state import WindowState
 from obs_ros.samples.range_check import without_absurd
@@ -79,6 +80,7 @@ class MovingHorizon:
         self._explained: Hypothesis | None = None  # the previous window's
         # Parameters that some window has determined by itself.
         self._alone = np.zeros(solver.unknowns.dimension - solver.unknowns.n_states, dtype=np.bool_)
+        self.outliers = OutlierCount()
         self.stuck = 0  # values that stuck sensors repeated
         self.huge = 0  # values that no signal of their window can have
 
@@ -133,6 +135,8 @@ class MovingHorizon:
             return solver.diverged(posed)
         plain = solution.plain
         self._plain = plain.point[plain.layout.final(plain.point)]
+        posed, record = solution.posed, solution.posed.record  # without outliers
+        self.outliers.note(solution.window.outliers, posed.start)
         self._note_search(posed, solution)
         self.forecasts.advance(solver.kernels, record)
         solution = self._by_forecasts(posed, solution)

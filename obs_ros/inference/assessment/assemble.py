@@ -21,6 +21,7 @@ from obs_ros.inference.assessment.outcome import (
 )
 from obs_ros.inference.assessment.uncertainty import Deviations, Uncertainty
 from obs_ros.inference.objective import Objective
+from obs_ros.inference.outliers import words
 from obs_ros.inference.prior import BOX_VARIANCE
 from obs_ros.inference.window_state import WindowState
 from obs_ros.optimization.result import Found
@@ -89,7 +90,9 @@ def report(
         noise={} if uncertainty is None else _named(model.outputs, uncertainty.noise),
         walks={} if walking is None else _named(model.variables, walking.walks),
         outcome=outcome,
-        message='; '.join([message, *map(str, jumps)]),
+        message='; '.join(
+            [message, *map(str, jumps), *words(window.outliers, names(model.outputs))]
+        ),
         t0=float(grid.t[0]),
         t1=float(grid.t[last]),
         cost=0.5 * squares if objective.is_least_squares else squares,
