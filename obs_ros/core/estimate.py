@@ -59,7 +59,8 @@ class Estimate:
     sample, beside process noise smoothed by all of the window. `stddev` (of state and parameters)
     and `initial_stddev` are NaN where a standard deviation would mean nothing, and 0 for given
     values. `weak` names the combinations that the window does not determine, `advice` the remedy;
-    `jumps` lists the jumps inside the window.
+    `jumps` lists the jumps inside the window, `drifting` the parameters that move too often
+    to have jumped.
     `covariance` (n + q, n + q) is the joint one of `state` and `parameters` in their units, and
     empty where none is known; where `stddev` calls a value not determined, it still has the
     linearised one. `noise` are the outputs' standard deviations. `walks` are the process noise that
@@ -91,6 +92,7 @@ class Estimate:
     weak: tuple[str, ...] = ()
     advice: str = ''
     jumps: tuple[Jump, ...] = ()
+    drifting: tuple[str, ...] = ()
     evaluations: int = 0
     solve_time: float = 0.0
     times: Array = field(default_factory=lambda: np.empty(0), repr=False)

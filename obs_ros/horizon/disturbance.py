@@ -89,6 +89,13 @@ class DisturbedWindow:
         )  # fmt: skip
 
     @property
+    def price(self) -> float:
+        """Of its walks, log N for each (BIC); states of one unit share one."""
+        objective = self.window.objective
+        walks = np.unique(self.noise.walks[self.noise.walks > 0.0]).size
+        return float(walks * np.log(objective.count(objective.nodes)))
+
+    @property
     def is_noise(self) -> bool:
         """Whether the innovations are those of the noise, in size and colour."""
         return fit_of(self.window, self.hypothesis).is_noise

@@ -29,14 +29,9 @@ from obs_ros.horizon.disturbance import assessed, fit_of
 from obs_ros.horizon.earlier import Earlier
 from obs_ros.horizon.forecasts import Basis, Forecasts
 from obs_ros.horizon.probation import Probation, without_stuck
+from obs_ros.horizon.ramps import drift_ahead
 from obs_ros.horizon.scatter import Alone, Scatter, raised
-from obs_ros.horizon.solution import (
-    SOLUTION,
-    Solution,
-    level_of,
-    plain_fits,
-    solved,
-)
+from obs_ros.horizon.solution import SOLUTION, Solution, level_of, plain_fits, solved
 from obs_ros.horizon.solver import Solver, TooFewSamples
 from obs_ros.horizon.stages import determined_alone, hold_uninformed, is_uninformative, recall
 from obs_ros.inference.assessment.assemble import empty, report
@@ -152,7 +147,8 @@ class MovingHorizon:
         if solution.found.accepted and solution.finished:
             explained = self._learn(uncertainty, solution)
             if solution.window.noise_known:
-                alone = explained and solution.disturbed is None and uncertainty.skill is None
+                alone = solution.disturbed is None and uncertainty.skill is None
+                alone = explained and (alone or bool(uncertainty.walking))
                 given = bool(np.isfinite(self._given).all())
                 return self._probation.judge(estimate, alone, uncertainty.skill, given=given)
         return estimate
@@ -213,7 +209,8 @@ class MovingHorizon:
     def _compared(self, uncertainty: Uncertainty, solution: Solution) -> Uncertainty:
         """Return the uncertainty beside the windows before: their forecasts, and their scatter."""
         skill = self.forecasts.skill()
-        self._scatter.add(Alone.of(uncertainty, uncertainty.fit.enlargement))
+        if not uncertainty.walking:
+            self._scatter.add(Alone.of(uncertainty, uncertainty.fit.enlargement))
         factors = self._scatter.factors()
         best = uncertainty.hypothesis
         places = best.layout.final(best.point)[self._solver.unknowns.n_states :]
@@ -265,7 +262,7 @@ class MovingHorizon:
         self._contradicted |= {each.place for each in wrong}
         explained = is_confirmed(fits, uncertainty.skill)
         if other is not None:
-            if not best.jumps:
+            if not (best.jumps or uncertainty.walking):
                 noise = solution.learned or other.noise
                 self._process_noise.add(noise, sound=not uncertainty.flaws)
         # What a state at its bound leaves is no noise: there the model may not hold.
@@ -297,4 +294,5 @@ class MovingHorizon:
         mean, covariance, walked = parameters_at_end(uncertainty)
         if uncertainty.bent:  # the valley is not where correlations say that it is
             covariance = np.diag(np.diagonal(covariance))
-        self._arrival_cost.add(WindowPosterior(end, mean, inflation * covariance, walked))
+        covariance = inflation * covariance + drift_ahead(uncertainty)
+        self._arrival_cost.add(WindowPosterior(end, mean, covariance, walked))

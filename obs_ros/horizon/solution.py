@@ -25,6 +25,7 @@ from obs_ros.horizon.disturbance import (
     with_noise_of_others,
 )
 from obs_ros.horizon.earlier import Earlier, beside_known_jumps, earlier_jumps, explained
+from obs_ros.horizon.ramps import walked
 from obs_ros.horizon.solver import Solver
 from obs_ros.horizon.stages import Explanation, explain, fit
 from obs_ros.inference.jumps.hypothesis import Hypothesis, hypothesis_at
@@ -106,7 +107,27 @@ def solved(
     solution = _continued(window, solver, earlier, given, deadline) or _searched(
         window, solver, earlier, given, rng, deadline
     )
-    return solution and _jumps_beside(solution.posed, solution, earlier, deadline)
+    if solution is None:
+        return None
+    solution = _jumps_beside(solution.posed, solution, earlier, deadline)
+    auto = solver.settings.process_noise == 'auto'
+    return _ramps_beside(solution, deadline) if auto else solution
+
+
+def _ramps_beside(solution: Solution, deadline: Deadline) -> Solution:
+    """Return the solution with a parameter that walks, where that is better than its jumps.
+
+    Where the states walk instead, it must be better than that too.
+    """
+    own, window = solution.disturbed, solution.window
+    if own is not None:
+        if own.hypothesis.jumps or not (solution.searched and solution.posed.noise_known):
+            return solution
+        window = solution.posed
+    if not solution.plain.jumps:
+        return solution
+    ramp = walked(window, solution.found, solution.plain, deadline, own)
+    return solution if ramp is None else solution.by(ramp)
 
 
 def _searched(

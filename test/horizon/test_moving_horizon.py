@@ -619,3 +619,22 @@ def test_a_single_outlier_is_told_and_counted_and_is_no_jump(
     inside = [end - DURATION < 30.0 + place <= end for end in (30.0, 45.0, 60.0, 75.0)]
     assert told == inside
     assert windows.outliers.total == 1
+
+
+def test_a_ramp_is_told_as_a_drift_and_announced_as_no_jump() -> None:
+    times = np.arange(0.0, 120.0, 0.5)
+    ramp = [(t, 3.0 - float(np.clip(t - 45.0, 0.0, 60.0)) / 60.0, 3.0) for t in times]
+    run = lag_run(120.0, *ramp, sigma=0.02)
+    windows = windows_for(noise={'y': 0.02})
+    drifting, jumps, off = [], 0, []
+    for end in (30.0, 60.0, 90.0, 120.0):
+        estimate = windows.solve(
+            part(run, end - DURATION, end), random_generator(int(end)), Deadline(None)
+        )
+        drifting.append(estimate.drifting)
+        jumps += len(estimate.jumps)
+        truth = 3.0 - float(np.clip(end - 45.0, 0.0, 60.0)) / 60.0
+        off.append((estimate.parameters['k'] - truth) / estimate.stddev['k'])
+        assert ('k drifts: give `walk.k: ' in estimate.message) == bool(estimate.drifting)
+    assert not jumps and drifting[0] == () and ('k',) in drifting
+    assert np.abs(off).max() < 4.0

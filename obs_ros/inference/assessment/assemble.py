@@ -101,6 +101,7 @@ def report(
         weak=known.weak,
         advice=known.advice,
         jumps=jumps,
+        drifting=() if uncertainty is None else uncertainty.walking,
         evaluations=objective.evaluations,
         solve_time=solve_time,
         times=grid.t,
