@@ -26,18 +26,13 @@ from obs_ros.horizon.announcements import Announcements
 from obs_ros.horizon.arrival_cost import ArrivalCost, WindowPosterior
 from obs_ros.horizon.bases import Bases, ends_of
 from obs_ros.horizon.disturbance import assessed
+from obs_ros.horizon.earlier import Earlier
 from obs_ros.horizon.forecasts import Basis, Forecasts
 from obs_ros.horizon.intervals import with_intervals
 from obs_ros.horizon.probation import Probation, without_stuck
+from obs_ros.horizon.ramps import drift_ahead
 from obs_ros.horizon.scatter import Alone, Scatter, raised, widened
-from obs_ros.horizon.solution import (
-    SOLUTION,
-    Earlier,
-    Solution,
-    level_of,
-    plain_fits,
-    solved,
-)
+from obs_ros.horizon.solution import SOLUTION, Solution, level_of, plain_fits, solved
 from obs_ros.horizon.solver import Solver, TooFewSamples
 from obs_ros.horizon.stages import determined_alone, is_uninformative, recall, uncertainty_of
 from obs_ros.inference.assessment.assemble import empty, report
@@ -48,6 +43,7 @@ from obs_ros.inference.assessment.skill import last_values, least_noises
 from obs_ros.inference.assessment.uncertainty import Uncertainty, parameters_at_end
 from obs_ros.inference.jumps.hypothesis import Hypothesis
 from obs_ros.inference.noise import Noise, variances_left
+from obs_ros.inference.outliers import OutlierCount
 from obs_ros.inference.process_noise import LearnedProcessNoise
 from obs_ros.inference.window_state import WindowState
 from obs_ros.samples.range_check import without_absurd
@@ -80,6 +76,7 @@ class MovingHorizon:
         self._explained: Hypothesis | None = None  # the previous window's
         # Parameters that some window has determined by itself.
         self._alone = np.zeros(solver.unknowns.dimension - solver.unknowns.n_states, dtype=np.bool_)
+        self.outliers = OutlierCount()
         self.stuck = 0  # values that stuck sensors repeated
         self.huge = 0  # values that no signal of their window can have
 
@@ -134,6 +131,8 @@ class MovingHorizon:
             return solver.diverged(posed)
         plain = solution.plain
         self._plain = plain.point[plain.layout.final(plain.point)]
+        posed, record = solution.posed, solution.posed.record  # without outliers
+        self.outliers.note(solution.window.outliers, posed.start)
         self._note_search(posed, solution)
         self.forecasts.advance(solver.kernels, record)
         solution = self._by_forecasts(posed, solution)
@@ -149,7 +148,8 @@ class MovingHorizon:
         if solution.found.accepted and solution.finished:
             explained = self._learn(uncertainty, solution)
             if solution.window.noise_known:
-                alone = explained and solution.disturbed is None and uncertainty.skill is None
+                alone = solution.disturbed is None and uncertainty.skill is None
+                alone = explained and (alone or bool(uncertainty.walking))
                 given = bool(np.isfinite(self._given).all())
                 return self._probation.judge(estimate, alone, uncertainty.skill, given=given)
         return estimate
@@ -211,7 +211,8 @@ class MovingHorizon:
     def _compared(self, uncertainty: Uncertainty, solution: Solution) -> Uncertainty:
         """Return the uncertainty beside the windows before: their forecasts, and their scatter."""
         skill = self.forecasts.skill()
-        self._scatter.add(Alone.of(uncertainty, uncertainty.fit.enlargement))
+        if not uncertainty.walking:
+            self._scatter.add(Alone.of(uncertainty, uncertainty.fit.enlargement))
         factors = self._scatter.factors()
         best = uncertainty.hypothesis
         places = best.layout.final(best.point)[self._solver.unknowns.n_states :]
@@ -264,7 +265,7 @@ class MovingHorizon:
         self._contradicted |= {each.place for each in wrong}
         explained = is_confirmed(fits, uncertainty.skill)
         if other is not None:
-            if not best.jumps:
+            if not (best.jumps or uncertainty.walking):
                 noise = solution.learned or other.noise
                 self._process_noise.add(noise, sound=not uncertainty.flaws)
         # What a state at its bound leaves is no noise: there the model may not hold.
@@ -294,4 +295,5 @@ class MovingHorizon:
         if not np.isfinite(uncertainty.covariance).all():
             return
         mean, covariance, walked = parameters_at_end(uncertainty)
-        self._arrival_cost.add(WindowPosterior(end, mean, inflation * covariance, walked))
+        covariance = inflation * covariance + drift_ahead(uncertainty)
+        self._arrival_cost.add(WindowPosterior(end, mean, covariance, walked))

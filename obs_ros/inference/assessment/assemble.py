@@ -22,6 +22,7 @@ from obs_ros.inference.assessment.outcome import (
 )
 from obs_ros.inference.assessment.uncertainty import Deviations, Uncertainty
 from obs_ros.inference.objective import Objective
+from obs_ros.inference.outliers import words
 from obs_ros.inference.prior import BOX_VARIANCE
 from obs_ros.inference.window_state import WindowState
 from obs_ros.optimization.result import Found
@@ -96,7 +97,9 @@ def report(
         noise={} if uncertainty is None else _named(model.outputs, uncertainty.noise),
         walks={} if walking is None else _named(model.variables, walking.walks),
         outcome=outcome,
-        message='; '.join([message, *map(str, jumps)]),
+        message='; '.join(
+            [message, *map(str, jumps), *words(window.outliers, names(model.outputs))]
+        ),
         t0=float(grid.t[0]),
         t1=float(grid.t[last]),
         cost=0.5 * squares if objective.is_least_squares else squares,
@@ -105,6 +108,7 @@ def report(
         weak=known.weak,
         advice=known.advice,
         jumps=jumps,
+        drifting=() if uncertainty is None else uncertainty.walking,
         evaluations=objective.evaluations,
         solve_time=solve_time,
         times=grid.t,

@@ -79,6 +79,12 @@ class Uncertainty:
         return len(self.hypothesis.problem.events) > 1
 
     @property
+    def walking(self) -> tuple[str, ...]:
+        """Names of the parameters that walk through the window though the model does not say so."""
+        model = self.hypothesis.problem.objective.unknowns.model
+        return () if self.process_noise is None else self.process_noise.drifting(model)
+
+    @property
     def disturbance(self) -> str:
         """The process noise in words, and what else was decided."""
         if self.process_noise is None:

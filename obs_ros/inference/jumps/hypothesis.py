@@ -55,6 +55,14 @@ class Hypothesis:
         return self.problem.trajectory(self.point)
 
     @property
+    def residuals(self) -> Array:
+        """Scaled residuals (K, r), without a rollout; NaN = not measured."""
+        measured = self.problem.objective.grid.weight > 0.0
+        residuals = np.full(measured.shape, np.nan)
+        residuals[measured] = self.linearisation.residual
+        return residuals
+
+    @property
     def jumps(self) -> int:
         """Number of jumps of single parameters."""
         return len(self.earlier) + sum(map(len, self.problem.events))
