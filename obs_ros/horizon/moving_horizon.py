@@ -22,11 +22,13 @@ from obs_ros.core.model import names
 from obs_ros.core.record import Record
 from obs_ros.core.residual_tests import inflation
 from obs_ros.core.typing import Array
-from obs_ros.horizon.announcements import Announcements
+from obs_ros.horizon.announcements import Announcements, jumps_shown
 from obs_ros.horizon.arrival_cost import ArrivalCost, WindowPosterior
 from obs_ros.horizon.bases import Bases, ends_of
+from obs_ros.horizon.beliefs import Beliefs, believed
 from obs_ros.horizon.disturbance import assessed, fit_of
 from obs_ros.horizon.forecasts import Basis, Forecasts
+from obs_ros.horizon.gaussian_sum import SUM, Component, moments, reduced
 from obs_ros.horizon.probation import Probation, without_stuck
 from obs_ros.horizon.scatter import Alone, Scatter, raised
 from obs_ros.horizon.solution import (
@@ -46,6 +48,7 @@ from obs_ros.inference.assessment.outcome import is_confirmed, states_at_bound
 from obs_ros.inference.assessment.skill import last_values, least_noises
 from obs_ros.inference.assessment.uncertainty import Uncertainty, parameters_at_end
 from obs_ros.inference.jumps.hypothesis import Hypothesis
+from obs_ros.inference.jumps.mixture import excess
 from obs_ros.inference.noise import Noise, variances_left
 from obs_ros.inference.process_noise import LearnedProcessNoise
 from obs_ros.inference.window_state import WindowState
@@ -136,7 +139,8 @@ class MovingHorizon:
         self._note_search(posed, solution)
         self.forecasts.advance(solver.kernels, record)
         solution = self._by_forecasts(posed, solution)
-        uncertainty = self._uncertainty(solution, record, deadline)
+        solution, beliefs = self._believed(posed, solution, deadline)
+        uncertainty = self._uncertainty(solution, beliefs, record, deadline)
         estimate = report(
             solution.window,
             solution.found,
@@ -145,13 +149,40 @@ class MovingHorizon:
             solve_time=time.perf_counter() - begun,
         )
         estimate = replace(estimate, figures=self._figures(uncertainty))
+        explained = alone = False
         if solution.found.accepted and solution.finished:
-            explained = self._learn(uncertainty, solution)
+            explained = self._learn(uncertainty, solution, beliefs)
+            alone = explained and solution.disturbed is None and uncertainty.skill is None
             if solution.window.noise_known:
-                alone = explained and solution.disturbed is None and uncertainty.skill is None
                 given = bool(np.isfinite(self._given).all())
-                return self._probation.judge(estimate, alone, uncertainty.skill, given=given)
+                estimate = self._probation.judge(estimate, alone, uncertainty.skill, given=given)
+        estimate = self._announcements.announced(
+            estimate, beliefs, explained=explained, alone=alone
+        )
+        self._follow(estimate)
         return estimate
+
+    def _believed(
+        self, posed: WindowState, solution: Solution, deadline: Deadline
+    ) -> tuple[Solution, Beliefs]:
+        """Return the solution by the most probable lineage, and all that is believed.
+
+        With process noise the moments of all lineages are the prior of one.
+        """
+        lineages = self._arrival_cost.lineages(posed.start, posed.duration)
+        if solution.disturbed is not None:
+            lineages = lineages[:1]
+        beliefs = believed(solution.mixture, lineages, posed.start, posed.duration, deadline)
+        return replace(solution, mixture=beliefs.mixture), beliefs
+
+    def _follow(self, estimate: Estimate) -> None:
+        """Draw from news of jumps what the windows to come must know."""
+        taken_back = [jump.time for jump in estimate.jumps if jump.retracted]
+        if taken_back:
+            self._arrival_cost.forget_wrong(min(taken_back), estimate.t1)
+        if any(jump.new for jump in estimate.jumps):
+            self._scatter.forget()
+        self._arrival_cost.note_drifts(self._announcements.rates)
 
     def _note_search(self, posed: WindowState, solution: Solution) -> None:
         """Note how well a search explained its window by process noise, and how long ago it was."""
@@ -181,7 +212,9 @@ class MovingHorizon:
         basis = self.forecasts.decide()
         return solution if bases is None else solution.by(bases.window(basis))
 
-    def _uncertainty(self, solution: Solution, record: Record, deadline: Deadline) -> Uncertainty:
+    def _uncertainty(
+        self, solution: Solution, beliefs: Beliefs, record: Record, deadline: Deadline
+    ) -> Uncertainty:
         """Return what is known of a solution's point: covariance, jumps, skill of its forecasts."""
         window, other = solution.window, solution.disturbed
         best = solution.hypothesis
@@ -202,9 +235,13 @@ class MovingHorizon:
         uncertainty = assessed(uncertainty, self._solver.settings.process_noise)
         if uncertainty.skill is not None:
             uncertainty = self._compared(uncertainty, solution)
-        jumps = self._announcements.of(uncertainty, solution.alternatives, record)
         self._alone |= determined_alone(uncertainty)
-        return replace(uncertainty, jumps=jumps, determined_alone=self._alone.copy())
+        return replace(
+            uncertainty,
+            jumps=jumps_shown(uncertainty, beliefs, solution.mixture.alternatives, record),
+            excess=excess(solution.mixture.about(uncertainty.hypothesis), uncertainty.covariance),
+            determined_alone=self._alone.copy(),
+        )
 
     def _compared(self, uncertainty: Uncertainty, solution: Solution) -> Uncertainty:
         """Return the uncertainty beside the windows before: their forecasts, and their scatter."""
@@ -249,7 +286,7 @@ class MovingHorizon:
             correlation=correlation,
         )
 
-    def _learn(self, uncertainty: Uncertainty, solution: Solution) -> bool:
+    def _learn(self, uncertainty: Uncertainty, solution: Solution, beliefs: Beliefs) -> bool:
         """Remember what an accepted window says; one that nothing explains teaches nothing.
 
         Returns whether it was explained.
@@ -273,24 +310,34 @@ class MovingHorizon:
         if not explained:
             return False
         start, end = float(grid.t[0]), float(grid.t[-1])
-        near = self._announcements.settings.same_time * (end - start)
-        self._arrival_cost.update_jumps(uncertainty.jumps, start, end, near)
-        if any(jump.new for jump in uncertainty.jumps):
-            self._scatter.forget()
+        near = SUM.same_time * (end - start)
+        self._arrival_cost.update_jumps(beliefs.known_jumps(unknowns), start, end, near)
         # What is not white narrows the prior only by as much as windows agree.
         sound = (uncertainty.skill is None and not fits.too_large) or fits.is_noise
         known = uncertainty.scatter is not None
         # A contradicted prior is no knowledge to hand on: later windows would seem to agree.
         doubtful = best.problem.prior.gives(self._contradicted)
         if (sound or known) and not (uncertainty.drifting or doubtful):
-            self._hand_on(uncertainty, end, 1.0 if sound else fits.enlargement)
+            self._hand_on(uncertainty, beliefs, end, 1.0 if sound else fits.enlargement)
         return True
 
-    def _hand_on(self, uncertainty: Uncertainty, end: float, inflation: float) -> None:
+    def _hand_on(
+        self, uncertainty: Uncertainty, beliefs: Beliefs, end: float, inflation: float
+    ) -> None:
         """Hand the parameters at the end (s) of a window on to later ones."""
         if not np.isfinite(uncertainty.covariance).all():
             return
         mean, covariance, walked = parameters_at_end(uncertainty)
         if uncertainty.bent:  # the valley is not where correlations say that it is
             covariance = np.diag(np.diagonal(covariance))
-        self._arrival_cost.add(WindowPosterior(end, mean, inflation * covariance, walked))
+        first = beliefs.every[0]
+        informed = None if uncertainty.projection is None else uncertainty.projection[0]
+        components = reduced(
+            [
+                Component(first.weight, mean, inflation * covariance, first.jumps),
+                *beliefs.components(informed, inflation),
+            ],
+            end,
+            beliefs.duration,
+        )
+        self._arrival_cost.add(WindowPosterior(end, *moments(components), walked, components))

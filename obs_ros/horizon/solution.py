@@ -5,7 +5,6 @@ the states are found, and jumps sought beside them. A window that follows one wi
 begins with that noise, and is searched only if it does not explain this one.
 """
 
-from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -25,6 +24,7 @@ from obs_ros.horizon.disturbance import (
 from obs_ros.horizon.solver import Solver, rescaled_to_residuals
 from obs_ros.horizon.stages import Explanation, continued_jumps, explain, fit
 from obs_ros.inference.jumps.hypothesis import Hypothesis, hypothesis_at
+from obs_ros.inference.jumps.mixture import Mixture
 from obs_ros.inference.jumps.piecewise import PiecewiseProblem
 from obs_ros.inference.prior import Prior
 from obs_ros.inference.process_noise import ProcessNoise
@@ -92,7 +92,7 @@ class Earlier:
 
 @dataclass(frozen=True)
 class Solution:
-    """The best hypothesis on a window and its near-equals; whether there was time to look.
+    """The hypotheses on a window with their probabilities; whether there was time to look.
 
     `plain` is the best one without process noise, `disturbed` that with it, if it is published;
     `said` tells in words what else was decided, `learned` is the process noise first found.
@@ -100,8 +100,7 @@ class Solution:
 
     window: WindowState
     found: Found
-    hypothesis: Hypothesis
-    alternatives: Sequence[Hypothesis]
+    mixture: Mixture
     finished: bool
     plain: Hypothesis
     disturbed: DisturbedWindow | None = None
@@ -109,14 +108,18 @@ class Solution:
     searched: bool = True
     learned: ProcessNoise | None = None
 
+    @property
+    def hypothesis(self) -> Hypothesis:
+        """The best one."""
+        return self.mixture.best
+
     def by(self, disturbed: DisturbedWindow) -> 'Solution':
         """Return the solution with process noise."""
         return replace(
             self,
             window=disturbed.window,
             found=disturbed.found,
-            hypothesis=disturbed.hypothesis,
-            alternatives=(),
+            mixture=Mixture.only(disturbed.hypothesis),
             disturbed=disturbed,
             learned=self.learned or disturbed.noise,
         )
@@ -161,9 +164,9 @@ def _searched(
     mode, best = solver.settings.process_noise, explanation.hypothesis
     if mode == 'auto' and _in_vain(window, found, best):
         best = hypothesis_at(PiecewiseProblem(window.objective, window.prior), found.z)
-        explanation = Explanation(best, (), explanation.finished)
-    alternatives, finished = explanation.alternatives, explanation.finished
-    solution = Solution(window, found, best, alternatives, finished, plain=best)
+        explanation = Explanation(Mixture.only(best), explanation.finished)
+    finished = explanation.finished
+    solution = Solution(window, found, explanation.mixture, finished, plain=best)
     for _ in range(2):
         other = explain_by_process_noise(
             window, found, best, given, deadline, mode=mode, previous=earlier.noise
@@ -215,8 +218,9 @@ def _continued(
         found = replace(other.found, accepted=Acceptance.AS_BEFORE)
         other = replace(other, found=found)
     finished = not deadline.passed
+    mixture = Mixture.only(plain)
     solution = Solution(
-        plain_window, other.found, plain, (), finished, plain=plain, said=said, searched=False
+        plain_window, other.found, mixture, finished, plain=plain, said=said, searched=False
     )
     return solution.by(other)
 
@@ -271,7 +275,7 @@ def _jumps_beside(
     if not criterion_at(frozen.window, best) < own.criterion:
         return solution
     jumped = frozen.jumped(best)
-    return replace(solution.by(jumped), alternatives=explanation.alternatives)
+    return replace(solution.by(jumped), mixture=explanation.mixture.about(jumped.hypothesis))
 
 
 def _in_vain(window: WindowState, found: Found, best: Hypothesis) -> bool:

@@ -54,6 +54,9 @@ class Uncertainty:
       None where none was needed; `scatter` (q,) is that of disjoint windows over what they
       published, with which the covariance is raised already; `said` tells in words what else was
       decided; `structure`: what speaks against the model beside process noise;
+    - `excess` (n + q, n + q): second moment of the end about the published one by hypotheses that
+      explain the window nearly as well, in excess of the covariance, states in their units and
+      estimated parameters in boxes; None where there are none. See `jumps/mixture.py`;
     - `determined_alone` (q,): parameters that some window has determined by itself. Of the others
       nothing is known, whatever many windows seem to add up to along a bent valley.
     """
@@ -66,6 +69,7 @@ class Uncertainty:
     finished: bool = True
     bent: bool = False
     correlation: float = 0.0
+    excess: Array | None = None
     determined_alone: BoolArray | None = None
     process_noise: ProcessNoise | None = None
     end: AtEnd | None = None
@@ -152,10 +156,11 @@ class Deviations:
         covariance: Array,
         inflation: float,
         end: AtEnd | None = None,
+        excess: Array | None = None,
     ) -> 'Deviations':
         """Return those of a hypothesis with this joint covariance (D, D) times `inflation`.
 
-        `end` is what process noise makes of the end.
+        `end` is what process noise makes of the end, `excess` what other hypotheses make of it.
 
         What is not estimated has none, 0. Above a tenth of its box, or on a log scale 30 % of its
         value, a standard deviation says that the value is not determined, and is withheld.
@@ -169,13 +174,19 @@ class Deviations:
         limit = undetermined(unknowns)
         for name, where in places.items():
             everything = np.zeros(len(unknowns.model.variables))
-            boxes = np.sqrt(np.maximum(np.diagonal(covariance)[where], 0.0))
+            variances = np.diagonal(covariance)[where]
+            if excess is not None and name == 'final':
+                variances = variances + inflation * _of_parameters(excess, unknowns)
+            boxes = np.sqrt(np.maximum(variances, 0.0))
             slopes = unknowns.scale.slopes(hypothesis.point[where])
             everything[unknowns.index] = np.where(boxes <= limit, boxes * slopes, np.nan)
             found[name] = everything
         joint = joint_covariance(hypothesis, covariance, end)
         if end is not None:
             joint += inflation * end.covariance
+        if excess is not None:
+            rows = _in_units(hypothesis)
+            joint += inflation * rows @ excess @ rows.T
         parameters = found['final'][n:]
         if end is not None and end.parameters is not None:
             parameters = walked_deviations(unknowns, end.parameters, joint)
@@ -221,6 +232,25 @@ def walked_deviations(unknowns: Unknowns, parameters: Array, joint: Array) -> Ar
     own = deviations[places - n]
     deviations[places - n] = np.where(own <= limit, own, np.nan)
     return np.asarray(deviations)
+
+
+def _of_parameters(excess: Array, unknowns: Unknowns) -> Array:
+    """Return the variances (d,) in excess (n + q, n + q) of the estimated unknowns, 0 of states."""
+    variances = np.zeros(unknowns.dimension)
+    variances[unknowns.n_states :] = np.diagonal(excess)[len(unknowns.model.states) :]
+    return variances
+
+
+def _in_units(hypothesis: Hypothesis) -> Array:
+    """Return the derivatives of end state and parameters by these, the estimated ones in boxes."""
+    unknowns = hypothesis.problem.objective.unknowns
+    n, states = len(unknowns.model.states), unknowns.n_states
+    final = hypothesis.layout.final(hypothesis.point)
+    slopes = unknowns.scale.slopes(hypothesis.point[final])[states:]
+    rows = np.zeros((len(unknowns.model.variables), n + slopes.size))
+    rows[np.arange(n), np.arange(n)] = 1.0
+    rows[unknowns.index[states:], n + np.arange(slopes.size)] = slopes
+    return rows
 
 
 def joint_covariance(hypothesis: Hypothesis, covariance: Array, end: AtEnd | None = None) -> Array:
