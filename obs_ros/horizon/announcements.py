@@ -7,9 +7,10 @@ Where the model lacks something, a jump in nearly every window stands for it: th
 """
 
 from collections import Counter
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from enum import StrEnum
+from typing import NamedTuple
 
 import numpy as np
 
@@ -52,18 +53,28 @@ class AnnouncementSettings:
 
 
 class Kind(StrEnum):
-    """What explained a window: the model and noise alone, a jump, or neither."""
+    """What a window is explained by: noise alone, parameters that moved, or neither."""
 
     CALM = 'calm'
-    JUMPED = 'jumped'
+    MOVED = 'moved'
     ROUGH = 'rough'
+
+
+class _Window(NamedTuple):
+    """A window from `start` to `end` (s), and the parameters that moved in it."""
+
+    start: float
+    end: float
+    kind: Kind
+    moved: frozenset[str]
 
 
 @dataclass
 class _Event:
     """A jump that windows showed, as it was shown last, or as it was announced.
 
-    `barred`: it came when jumps were not rare, and is never announced.
+    `credible`: some window that decides shows it. It is not announced later where it was not, nor
+    if it is `barred`, as it came when jumps were not rare.
     """
 
     found: JumpFound
@@ -79,39 +90,47 @@ class Announcements:
     def __init__(self, settings: AnnouncementSettings = AnnouncementSettings()) -> None:
         self.settings = settings
         self._events: list[_Event] = []
-        self._windows: list[tuple[float, float, Kind]] = []  # start and end (s)
+        self._windows: list[_Window] = []
         # Variances per s of the walks of parameters that drift, in boxes, by name.
         self.rates: dict[str, float] = {}
 
     def announced(
-        self, estimate: Estimate, beliefs: Beliefs, *, explained: bool, alone: bool
+        self,
+        estimate: Estimate,
+        beliefs: Beliefs,
+        *,
+        explained: bool,
+        alone: bool,
+        moving: Iterable[str] = (),
     ) -> Estimate:
         """Return the estimate with its news marked, and with those of earlier jumps.
 
         Only a window that is `explained`, and whose deviations are given, decides anything.
-        `alone`: by the model and noise alone, but for jumps.
+        `alone`: by the model and noise alone, but for jumps; `moving` names parameters that are not
+        constant in it.
         """
         oldest = estimate.t1 - (self.settings.lately + 1) * beliefs.duration
         self._events = [event for event in self._events if event.found.time > oldest]
-        self._windows = [window for window in self._windows if window[0] > oldest]
-        credible = self._note(estimate, beliefs)
-        kind = Kind.JUMPED if credible else Kind.CALM if alone else Kind.ROUGH
-        self._windows.append((estimate.t0, estimate.t1, kind))
+        self._windows = [window for window in self._windows if window.start > oldest]
+        decides = explained and not np.isnan(list(estimate.stddev.values())).all()
+        moved = frozenset(moving) | self._noted(estimate, beliefs, decides=decides)
+        kind = Kind.MOVED if moved else Kind.CALM if alone else Kind.ROUGH
+        # Without any other window before, nobody knows whether jumps are rare.
+        begun = any(known.kind is not Kind.MOVED for known in self._windows)
+        self._windows.append(_Window(estimate.t0, estimate.t1, kind, moved))
         lately = self._lately()
-        jumped = lately.count(Kind.JUMPED)
-        often = jumped > max(1.0, self.settings.rare * len(lately))
-        drifting = self._drifting(len(lately) * beliefs.duration) if often else ()
+        kinds = [window.kind for window in lately]
+        often = kinds.count(Kind.MOVED) > max(1.0, self.settings.rare * len(lately))
+        drifting = self._drifting(lately, beliefs.duration) if often else ()
         self.rates = self.rates if often else {}
         estimate = replace(estimate, drifting=drifting)
         if often:
             estimate = replace(estimate, message=f'{estimate.message}; {remedy(drifting)}')
-        decides = explained and not np.isnan(list(estimate.stddev.values())).all()
         if not decides:
             return estimate
         news = [*self._taken_back(estimate, beliefs)]
-        # Without any other window before, nobody knows whether jumps are rare.
-        if not often and any(known is not Kind.JUMPED for _, _, known in self._windows):
-            rough = lately.count(Kind.ROUGH) > (1.0 - self.settings.exact) * len(lately)
+        if begun and not often:
+            rough = kinds.count(Kind.ROUGH) > (1.0 - self.settings.exact) * len(kinds)
             news += self._announced_now(beliefs, pushed=rough or not alone)
         shown = [
             next((new for new in news if not new.retracted and _same(new, jump)), jump)
@@ -124,41 +143,40 @@ class Announcements:
             message='; '.join([estimate.message, *map(str, late)]),
         )
 
-    def _lately(self) -> list[Kind]:
-        """Return what explained the latest windows that share no sample, the newest first."""
-        found: list[Kind] = []
-        before = np.inf
-        for start, end, kind in reversed(self._windows):
-            if end <= before and len(found) < self.settings.lately:
-                found.append(kind)
-                before = start
+    def _lately(self) -> list[_Window]:
+        """Return the latest windows that share no sample, the newest first."""
+        found: list[_Window] = []
+        for window in reversed(self._windows):
+            if len(found) < self.settings.lately and (not found or window.end <= found[-1].start):
+                found.append(window)
         return found
 
-    def _note(self, estimate: Estimate, beliefs: Beliefs) -> bool:
-        """Note the clear jumps of the most probable lineage; return whether the window shows any.
+    def _noted(self, estimate: Estimate, beliefs: Beliefs, *, decides: bool) -> frozenset[str]:
+        """Note the clear jumps of the most probable lineage; return what the window shows jump.
 
         Those before the window were no best hypothesis there, or there was doubt; newer windows
         know them better.
         """
         shown = {jump.time: jump for jump in estimate.jumps}
-        credible = False
+        moved: frozenset[str] = frozenset()
         first = beliefs.every[0]
         for found in first.jumps:
             if not found.clear(self.settings.clear):
                 continue
             chances = beliefs.chances(found)
             believed = chances.get(frozenset(), 0.0) < self.settings.doubt
+            own = found in first.own
+            moved |= found.names if believed and own else frozenset()
             jump = shown.get(found.time)
-            credible |= believed and found in first.own
             event = self._event_at(found, beliefs.duration)
             if event is None:
                 jump = jump or _jump_among(found, chances, estimate)
-                event = _Event(found, jump)
+                event = _Event(found, jump, credible=believed and decides)
                 self._events.append(event)
             elif jump is not None and not event.announced:
                 event.found, event.jump = found, jump
-            event.credible |= believed
-        return credible
+            event.credible |= believed and decides and own
+        return moved
 
     def _event_at(self, found: JumpFound, duration: float) -> _Event | None:
         same = [event for event in self._events if same_event(event.found, found, duration)]
@@ -192,7 +210,7 @@ class Announcements:
     def _announced_now(self, beliefs: Beliefs, *, pushed: bool) -> Iterator[Jump]:
         """Yield the jumps that are announced by this window, as the newest one has them."""
         for event in self._events:
-            if event.announced or event.barred or not event.found.clear(self.settings.clear):
+            if event.announced or event.barred or not event.credible:
                 continue
             chances = self._chances(event, beliefs)
             still = chances.get(frozenset(), 0.0)
@@ -217,17 +235,16 @@ class Announcements:
             return beliefs.chances(event.found)
         return {}
 
-    def _drifting(self, elapsed: float) -> tuple[str, ...]:
-        """Return the parameters that jump too often, and note how far they walk in `elapsed` s."""
-        credible = [event for event in self._events if event.credible]
-        counts: Counter[str] = Counter()
+    def _drifting(self, lately: Sequence[_Window], duration: float) -> tuple[str, ...]:
+        """Return the parameters that move too often, and note how far they walk by their jumps."""
         self.rates = {}
-        for event in credible:
+        for event in self._events:
             event.barred = not event.announced
             for name, size in event.found.sizes.items():
-                counts[name] += 1
-                self.rates[name] = self.rates.get(name, 0.0) + size.change**2 / elapsed
-        most = max(counts.values(), default=0)
+                walked = size.change**2 / (len(lately) * duration)
+                self.rates[name] = self.rates.get(name, 0.0) + walked
+        counts = Counter(name for window in lately for name in window.moved)
+        most = max(counts.values())
         return tuple(sorted(name for name, count in counts.items() if 2 * count > most))
 
 

@@ -157,7 +157,7 @@ class MovingHorizon:
                 given = bool(np.isfinite(self._given).all())
                 estimate = self._probation.judge(estimate, alone, uncertainty.skill, given=given)
         estimate = self._announcements.announced(
-            estimate, beliefs, explained=explained, alone=alone
+            estimate, beliefs, explained=explained, alone=alone, moving=uncertainty.moving
         )
         self._follow(estimate)
         return estimate

@@ -119,10 +119,11 @@ class Solution:
             self,
             window=disturbed.window,
             found=disturbed.found,
-            mixture=Mixture.only(disturbed.hypothesis),
+            mixture=self.mixture if disturbed.hypothesis is self.hypothesis
+            else Mixture.only(disturbed.hypothesis),
             disturbed=disturbed,
             learned=self.learned or disturbed.noise,
-        )
+        )  # fmt: skip
 
 
 def solved(

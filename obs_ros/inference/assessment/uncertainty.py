@@ -102,6 +102,15 @@ class Uncertainty:
         )
 
     @property
+    def moving(self) -> tuple[str, ...]:
+        """Names of the parameters that are not constant in the window, beside process noise."""
+        if self.structure is None:
+            return ()
+        unknowns = self.hypothesis.problem.objective.unknowns
+        places = unknowns.n_states + np.flatnonzero(self.structure.moving)
+        return tuple(unknowns.names[i] for i in places)
+
+    @property
     def noise(self) -> Array:
         """Standard deviations (r,) of the outputs' noise."""
         if self.process_noise is not None:
