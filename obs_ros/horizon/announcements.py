@@ -7,7 +7,7 @@ Where the model lacks something, a jump in nearly every window stands for it: th
 """
 
 from collections import Counter
-from collections.abc import Iterable, Iterator, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass, replace
 from enum import StrEnum
 from typing import NamedTuple
@@ -16,12 +16,9 @@ import numpy as np
 
 from obs_ros.core.drifting import remedy
 from obs_ros.core.estimate import Estimate, Jump
-from obs_ros.core.record import Record
-from obs_ros.horizon.beliefs import Beliefs
-from obs_ros.horizon.found_jumps import JumpFound, jumps_of, together
-from obs_ros.horizon.gaussian_sum import same_event, set_at
-from obs_ros.inference.assessment.uncertainty import Uncertainty
-from obs_ros.inference.jumps.hypothesis import Hypothesis
+from obs_ros.horizon.beliefs import Beliefs, jump_among
+from obs_ros.horizon.found_jumps import JumpFound
+from obs_ros.horizon.gaussian_sum import SUM, same_event, set_at
 
 
 @dataclass(frozen=True)
@@ -109,7 +106,8 @@ class Announcements:
         `alone`: by the model and noise alone, but for jumps; `moving` names parameters that are not
         constant in it.
         """
-        oldest = estimate.t1 - (self.settings.lately + 1) * beliefs.duration
+        # Longer than lineages remember: none may bring an old jump back.
+        oldest = estimate.t1 - (max(SUM.remembered, self.settings.lately) + 2) * beliefs.duration
         self._events = [event for event in self._events if event.found.time > oldest]
         self._windows = [window for window in self._windows if window.start > oldest]
         decides = explained and not np.isnan(list(estimate.stddev.values())).all()
@@ -128,7 +126,7 @@ class Announcements:
             estimate = replace(estimate, message=f'{estimate.message}; {remedy(drifting)}')
         if not decides:
             return estimate
-        news = [*self._taken_back(estimate, beliefs)]
+        news = [*self._taken_back(estimate, beliefs, alone=alone)]
         if begun and not often:
             rough = kinds.count(Kind.ROUGH) > (1.0 - self.settings.exact) * len(kinds)
             news += self._announced_now(beliefs, pushed=rough or not alone)
@@ -170,7 +168,7 @@ class Announcements:
             jump = shown.get(found.time)
             event = self._event_at(found, beliefs.duration)
             if event is None:
-                jump = jump or _jump_among(found, chances, estimate)
+                jump = jump or jump_among(found, chances, estimate.t1, estimate.stamp)
                 event = _Event(found, jump, credible=believed and decides)
                 self._events.append(event)
             elif jump is not None and not event.announced:
@@ -182,13 +180,13 @@ class Announcements:
         same = [event for event in self._events if same_event(event.found, found, duration)]
         return min(same, key=lambda event: abs(event.found.time - found.time), default=None)
 
-    def _taken_back(self, estimate: Estimate, beliefs: Beliefs) -> Iterator[Jump]:
+    def _taken_back(self, estimate: Estimate, beliefs: Beliefs, *, alone: bool) -> Iterator[Jump]:
         """Yield retractions of jumps against which the evidence has turned.
 
         Where it has turned to other parameters, their jump is what remains to be announced.
         """
         for event in list(self._events):
-            chances = self._chances(event, beliefs)
+            chances = self._chances(event, beliefs, alone=alone)
             rivals = {names: p for names, p in chances.items() if names != event.found.names}
             if not rivals:
                 continue
@@ -204,7 +202,7 @@ class Announcements:
                     probability=own, retracted=True,
                 )  # fmt: skip
             if (found := beliefs.shown(event.found, names)) is not None:
-                jump = _jump_among(found, chances, estimate)
+                jump = jump_among(found, chances, estimate.t1, estimate.stamp)
                 self._events.append(_Event(found, jump, credible=event.credible))
 
     def _announced_now(self, beliefs: Beliefs, *, pushed: bool) -> Iterator[Jump]:
@@ -212,26 +210,29 @@ class Announcements:
         for event in self._events:
             if event.announced or event.barred or not event.credible:
                 continue
-            chances = self._chances(event, beliefs)
-            still = chances.get(frozenset(), 0.0)
-            if pushed:  # what came before was believed without it
-                still = max(still, beliefs.still) / self.settings.doubt_pushed * self.settings.doubt
-            if chances and still < self.settings.doubt:
+            chances = self._chances(event, beliefs, alone=not pushed)
+            sure = not pushed or (
+                _shows(beliefs, event.found) and beliefs.still < self.settings.doubt_pushed
+            )
+            if chances and sure and chances.get(frozenset(), 0.0) < self.settings.doubt:
                 probability = chances.get(event.found.names, 0.0)
                 event.jump = replace(event.jump, new=True, probability=probability)
                 event.announced = True
                 yield event.jump
 
-    def _chances(self, event: _Event, beliefs: Beliefs) -> dict[frozenset[str], float]:
+    def _chances(
+        self, event: _Event, beliefs: Beliefs, *, alone: bool
+    ) -> dict[frozenset[str], float]:
         """Return the probability of each set to have jumped then; empty if the window cannot tell.
 
-        A window that begins just before a jump sees it, if it does not find it, as its own start.
+        A window that begins just before a jump, and does not find it, takes it for its own start;
+        one that noise `alone` does not explain may take it for a push.
         """
-        duration = beliefs.duration
-        shown = any(same_event(own, event.found, duration) for own in beliefs.every[0].own)
-        inside = event.found.time >= beliefs.start + self.settings.inside * duration
-        before = any(set_at(one.jumps, event.found, duration) for one in beliefs.every)
-        if shown or inside or (event.found.time <= beliefs.start and before):
+        inside = event.found.time >= beliefs.start + self.settings.inside * beliefs.duration
+        before = event.found.time <= beliefs.start and any(
+            set_at(one.jumps, event.found, beliefs.duration) for one in beliefs.every
+        )
+        if _shows(beliefs, event.found) or (inside and alone) or before:
             return beliefs.chances(event.found)
         return {}
 
@@ -248,50 +249,9 @@ class Announcements:
         return tuple(sorted(name for name, count in counts.items() if 2 * count > most))
 
 
-def jumps_shown(
-    uncertainty: Uncertainty, beliefs: Beliefs, alternatives: Sequence[Hypothesis], record: Record
-) -> tuple[Jump, ...]:
-    """Return the jumps of a window's hypothesis, in order of time and earlier ones last.
-
-    None of them is news yet.
-    """
-    best = uncertainty.hypothesis
-    grid, names = best.problem.objective.grid, best.problem.objective.unknowns.names
-    others = [together(names[i] for i in other.parameters) or 'no jump' for other in alternatives]
-    newest = float(grid.t[np.flatnonzero(grid.measured)[-1]])
-    return tuple(
-        _jump(found, beliefs.chances(found).get(found.names, 0.0), others, newest, record.stamp)
-        for found in jumps_of(best, uncertainty.covariance)
-    )
-
-
-def _jump_among(
-    found: JumpFound, chances: Mapping[frozenset[str], float], estimate: Estimate
-) -> Jump:
-    """Return a jump with the other sets of parameters that may have jumped at its time."""
-    others = [together(names) or 'no jump' for names in chances if names != found.names]
-    probability = chances.get(found.names, 0.0)
-    return _jump(found, probability, others, estimate.t1, estimate.stamp)
-
-
-def _jump(
-    found: JumpFound,
-    probability: float,
-    alternatives: Sequence[str],
-    newest: float,
-    stamp: int | None,
-) -> Jump:
-    """Return a jump as it is reported; `stamp` (ns) is that of the `newest` output (s)."""
-    return Jump(
-        time=found.time,
-        time_stddev=found.deviation,
-        sizes={name: size.value for name, size in found.sizes.items()},
-        stddev={name: size.stddev for name, size in found.sizes.items()},
-        new=False,
-        alternatives=tuple(alternatives),
-        stamp=None if stamp is None else stamp - round((newest - found.time) * 1e9),
-        probability=probability,
-    )
+def _shows(beliefs: Beliefs, event: JumpFound) -> bool:
+    """Whether the best hypothesis on a window shows the jump inside it."""
+    return bool(set_at(beliefs.every[0].own, event, beliefs.duration))
 
 
 def _same(one: Jump, other: Jump) -> bool:

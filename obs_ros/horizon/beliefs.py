@@ -1,22 +1,25 @@
-"""What a window and the lineages before it add up to: hypotheses with their histories.
+"""Beliefs about a window: its hypotheses under all lineages that came before it.
 
 A window is fitted under the moments of all lineages. Where there are several, its hypotheses are
 solved anew under the prior of each; their evidences, which hold what the prior costs, multiply the
 lineages' weights: each window counts once.
 """
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
 
 from obs_ros.core.deadline import Deadline
+from obs_ros.core.estimate import Jump
 from obs_ros.core.linear_algebra import scaled_inverse
+from obs_ros.core.record import Record
 from obs_ros.core.typing import Array
 from obs_ros.horizon.arrival_cost import KnownJump, Lineal
-from obs_ros.horizon.found_jumps import JumpFound, jumps_of
+from obs_ros.horizon.found_jumps import JumpFound, jumps_of, together
 from obs_ros.horizon.gaussian_sum import Component, Lineage, same_event, set_at
 from obs_ros.horizon.stages import under
+from obs_ros.inference.assessment.uncertainty import Uncertainty
 from obs_ros.inference.jumps.hypothesis import Hypothesis, discounted
 from obs_ros.inference.jumps.mixture import Mixture, probabilities
 from obs_ros.inference.jumps.screening import widened
@@ -155,6 +158,57 @@ def _solved(
             if np.isfinite(evidence):
                 found.append((other, lineage.jumps, float(evidence)))
     return found
+
+
+def jumps_shown(
+    uncertainty: Uncertainty, beliefs: Beliefs, alternatives: Sequence[Hypothesis], record: Record
+) -> tuple[Jump, ...]:
+    """Return the jumps of a window's hypothesis, in order of time and earlier ones last.
+
+    None of them is news yet.
+    """
+    best = uncertainty.hypothesis
+    grid, names = best.problem.objective.grid, best.problem.objective.unknowns.names
+    others = [together(names[i] for i in other.parameters) or 'no jump' for other in alternatives]
+    newest = float(grid.t[np.flatnonzero(grid.measured)[-1]])
+    return tuple(
+        _jump(found, beliefs.chances(found).get(found.names, 0.0), others, newest, record.stamp)
+        for found in jumps_of(best, uncertainty.covariance)
+    )
+
+
+def jump_among(
+    found: JumpFound,
+    chances: Mapping[frozenset[str], float],
+    newest: float,
+    stamp: int | None,
+) -> Jump:
+    """Return a jump with the other sets of parameters that may have jumped at its time.
+
+    `stamp` (ns) is that of the `newest` output (s).
+    """
+    others = [together(names) or 'no jump' for names in chances if names != found.names]
+    return _jump(found, chances.get(found.names, 0.0), others, newest, stamp)
+
+
+def _jump(
+    found: JumpFound,
+    probability: float,
+    alternatives: Sequence[str],
+    newest: float,
+    stamp: int | None,
+) -> Jump:
+    """Return a jump as it is reported; `stamp` (ns) is that of the `newest` output (s)."""
+    return Jump(
+        time=found.time,
+        time_stddev=found.deviation,
+        sizes={name: size.value for name, size in found.sizes.items()},
+        stddev={name: size.stddev for name, size in found.sizes.items()},
+        new=False,
+        alternatives=tuple(alternatives),
+        stamp=None if stamp is None else stamp - round((newest - found.time) * 1e9),
+        probability=probability,
+    )
 
 
 def _under(lineage: Lineal, one: Hypothesis, deadline: Deadline) -> Hypothesis:

@@ -11,7 +11,6 @@ window; directions that it does not inform are held where the prior has them.
 """
 
 import time
-from collections.abc import Mapping
 from dataclasses import replace
 
 import numpy as np
@@ -22,21 +21,20 @@ from obs_ros.core.model import names
 from obs_ros.core.record import Record
 from obs_ros.core.residual_tests import inflation
 from obs_ros.core.typing import Array
-from obs_ros.horizon.announcements import Announcements, jumps_shown
+from obs_ros.horizon.announcements import Announcements
 from obs_ros.horizon.arrival_cost import ArrivalCost, WindowPosterior
-from obs_ros.horizon.bases import Bases, ends_of
-from obs_ros.horizon.beliefs import Beliefs, believed
+from obs_ros.horizon.beliefs import Beliefs, believed, jumps_shown
+from obs_ros.horizon.comparison import by_forecasts, compared, figures_of
 from obs_ros.horizon.disturbance import assessed, fit_of
-from obs_ros.horizon.forecasts import Basis, Forecasts
+from obs_ros.horizon.forecasts import Forecasts
 from obs_ros.horizon.gaussian_sum import SUM, Component, moments, reduced
 from obs_ros.horizon.probation import Probation, without_stuck
-from obs_ros.horizon.scatter import Alone, Scatter, raised
+from obs_ros.horizon.scatter import Scatter
 from obs_ros.horizon.solution import (
     SOLUTION,
     Earlier,
     Solution,
     level_of,
-    plain_fits,
     solved,
 )
 from obs_ros.horizon.solver import Solver, TooFewSamples
@@ -45,7 +43,6 @@ from obs_ros.inference.assessment.assemble import empty, report
 from obs_ros.inference.assessment.contradiction import contradictions
 from obs_ros.inference.assessment.informed_subspace import marginal_information
 from obs_ros.inference.assessment.outcome import is_confirmed, states_at_bound
-from obs_ros.inference.assessment.skill import last_values, least_noises
 from obs_ros.inference.assessment.uncertainty import Uncertainty, parameters_at_end
 from obs_ros.inference.jumps.hypothesis import Hypothesis
 from obs_ros.inference.jumps.mixture import excess
@@ -138,7 +135,8 @@ class MovingHorizon:
         self._plain = plain.point[plain.layout.final(plain.point)]
         self._note_search(posed, solution)
         self.forecasts.advance(solver.kernels, record)
-        solution = self._by_forecasts(posed, solution)
+        if solver.settings.process_noise != 'off':
+            solution = by_forecasts(self.forecasts, posed, solution)
         solution, beliefs = self._believed(posed, solution, deadline)
         uncertainty = self._uncertainty(solution, beliefs, record, deadline)
         estimate = report(
@@ -148,7 +146,7 @@ class MovingHorizon:
             in_time=not deadline.passed,
             solve_time=time.perf_counter() - begun,
         )
-        estimate = replace(estimate, figures=self._figures(uncertainty))
+        estimate = replace(estimate, figures=figures_of(uncertainty))
         explained = alone = False
         if solution.found.accepted and solution.finished:
             explained = self._learn(uncertainty, solution, beliefs)
@@ -192,26 +190,6 @@ class MovingHorizon:
             self._level = None if own is None else level_of(posed, own)
             self._unsearched = 0
 
-    def _by_forecasts(self, posed: WindowState, solution: Solution) -> Solution:
-        """Return the solution that forecasts speak for, and begin those of this window."""
-        if self._solver.settings.process_noise == 'off' or plain_fits(solution):
-            return solution
-        own, plain = solution.disturbed, solution.plain
-        bases = None if own is None else Bases(posed, plain, own)
-        if bases is not None and not self.forecasts.begun:
-            self.forecasts.basis = bases.by_cross_validation()
-        grid = posed.objective.grid
-        last = int(np.flatnonzero(grid.measured)[-1])
-        self.forecasts.begin(
-            {Basis.OUTPUT_ERROR: ends_of(plain)} if bases is None else bases.ends,
-            float(grid.t[last]),
-            posed.duration,
-            last_values(grid, last),
-            least_noises(grid),
-        )
-        basis = self.forecasts.decide()
-        return solution if bases is None else solution.by(bases.window(basis))
-
     def _uncertainty(
         self, solution: Solution, beliefs: Beliefs, record: Record, deadline: Deadline
     ) -> Uncertainty:
@@ -234,7 +212,7 @@ class MovingHorizon:
         uncertainty = uncertainty if other is None else other.added_to(uncertainty)
         uncertainty = assessed(uncertainty, self._solver.settings.process_noise)
         if uncertainty.skill is not None:
-            uncertainty = self._compared(uncertainty, solution)
+            uncertainty = compared(uncertainty, self.forecasts, self._scatter, solution.said)
         self._alone |= determined_alone(uncertainty)
         return replace(
             uncertainty,
@@ -242,34 +220,6 @@ class MovingHorizon:
             excess=excess(solution.mixture.about(uncertainty.hypothesis), uncertainty.covariance),
             determined_alone=self._alone.copy(),
         )
-
-    def _compared(self, uncertainty: Uncertainty, solution: Solution) -> Uncertainty:
-        """Return the uncertainty beside the windows before: their forecasts, and their scatter."""
-        skill = self.forecasts.skill()
-        self._scatter.add(Alone.of(uncertainty, uncertainty.fit.enlargement))
-        factors = self._scatter.factors()
-        best = uncertainty.hypothesis
-        places = best.layout.final(best.point)[self._solver.unknowns.n_states :]
-        return replace(
-            uncertainty,
-            skill=uncertainty.skill if skill is None else skill,
-            covariance=raised(uncertainty.covariance, places, factors),
-            scatter=factors,
-            said=solution.said,
-        )
-
-    def _figures(self, uncertainty: Uncertainty) -> Mapping[str, float]:
-        """Return figures for the diagnostics: forecast skill, scatter beside deviations."""
-        figures = {}
-        if uncertainty.skill is not None:
-            figures['forecast_skill'] = uncertainty.skill
-        if uncertainty.scatter is not None:
-            unknowns = self._solver.unknowns
-            parameters = unknowns.names[unknowns.n_states :]
-            for name, factor in zip(parameters, uncertainty.scatter, strict=True):
-                if np.isfinite(factor):
-                    figures[f'scatter_over_sd.{name}'] = float(factor)
-        return figures
 
     def _posed(self, record: Record) -> WindowState:
         """Return the window with the arrival cost of the earlier ones; raises TooFewSamples."""

@@ -115,15 +115,15 @@ class Solution:
 
     def by(self, disturbed: DisturbedWindow) -> 'Solution':
         """Return the solution with process noise."""
+        best = disturbed.hypothesis
         return replace(
             self,
             window=disturbed.window,
             found=disturbed.found,
-            mixture=self.mixture if disturbed.hypothesis is self.hypothesis
-            else Mixture.only(disturbed.hypothesis),
+            mixture=self.mixture if best is self.hypothesis else Mixture.only(best),
             disturbed=disturbed,
             learned=self.learned or disturbed.noise,
-        )  # fmt: skip
+        )
 
 
 def solved(
@@ -166,8 +166,7 @@ def _searched(
     if mode == 'auto' and _in_vain(window, found, best):
         best = hypothesis_at(PiecewiseProblem(window.objective, window.prior), found.z)
         explanation = Explanation(Mixture.only(best), explanation.finished)
-    finished = explanation.finished
-    solution = Solution(window, found, explanation.mixture, finished, plain=best)
+    solution = Solution(window, found, explanation.mixture, explanation.finished, plain=best)
     for _ in range(2):
         other = explain_by_process_noise(
             window, found, best, given, deadline, mode=mode, previous=earlier.noise
@@ -175,7 +174,7 @@ def _searched(
         if other is None:
             tried = solution.disturbed is not None or not found.accepted
             late = not tried and untried(window, best, mode, deadline)
-            return replace(solution, finished=finished and not late)
+            return replace(solution, finished=solution.finished and not late)
         solution = solution.by(other)
         if not contradicts_prior(other.hypothesis, earlier.known):
             return solution
@@ -218,12 +217,10 @@ def _continued(
     if not other.is_noise:
         found = replace(other.found, accepted=Acceptance.AS_BEFORE)
         other = replace(other, found=found)
-    finished = not deadline.passed
-    mixture = Mixture.only(plain)
-    solution = Solution(
+    mixture, finished = Mixture.only(plain), not deadline.passed
+    return Solution(
         plain_window, other.found, mixture, finished, plain=plain, said=said, searched=False
-    )
-    return solution.by(other)
+    ).by(other)
 
 
 def _as_before(window: WindowState, other: DisturbedWindow, earlier: Earlier) -> bool:
