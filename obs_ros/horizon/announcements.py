@@ -113,9 +113,9 @@ class Announcements:
         decides = explained and not np.isnan(list(estimate.stddev.values())).all()
         moved = frozenset(moving) | self._noted(estimate, beliefs, decides=decides)
         kind = Kind.MOVED if moved else Kind.CALM if alone else Kind.ROUGH
-        # Without any other window before, nobody knows whether jumps are rare.
-        begun = any(known.kind is not Kind.MOVED for known in self._windows)
         self._windows.append(_Window(estimate.t0, estimate.t1, kind, moved))
+        # Without any other window nobody knows whether jumps are rare.
+        begun = any(known.kind is not Kind.MOVED for known in self._windows)
         lately = self._lately()
         kinds = [window.kind for window in lately]
         often = kinds.count(Kind.MOVED) > max(1.0, self.settings.rare * len(lately))
