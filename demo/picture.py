@@ -9,7 +9,7 @@ import numpy as np
 from matplotlib.axes import Axes
 
 from demo.jumps import merged
-from demo.recorder import Recorder, Vector
+from demo.recorder import Recorder, Vector, intervals_of
 
 COLOURS = ('tab:blue', 'tab:orange', 'tab:green')
 
@@ -18,7 +18,7 @@ def draw(recorder: Recorder, path: str) -> None:
     """Write true levels and openings, what was measured and what was estimated, to a PNG."""
     figure, (levels, openings) = plt.subplots(2, 1, figsize=(10, 7.5), sharex=True)
     ends = sorted(recorder.received['parameters'])
-    jumps = merged(recorder.received['jump'])
+    jumps = merged(recorder.jumps)
     _draw_levels(levels, recorder)
     _draw_openings(openings, recorder)
     for axes in (levels, openings):
@@ -26,10 +26,9 @@ def draw(recorder: Recorder, path: str) -> None:
             axes.axvline(moment, color='tab:red', linestyle='--', linewidth=1)
         axes.grid(alpha=0.3)
         axes.legend(loc='center left', bbox_to_anchor=(1.0, 0.5), fontsize='small')
-    for moment, sizes in jumps:
+    for moment, jump in jumps:
         openings.annotate(
-            f'found: {", ".join(f"{name} {size:+.2f}" for name, size in sizes.items())}'
-            f'\nat {moment:.2f} s',
+            f'found at {moment:.2f} s:\n' + str(jump).replace(', ', '\n'),
             (moment, 0.03), xytext=(6, 0), textcoords='offset points',
             color='tab:red', fontsize='small',
         )  # fmt: skip
@@ -64,17 +63,18 @@ def _draw_openings(axes: Axes, recorder: Recorder) -> None:
 
 
 def _draw_estimates(axes: Axes, recorder: Recorder, topic: str, name: str, colour: str) -> None:
-    """Draw estimates with a band of two standard deviations, not narrower than can be seen."""
+    """Draw estimates with their 95 % intervals, which may reach further to one side."""
     stamps = sorted(recorder.received[topic])
     value = np.array([recorder.received[topic][stamp][name] for stamp in stamps])
-    deviation = np.array([recorder.received[f'{topic}_stddev'][stamp][name] for stamp in stamps])
+    ends = np.array([intervals_of(recorder, topic, stamp)[name] for stamp in stamps])
     seconds = np.array(stamps) / 1e9
+    reach = np.nan_to_num(np.maximum([value - ends[:, 0], ends[:, 1] - value], 0.0))
     axes.errorbar(
-        seconds, value, yerr=2.0 * np.nan_to_num(deviation), color=colour, marker='o',
+        seconds, value, yerr=reach, color=colour, marker='o',
         markersize=4, linestyle='', markerfacecolor='none', capsize=2, linewidth=1,
-        label=f'{name}, estimated, ± 2 sd',
+        label=f'{name}, estimated, 95 %',
     )  # fmt: skip
-    lost = ~np.isfinite(deviation)
+    lost = np.isnan(ends).any(axis=1)
     axes.plot(seconds[lost], value[lost], 'x', color=colour, markersize=7)
 
 

@@ -1,6 +1,6 @@
 """A node that listens to the plant, its simulated truth and the estimates."""
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 
 import yaml
@@ -11,9 +11,12 @@ from sensor_msgs.msg import JointState
 from std_msgs.msg import String
 from std_srvs.srv import SetBool
 
+from demo.jumps import Announced, noted
 from demo.pacing import runs_on
+from obs_ros.core.estimate import normal_intervals
 
 Vector = Mapping[str, float]
+Intervals = Mapping[str, tuple[float, float]]
 TOPICS = {
     'output': 'plant/output',
     'truth': 'plant/state',
@@ -22,6 +25,7 @@ TOPICS = {
     'parameters': 'estimator/parameters',
     'state_stddev': 'estimator/state_stddev',
     'parameters_stddev': 'estimator/parameters_stddev',
+    'parameters_interval': 'estimator/parameters_interval',
     'jump': 'estimator/jump',
 }
 DEPTH = 2000  # messages; nothing may be lost while the screen is written
@@ -42,7 +46,10 @@ class Verdict:
 
 
 class Recorder(Node):
-    """Keeps every named vector and verdict by stamp (ns), and whether the estimator is ready."""
+    """Keeps named vectors, intervals, jumps and verdicts by stamp (ns).
+
+    And whether the estimator is ready.
+    """
 
     def __init__(self) -> None:
         super().__init__('demo')
@@ -50,8 +57,12 @@ class Recorder(Node):
         self.verdicts: dict[int, Verdict] = {}
         self.estimator_ready = False
         self._running = False
+        self.intervals: dict[int, Intervals] = {}
+        self.jumps: dict[int, Announced] = {}
+        others = {'parameters_interval': self._keep_interval, 'jump': self._note_jump}
         for key, topic in TOPICS.items():
-            self.create_subscription(JointState, topic, self._keep(key), DEPTH)
+            callback = others.get(key) or self._keep(key)
+            self.create_subscription(JointState, topic, callback, DEPTH)
         latched = QoSProfile(depth=DEPTH, durability=DurabilityPolicy.TRANSIENT_LOCAL)
         self.create_subscription(String, 'estimator/outcome', self._judge, latched)
         self.create_subscription(DiagnosticArray, '/diagnostics', self._note, 10)
@@ -75,10 +86,10 @@ class Recorder(Node):
         )
 
     def estimates(self) -> list[int]:
-        """Return the stamps (ns) at which estimates, deviations, verdict and the truth all came."""
+        """Return the stamps (ns) of which estimates, their doubts, verdict and truth all came."""
         topics = ('parameters', 'state', 'parameters_stddev', 'state_stddev', 'truth')
         kept = (set(self.received[topic]) for topic in topics)
-        return sorted(set(self.verdicts).intersection(*kept))
+        return sorted(set(self.verdicts).intersection(self.intervals, *kept))
 
     def start_plant(self) -> None:
         """Let the paused simulator run."""
@@ -100,12 +111,17 @@ class Recorder(Node):
 
     def _keep(self, key: str) -> Callable[[JointState], None]:
         def callback(message: JointState) -> None:
-            stamp = message.header.stamp.sec * 10**9 + message.header.stamp.nanosec
-            vector = dict(zip(message.name, message.position, strict=True))
-            # Two jumps may be announced at one time.
-            self.received[key][stamp] = {**self.received[key].get(stamp, {}), **vector}
+            self.received[key][_stamp(message)] = _named(message, message.position)
 
         return callback
+
+    def _keep_interval(self, message: JointState) -> None:
+        ends = zip(message.position, message.velocity, strict=True)
+        self.intervals[_stamp(message)] = dict(zip(message.name, ends, strict=True))
+
+    def _note_jump(self, message: JointState) -> None:
+        sizes, deviations = (_named(message, each) for each in (message.position, message.effort))
+        noted(self.jumps, _stamp(message), Announced(sizes, deviations, message.velocity[0]))
 
     def _judge(self, message: String) -> None:
         word = yaml.safe_load(message.data)
@@ -116,3 +132,19 @@ class Recorder(Node):
             figures = {entry.key: entry.value for entry in status.values}
             if 'ready' in figures:
                 self.estimator_ready |= figures['ready'] == 'true'
+
+
+def intervals_of(recorder: Recorder, topic: str, stamp: int) -> Intervals:
+    """Return 95 % intervals of the estimates on a topic: published ones, or by deviations."""
+    if topic == 'parameters':
+        return recorder.intervals[stamp]
+    values, deviations = (recorder.received[each][stamp] for each in (topic, f'{topic}_stddev'))
+    return normal_intervals(values, deviations)
+
+
+def _stamp(message: JointState) -> int:
+    return int(message.header.stamp.sec * 10**9 + message.header.stamp.nanosec)
+
+
+def _named(message: JointState, figures: Sequence[float]) -> Vector:
+    return dict(zip(message.name, figures, strict=True))

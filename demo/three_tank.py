@@ -19,7 +19,7 @@ from demo.domain import Domain
 from demo.jumps import found_as_true, merged
 from demo.picture import draw
 from demo.processes import executable
-from demo.recorder import Recorder, Vector
+from demo.recorder import Recorder, Vector, intervals_of
 
 DURATION, WINDOW, PERIOD = 3000.0, 300.0, 50.0  # s
 SHOWN = 5  # one window of so many is printed
@@ -152,6 +152,7 @@ def report(recorder: Recorder, stamp: int, *, shown: bool) -> Judgement:
         ('state', recorder.received['truth'][stamp]),
     ):
         deviations = recorder.received[f'{topic}_stddev'][stamp]
+        intervals = intervals_of(recorder, topic, stamp)
         for name, value in recorder.received[topic][stamp].items():
             error = value - truth[name]
             limit, deviation, remark = PROMISE.limit(name), deviations[name], ''
@@ -161,14 +162,15 @@ def report(recorder: Recorder, stamp: int, *, shown: bool) -> Judgement:
                     judgement = Judgement.OFF
                 elif judgement is Judgement.NEAR:
                     judgement = Judgement.UNSURE
+            lower, upper = intervals[name]
             rows.append(
                 f'{name:>25} {value:10.5f} {truth[name]:10.5f} {error:+10.5f} '
-                f'{2.0 * deviation:10.5f}{remark}'
+                f'{lower:10.5f} {upper:10.5f}{remark}'
             )
     if not verdict.vouched:
         judgement = Judgement.NEAR
     if shown or judgement is not Judgement.NEAR:
-        head = 'estimate      truth      error       2 sd'
+        head = 'estimate      truth      error        95 % interval'
         print(f'\n\nwindow up to {stamp / 1e9:4.0f} s         {head}', *rows, sep='\n')
         if not verdict.vouched:
             print(f'{"withheld by the node":>25}: {verdict.outcome}: {verdict.message}')
@@ -177,11 +179,10 @@ def report(recorder: Recorder, stamp: int, *, shown: bool) -> Judgement:
 
 def report_jumps(recorder: Recorder) -> bool:
     """Print what was found to have jumped; return whether that is just what did."""
-    print('\n\nfound to have jumped')
-    found = merged(recorder.received['jump'])
-    for time_found, sizes in found:
-        words = ', '.join(f'{name} by {size:+.4f}' for name, size in sizes.items())
-        print(f'{time_found:15.2f} s: {words}')
+    print('\n\nfound to have jumped, ± 2 sd')
+    found = merged(recorder.jumps)
+    for time_found, jump in found:
+        print(f'{time_found:15.2f} s: {jump}')
     good = found_as_true(found, JUMPS)
     if not good:
         true = '; '.join(f'{" and ".join(sorted(names))} at {t:g} s' for t, names in JUMPS.items())

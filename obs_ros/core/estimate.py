@@ -63,11 +63,7 @@ class Jump:
             for name, size in self.sizes.items()
         )
         said = f'jump at {self.time:.2f} s +- {2.0 * self.time_stddev:.2g} s: {sizes}'
-        if np.isnan(self.probability):
-            return said
-        # Rounded up to 1 it would be certain.
-        known = '> 0.99' if self.probability > 0.99 else f'{self.probability:.2f}'
-        return f'{said}, probability {known}'
+        return f'{said}, {probable}' if (probable := probability_words(self.probability)) else said
 
 
 @dataclass(frozen=True, eq=False)
@@ -139,6 +135,14 @@ class Estimate:
             interval=dict.fromkeys(self.interval, UNKNOWN),
             covariance=np.empty((0, 0)),
         )
+
+
+def probability_words(probability: float) -> str:
+    """Return a probability in words, '' where it is not known (NaN)."""
+    if np.isnan(probability):
+        return ''
+    # Rounded up to 1 it would be certain.
+    return f'probability {"> 0.99" if probability > 0.99 else f"{probability:.2f}"}'
 
 
 def normal_intervals(

@@ -28,9 +28,10 @@ def figure(value: float) -> str:
     return '?' if math.isnan(value) else f'{value:.4g}'
 
 
-def with_deviation(value: float, deviation: float) -> str:
-    """Return a number with its standard deviation."""
-    return f'{figure(value)} ± {"?" if math.isnan(deviation) else f"{deviation:.2g}"}'
+def with_interval(value: float, lower: float, upper: float) -> str:
+    """Return a number with the two ends of its interval, `?` for one that is not known."""
+    ends = '?' if math.isnan(lower) or math.isnan(upper) else f'{figure(lower)} to {figure(upper)}'
+    return f'{figure(value)} ({ends})'
 
 
 def unit(variable: Variable) -> str:

@@ -98,6 +98,7 @@ def _column(account: Account) -> dict[str, str]:
         'outcomes': ', '.join(outcomes) or 'none',
         'every sd given': f'{deviations.sum()} of {count}',
         'jumps': f'{history.jump_count}',
+        **({'jumps taken back': f'{history.retraction_count}'} if history.retraction_count else {}),
         **(_innovation(history) if account.horizon is None else _outputs(history)),
         'time': f'{account.wall_time:.3g} s',
     }

@@ -7,7 +7,7 @@ from collections.abc import Iterable, Sequence
 
 import numpy as np
 
-from obs_ros.core.estimate import Estimate, Jump
+from obs_ros.core.estimate import UNKNOWN, Estimate, Jump
 from obs_ros.core.model import Model, names
 from obs_ros.core.record import Sample
 from obs_ros.core.typing import Array, IntArray
@@ -20,15 +20,16 @@ FORECASTS = ('forecasts', 'held', 'near', 'near_held')
 class History:
     """Numbers of the estimates, in their order; NaN where there is none.
 
-    Of the arrays, `values` and `deviations` (K, n + q) are those of states, then parameters;
-    `residuals`, `forecasts`, `held`, `near` and `near_held` (K, r) are root mean squares by output
-    (see `Forecast`), `rms` (K, 1) over all outputs. `walks` (K, n + q) are the process noise that
+    Of the arrays, `values`, `deviations`, `lower` and `upper` (K, n + q) are those of states, then
+    parameters: estimates, standard deviations, and the ends of 95 % intervals. `residuals`,
+    `forecasts`, `held`, `near` and `near_held` (K, r) are root mean squares by output (see
+    `Forecast`), `rms` (K, 1) over all outputs. `walks` (K, n + q) are the process noise that
     explains a window, `skill` (K, 1) is the skill of its forecasts, `scatter` (K, q) that of
     disjoint windows over their standard deviations, as far as an estimate's figures tell. Of the
     traces, `measured` (K, r) and `applied` (K, m) are as recorded; `path` (K, n + q) are the states
     that the windows found for their samples, each sample by the first window that holds it, and the
-    parameters at that time. The first `most_jumps` jumps are kept, in little memory whatever is
-    announced; all are counted.
+    parameters at that time. The first `most_jumps` jumps and retractions are kept, in little memory
+    whatever is announced; all are counted, and so are the estimates in which a parameter drifts.
     """
 
     def __init__(self, model: Model, most_jumps: int = 1000) -> None:
@@ -37,15 +38,16 @@ class History:
         self.outcomes: Counter[str] = Counter()
         self.messages: dict[str, str] = {}  # the last of each outcome
         self.weak: Counter[str] = Counter()
-        self.jumps: list[Jump] = []  # when they were announced
-        self.jump_count = 0
+        self.jumps: list[Jump] = []  # when they were announced or taken back
+        self.jump_count = self.retraction_count = 0
+        self.drifting: Counter[str] = Counter()
         self.solve_time = 0.0  # s, all together
         self._unknowns, self._outputs = names(model.variables), names(model.outputs)
         self._stamps = array('q')
         self._outcomes: list[str] = []
         width, r = len(self._unknowns), len(self._outputs)
         self._widths = {
-            'values': width, 'deviations': width,
+            'values': width, 'deviations': width, 'lower': width, 'upper': width,
             'residuals': r, 'rms': 1, **dict.fromkeys(FORECASTS, r),
             'walks': width, 'skill': 1, 'scatter': len(model.parameters),
         }  # fmt: skip
@@ -70,16 +72,22 @@ class History:
         self.messages[outcome] = estimate.message
         self.weak.update(estimate.weak)
         new = [jump for jump in estimate.jumps if jump.new]
-        self.jump_count += len(new)
+        back = sum(jump.retracted for jump in new)
+        self.jump_count += len(new) - back
+        self.retraction_count += back
+        self.drifting.update(estimate.drifting)
         self.jumps += new[: self._most_jumps - len(self.jumps)]
         self.solve_time += estimate.solve_time
         self._stamps.append(estimate.stamp or 0)
         self._outcomes.append(outcome)
+        ends = [estimate.interval.get(name, UNKNOWN) for name in self._unknowns]
         blank = [math.nan] * len(self._outputs)
         figures = estimate.figures
         rows: dict[str, Iterable[float]] = {
             'values': (values[name] for name in self._unknowns),
             'deviations': (estimate.stddev.get(name, math.nan) for name in self._unknowns),
+            'lower': (lower for lower, _ in ends),
+            'upper': (upper for _, upper in ends),
             'residuals': (estimate.output_rms.get(name, math.nan) for name in self._outputs),
             'rms': (estimate.residual_rms,),
             **dict.fromkeys(FORECASTS, blank),
@@ -122,6 +130,17 @@ class History:
             errors = (forecast.rms, forecast.held, forecast.near, forecast.near_held)
             for kind, row in zip(FORECASTS, errors, strict=True):
                 self._numbers[kind][place] = array('d', row)
+
+    @property
+    def standing(self) -> Sequence[Jump]:
+        """The jumps kept that were announced, and not taken back since."""
+        standing: list[Jump] = []
+        for jump in self.jumps:
+            if jump.retracted:
+                standing = [other for other in standing if not jump.takes_back(other)]
+            else:
+                standing.append(jump)
+        return standing
 
     @property
     def stamps(self) -> IntArray:

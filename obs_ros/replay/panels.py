@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 
 from obs_ros.core.model import Variable
-from obs_ros.core.typing import Array
+from obs_ros.core.typing import Array, BoolArray
 from obs_ros.replay.extras import require
 
 STYLE = {'font.size': 9, 'axes.spines.top': False, 'axes.spines.right': False}
@@ -19,11 +19,10 @@ JUMP_COLOUR = '#b01030'
 class PanelSettings:
     """Limits by which a panel stays readable."""
 
-    band: float = 2.0  # standard deviations: 95 % of true values
     most_points: int = 4000  # of a curve: more than a screen has columns
     marked: int = 400  # estimates at most that get a dot each: more would touch
     gap: float = 10.0  # usual steps after which a line is interrupted: no window was there
-    margin: float = 3.0  # usual deviations around the values: a few wide bands flatten nothing
+    margin: float = 3.0  # usual half-widths around the values: a few wide bands flatten nothing
     odd: float = 0.01  # of the values on either side, which do not count for the limits
 
 
@@ -46,21 +45,52 @@ def label(ax: Any, variable: Variable, prefix: str = '') -> None:
     ax.set_ylabel(f'{prefix}{variable.name}{unit}')
 
 
-def limit(ax: Any, value: Array, deviation: Array, bounds: tuple[float, float]) -> None:
-    """Keep a few wide bands from making all else flat; no band leads outside the bounds."""
+@dataclass(frozen=True)
+class Band:
+    """Values (K,) with the ends of their intervals; these are NaN where there is none."""
+
+    value: Array
+    lower: Array
+    upper: Array
+
+    @property
+    def known(self) -> BoolArray:
+        """Which values (K,) have an interval."""
+        return np.isfinite(self.lower) & np.isfinite(self.upper)
+
+    @property
+    def reach(self) -> Array:
+        """How far (2, K) the interval reaches below and above each value; 0 where there is none."""
+        below, above = self.value - self.lower, self.upper - self.value
+        return np.where(self.known, np.maximum([below, above], 0.0), 0.0)
+
+    @property
+    def usual_reach(self) -> tuple[float, float]:
+        """How far intervals reach below and above in the median; 0 where there is none."""
+        reach = self.reach[:, self.known]
+        below, above = np.median(reach, axis=1).tolist() if reach.size else (0.0, 0.0)
+        return below, above
+
+
+def limit(
+    ax: Any, value: Array, bounds: tuple[float, float], reach: tuple[float, float] = (0.0, 0.0)
+) -> None:
+    """Show all values (K,), and the usual `reach` of bands below and above them.
+
+    So a few wide bands flatten nothing; and none leads outside the bounds.
+    """
     known = np.isfinite(value)
     if not known.any():
         return
-    typical = deviation[np.isfinite(deviation)]
-    margin = SETTINGS.margin * float(np.median(typical)) if typical.size else 0.0
-    low = max(float(value[known].min()) - margin, bounds[0])
-    high = min(float(value[known].max()) + margin, bounds[1])
+    below, above = reach
+    low = max(float(value[known].min()) - SETTINGS.margin * below, bounds[0])
+    high = min(float(value[known].max()) + SETTINGS.margin * above, bounds[1])
     room = 0.08 * (high - low) or 0.05 * abs(high) or 1.0
     ax.set_ylim(low - room, high + room)
 
 
 def dots(ax: Any, times: Array, value: Array, confirmed: Any, known: Any, colour: str) -> None:
-    """Mark each estimate: full if confirmed, hollow if in doubt, a cross without deviation."""
+    """Mark each estimate: full if confirmed, hollow if in doubt, a cross without interval."""
     if times.size > SETTINGS.marked:
         return
     style = {'linestyle': '', 'color': colour, 'markersize': 4}
@@ -95,7 +125,7 @@ def legend(figure: Any, *, dots: bool, jumps: bool, path: bool | None = None) ->
         [
             lines.Line2D([], [], marker='o', label='confirmed', **style),
             lines.Line2D([], [], marker='o', markerfacecolor='white', label='in doubt', **style),
-            lines.Line2D([], [], marker='x', label='no sd', **style),
+            lines.Line2D([], [], marker='x', label='no interval', **style),
         ]
         if dots
         else []
@@ -109,7 +139,7 @@ def legend(figure: Any, *, dots: bool, jumps: bool, path: bool | None = None) ->
         entries.append(lines.Line2D([], [], color=JUMP_COLOUR, linestyle='--', label='jump'))
     if entries:
         figure.legend(handles=entries, loc='outside upper right', ncols=len(entries), frameon=False,
-                      columnspacing=1.2, handletextpad=0.4)  # fmt: skip
+                      columnspacing=1.0, handlelength=1.2, handletextpad=0.4)  # fmt: skip
 
 
 def finish(figure: Any, axes: Any, first: int | None) -> None:

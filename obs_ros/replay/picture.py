@@ -1,4 +1,4 @@
-"""Pictures of a replay: parameters and states with their bands, residuals and forecast errors."""
+"""Pictures of a replay: parameters and states with their intervals, residuals, forecast errors."""
 
 import math
 from collections.abc import Iterator, Sequence
@@ -17,6 +17,7 @@ from obs_ros.replay.panels import (
     JUMP_COLOUR,
     SETTINGS,
     STYLE,
+    Band,
     broken,
     dots,
     finish,
@@ -27,6 +28,8 @@ from obs_ros.replay.panels import (
     usual,
 )  # fmt: skip
 
+INTERVALS = '95 % intervals'
+UNBOUNDED = (-math.inf, math.inf)
 CONFIRMED = ('converged', 'approximate', 'at_bound')
 
 
@@ -57,12 +60,12 @@ def _parameters(plt: Any, account: Account) -> Any:
     """Draw each parameter, estimate by estimate, with its band."""
     history = account.history
     variables, times = history.model.parameters, _times(account)[0]
-    figure, axes = panels(plt, len(variables), f'Parameters, ± {SETTINGS.band:g} sd')
+    figure, axes = panels(plt, len(variables), f'Parameters, {INTERVALS}')
     for k, (variable, ax) in enumerate(zip(variables, axes, strict=True)):
         place, colour = len(history.model.states) + k, COLOURS[k % len(COLOURS)]
-        value, deviation = _estimates(ax, account, place, colour, joined=True)
+        band = _estimates(ax, account, place, colour, joined=True)
         label(ax, variable)
-        limit(ax, value, deviation, (variable.lower, variable.upper))
+        limit(ax, band.value, (variable.lower, variable.upper), band.usual_reach)
     jumps = _draw_jumps(account, axes, variables)
     legend(figure, dots=times.size <= SETTINGS.marked, jumps=jumps)
     finish(figure, axes, account.first)
@@ -79,25 +82,22 @@ def _states(plt: Any, account: Account) -> Any:
     shown = outputs_of_states(model)
     others = [k for k in range(len(model.outputs)) if k not in shown.values()]
     title = 'States and outputs' if others else 'States'
-    figure, axes = panels(plt, len(model.states) + len(others), f'{title}, ± {SETTINGS.band:g} sd')
+    figure, axes = panels(plt, len(model.states) + len(others), f'{title}, {INTERVALS}')
     along = _seconds(account, history.path.stamps)
     for place, (variable, ax) in enumerate(zip(model.states, axes, strict=False)):
         colour, fitted = COLOURS[place % len(COLOURS)], history.path.rows[:, place]
         measured = _measured(ax, account, shown[place]) if place in shown else np.empty(0)
         ax.plot(*broken(along, fitted), color=colour, linewidth=0.9)
-        value, deviation = _estimates(ax, account, place, colour, joined=account.horizon is None)
+        band = _estimates(ax, account, place, colour, joined=account.horizon is None)
         label(ax, variable)
-        seen = np.concatenate([value, fitted, usual(measured)])
-        # Padded: only estimates have a band.
-        spread = np.concatenate([deviation, np.full(seen.size - value.size, math.nan)])
-        limit(ax, seen, spread, (-math.inf, math.inf))
+        seen = np.concatenate([band.value, fitted, usual(measured)])
+        limit(ax, seen, UNBOUNDED, band.usual_reach)
     fits = fitted_outputs(history)
     for k, ax in zip(others, axes[len(model.states) :], strict=True):
         measured = _measured(ax, account, k)
         ax.plot(*broken(along, fits[:, k]), color='0.2', linewidth=0.9)
         label(ax, model.outputs[k])
-        seen = np.concatenate([fits[:, k], usual(measured)])
-        limit(ax, seen, np.empty(0), (-math.inf, math.inf))
+        limit(ax, np.concatenate([fits[:, k], usual(measured)]), UNBOUNDED)
     jumps = _draw_jumps(account, axes, model.variables)
     few, windows = times.size <= SETTINGS.marked, account.horizon is not None
     legend(figure, dots=few, jumps=jumps, path=windows)
@@ -105,23 +105,20 @@ def _states(plt: Any, account: Account) -> Any:
     return figure
 
 
-def _estimates(
-    ax: Any, account: Account, place: int, colour: str, *, joined: bool
-) -> tuple[Array, Array]:
-    """Draw the estimates of one unknown, `joined` with a band; return values and band widths."""
+def _estimates(ax: Any, account: Account, place: int, colour: str, *, joined: bool) -> Band:
+    """Draw the estimates of one unknown with their intervals, `joined` to a band; return these."""
     history = account.history
     times, shown = _times(account)
-    value = history.rows('values')[shown][:, place]
-    deviation = SETTINGS.band * history.rows('deviations')[shown][:, place]
+    band = Band(*(history.rows(kind)[shown][:, place] for kind in ('values', 'lower', 'upper')))
     confirmed = np.isin(np.array(history.outcome_of)[shown], CONFIRMED)
     if joined:
-        ax.plot(times, value, color=colour, linewidth=0.8, alpha=0.5)
-        ax.fill_between(times, value - deviation, value + deviation, color=colour, alpha=0.18, lw=0)
+        ax.plot(times, band.value, color=colour, linewidth=0.8, alpha=0.5)
+        ax.fill_between(times, band.lower, band.upper, color=colour, alpha=0.18, lw=0)
     if times.size <= SETTINGS.marked:
-        ax.errorbar(times, value, np.nan_to_num(deviation), fmt='none', ecolor=colour,
+        ax.errorbar(times, band.value, band.reach, fmt='none', ecolor=colour,
                     elinewidth=0.8, alpha=0.6)  # fmt: skip
-    dots(ax, times, value, confirmed, np.isfinite(deviation), colour)
-    return value, deviation
+    dots(ax, times, band.value, confirmed, band.known, colour)
+    return band
 
 
 def _measured(ax: Any, account: Account, output: int) -> Array:
@@ -134,9 +131,12 @@ def _measured(ax: Any, account: Account, output: int) -> Array:
 
 
 def _draw_jumps(account: Account, axes: Any, variables: Sequence[Variable]) -> bool:
-    """Mark the jumps of the parameters shown, each in its panel, or in all; whether there were."""
+    """Mark the jumps of the parameters shown, each in its panel, or in all; whether there were.
+
+    Those that were taken back are left out.
+    """
     names = [variable.name for variable in variables]
-    found = [jump for jump in account.history.jumps if set(jump.sizes) & set(names)]
+    found = [jump for jump in account.history.standing if set(jump.sizes) & set(names)]
     own = len(names) == len(axes)
     for jump in found:
         for name, ax in zip(names, axes, strict=True) if own else ((None, ax) for ax in axes):

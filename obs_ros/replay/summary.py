@@ -5,6 +5,7 @@ from collections.abc import Iterator
 import numpy as np
 
 from obs_ros.core.texts import LONGEST, one_line
+from obs_ros.interface.drifting import remedy
 from obs_ros.interface.parameters import walk_unit
 from obs_ros.replay.cells import (
     cell,
@@ -13,7 +14,7 @@ from obs_ros.replay.cells import (
     median,
     table,
     unit,
-    with_deviation,
+    with_interval,
 )
 from obs_ros.replay.comparison import Other, comparison
 from obs_ros.replay.engine import Account
@@ -97,7 +98,7 @@ def _estimates(account: Account) -> Iterator[str]:
     history = account.history
     if not len(history):
         return
-    values, deviations = history.rows('values'), history.rows('deviations')
+    values, deviations, lower, upper = map(history.rows, ('values', 'deviations', 'lower', 'upper'))
     n = len(history.model.states)
     for title, first, variables in (
         ('Parameters', n, history.model.parameters),
@@ -116,7 +117,10 @@ def _estimates(account: Account) -> Iterator[str]:
             if not known.size:
                 rows.append((variable.name, unit(variable), *['none'] * 6))
                 continue
-            ends = [with_deviation(value[k], deviation[k]) for k in (known[0], known[-1])]
+            ends = [
+                with_interval(value[k], lower[k, place], upper[k, place])
+                for k in (known[0], known[-1])
+            ]
             low, high = np.quantile(value[known], (0.05, 0.95))
             rows.append((
                 variable.name, unit(variable), *ends, figure(np.median(value[known])),
@@ -125,12 +129,13 @@ def _estimates(account: Account) -> Iterator[str]:
             ))  # fmt: skip
         yield f'## {title}'
         yield table(
-            ('', 'unit', 'first', 'last', 'median', 'median sd', '5 to 95 %', 'with sd'), rows
+            ('', 'unit', 'first', 'last', 'median', 'median sd', 'estimates, 5 to 95 %', 'with sd'),
+            rows,
         )
     yield (
-        'First and last are with one standard deviation; `?`: it is not determined or withheld. '
-        'Medians are over the estimates. Where estimates vary much more than their standard '
-        'deviations say, the parameters move or the model leaves something out.'
+        'First and last are with their 95 % intervals; `?`: not determined or withheld. Medians '
+        'are over the estimates. Where estimates vary much more than their standard deviations '
+        'say, the parameters move or the model leaves something out.'
     )
 
 
@@ -138,14 +143,18 @@ def _jumps(account: Account) -> Iterator[str]:
     history = account.history
     if account.horizon is None:
         return
-    yield f'## Jumps: {history.jump_count}'
+    back = f', {history.retraction_count} taken back' if history.retraction_count else ''
+    yield f'## Jumps: {history.jump_count}{back}'
     lines = []
     for jump in history.jumps[:SHOWN]:
         others = f' (or: {"; ".join(jump.alternatives)})' if jump.alternatives else ''
         lines.append(f'- {jump}{others}')
-    if history.jump_count > len(lines):
-        lines.append(f'- and {history.jump_count - len(lines)} more, in the table of estimates')
+    if (more := history.jump_count + history.retraction_count - len(lines)) > 0:
+        lines.append(f'- and {more} more, in the table of estimates')
     yield '\n'.join(lines) if lines else 'No window showed one.'
+    if history.drifting:
+        counts = [f'{name} in {count} estimates' for name, count in history.drifting.most_common()]
+        yield f'Drifting: {", ".join(counts)}; {remedy(sorted(history.drifting))}.'
 
 
 def _misfit(account: Account) -> Iterator[str]:

@@ -7,7 +7,7 @@ from pathlib import Path
 
 import numpy as np
 
-from obs_ros.core.estimate import Estimate
+from obs_ros.core.estimate import UNKNOWN, Estimate
 from obs_ros.core.model import Model, names
 from obs_ros.interface.vectors import TOPICS, Vector, vectors
 from obs_ros.replay.extras import require
@@ -22,11 +22,13 @@ NODE = '/estimator'
 def table_writer(path: Path, model: Model) -> Iterator[Take]:
     """Return a function that writes a row for each estimate: time, outcome, values, residuals.
 
+    Behind the values stand standard deviations and the ends of 95 % intervals.
     Numbers are written so that they are read back bit by bit.
     """
     unknowns, outputs = names(model.variables), names(model.outputs)
     header = [
         't', 'stamp_ns', 't0', 'outcome', *unknowns, *(f'{name}_stddev' for name in unknowns),
+        *(f'{name}_lower' for name in unknowns), *(f'{name}_upper' for name in unknowns),
         *(f'residual_rms.{name}' for name in outputs), 'residual_rms', 'cost', 'skipped', 'jumps',
         'message',
     ]  # fmt: skip
@@ -36,9 +38,12 @@ def table_writer(path: Path, model: Model) -> Iterator[Take]:
 
         def take(estimate: Estimate, skipped: int) -> None:
             values = {**estimate.state, **estimate.parameters}
+            ends = [estimate.interval.get(name, UNKNOWN) for name in unknowns]
             numbers = (
                 *(values[name] for name in unknowns),
                 *(estimate.stddev.get(name, np.nan) for name in unknowns),
+                *(low for low, _ in ends),
+                *(high for _, high in ends),
                 *(estimate.output_rms.get(name, np.nan) for name in outputs),
                 estimate.residual_rms,
                 estimate.cost,

@@ -54,11 +54,13 @@ def test_a_table_gives_estimates_summary_and_pictures(table, capsys):
     for row in rows:
         assert float(row['a']) == pytest.approx(5.0, abs=0.05)
         assert 0.0 < float(row['a_stddev']) < 0.05
+        assert float(row['a_lower']) < float(row['a']) < float(row['a_upper'])
         assert float(row['residual_rms.y']) == pytest.approx(1e-4, rel=0.4)
 
     found = read_vectors(folder / 'estimates')
     topics = [topic for topic, *_ in found]
-    for name in ('state', 'parameters', 'state_stddev', 'parameters_stddev', 'solver'):
+    doubts = ('state_stddev', 'parameters_stddev', 'parameters_interval')
+    for name in ('state', 'parameters', *doubts, 'solver'):
         assert topics.count(f'/estimator/{name}') == COUNT
     values = [values for topic, _, _, values in found if topic == '/estimator/parameters']
     assert [v['a'] for v in values] == [float(row['a']) for row in rows]

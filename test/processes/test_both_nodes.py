@@ -81,6 +81,7 @@ def test_a_fault_is_announced_by_the_first_window_that_shows_it(ros):
     )
     jump = ros.spin_until(lambda: jumps)[0]
     assert vector(jump) == pytest.approx({'p1': -0.5}, abs=0.02)
+    assert abs(jump.position[0] + 0.5) < 4.0 * jump.effort[0] < 0.1
     moment = jump.header.stamp.sec + 1e-9 * jump.header.stamp.nanosec
     assert moment == pytest.approx(changed, abs=1.0)
     first = next(e for e in estimates if e.header.stamp.sec > changed + 1)

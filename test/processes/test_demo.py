@@ -10,7 +10,7 @@ from types import SimpleNamespace
 import pytest
 from patience import patience
 
-from demo.jumps import found_as_true, merged
+from demo.jumps import Announced, found_as_true, merged, noted
 from demo.pacing import runs_on
 
 ROOT = Path(__file__).parent.parent.parent
@@ -50,14 +50,37 @@ def at(seconds: float) -> int:
     return round(seconds * 1e9)
 
 
+def announced_at(jumps: dict[float, dict[str, float]]) -> dict[int, Announced]:
+    """Return announcements by stamp of sizes by time (s), each with the same doubts."""
+    return {
+        at(time): Announced(sizes, dict.fromkeys(sizes, 0.01), 0.9) for time, sizes in jumps.items()
+    }
+
+
 def test_one_jump_announced_in_two_pieces_is_one() -> None:
-    announced = {
-        at(999.8): {'p1': -0.3}, at(1000.4): {'p2': -0.5},
-        at(2000.1): {'p3': -0.5}, at(1999.6): {'p1': -0.3},
-    }  # fmt: skip
-    found = merged(announced)
-    assert found == [(999.8, {'p1': -0.3, 'p2': -0.5}), (1999.6, {'p1': -0.3, 'p3': -0.5})]
+    pieces = {999.8: {'p1': -0.3}, 1000.4: {'p2': -0.5}, 2000.1: {'p3': -0.5}, 1999.6: {'p1': -0.3}}
+    found = merged(announced_at(pieces))
+    sizes = [(time, jump.sizes) for time, jump in found]
+    assert sizes == [(999.8, {'p1': -0.3, 'p2': -0.5}), (1999.6, {'p1': -0.3, 'p3': -0.5})]
     assert found_as_true(found, TRUTH)
+
+
+def test_a_jump_is_one_line_with_deviations_and_the_least_probability() -> None:
+    jump = Announced({'p1': -0.3}, {'p1': 0.002}, 0.999).joined(
+        Announced({'p2': 0.5}, {'p2': 0.01}, 0.97)
+    )
+    assert str(jump) == 'p1 by -0.3000 ± 0.0040, p2 by +0.5000 ± 0.0200, probability 0.97'
+    assert str(Announced({'p1': -0.3}, {'p1': 0.002}, math.nan)) == 'p1 by -0.3000 ± 0.0040'
+
+
+def test_sizes_of_nothing_take_back_what_was_announced_for_the_stamp() -> None:
+    announced: dict[int, Announced] = {}
+    both, nothing = {'p1': -0.3, 'p2': -0.5}, {'p2': 0.0}
+    for stamp, sizes in ((1, both), (1, nothing), (2, {'p2': 1.0}), (2, nothing), (3, nothing)):
+        noted(announced, stamp, Announced(sizes, dict.fromkeys(sizes, 0.01), 0.9))
+    assert {stamp: jump.sizes for stamp, jump in announced.items()} == {1: {'p1': -0.3}}
+    noted(announced, 1, Announced({'p3': 0.2}, {'p3': 0.01}, 0.5))
+    assert announced[1].sizes == {'p1': -0.3, 'p3': 0.2} and announced[1].probability == 0.5
 
 
 @pytest.mark.parametrize(
@@ -73,7 +96,8 @@ def test_one_jump_announced_in_two_pieces_is_one() -> None:
     ids=['one missing', 'one too many', 'half of one', 'late', 'pieces apart'],
 )
 def test_jumps_that_were_not_are_not_right(announced: dict[float, set[str]]) -> None:
-    found = merged({at(t): dict.fromkeys(names, 1.0) for t, names in announced.items()})
+    sizes = {time: dict.fromkeys(names, 1.0) for time, names in announced.items()}
+    found = merged(announced_at(sizes))
     assert not found_as_true(found, TRUTH)
 
 
@@ -96,6 +120,7 @@ def recorded(
             'state_stddev': {s: {'h1': math.nan} for s in stamps},
             'parameters_stddev': {s: {'p1': deviation} for s in stamps},
         },
+        intervals={s: {'p1': (0.4375, 0.875)} for s in stamps},
     )
 
 
@@ -112,6 +137,7 @@ def test_a_window_that_is_off_is_quoted_with_its_own_outcome(capsys) -> None:
     streams = capsys.readouterr()
     assert 'the window up to 100 s is off, and says at_bound: p1 at its bound' in streams.err
     assert 'more than 0.01 off' in streams.out and '200' not in streams.err
+    assert '0.43750    0.87500   more than 0.01 off' in streams.out, 'the interval as published'
 
 
 @pytest.mark.parametrize(

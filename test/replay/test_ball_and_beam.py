@@ -64,6 +64,7 @@ def test_the_live_node_estimates_what_the_replay_does(ros, tmp_path, recorded):
     topics = ('parameters', 'state', 'parameters_stddev', 'state_stddev')
     heard = {topic: ros.listen(f'/estimator/{topic}') for topic in topics}
     jumps = ros.listen('/estimator/jump')
+    intervals = ros.listen('/estimator/parameters_interval')
     ros.spin_until(lambda: estimator.progress.ready, timeout=90.0)
     play(ros, samples(path), [estimate.stamp for estimate in taken], heard['state_stddev'])
     ros.spin_until(lambda: all(len(messages) >= len(taken) for messages in heard.values()))
@@ -75,8 +76,18 @@ def test_the_live_node_estimates_what_the_replay_does(ros, tmp_path, recorded):
             source = estimate.stddev if 'stddev' in topic else getattr(estimate, topic)
             expected = {name: source[name] for name in values}
             assert values == pytest.approx(expected, rel=0, abs=0, nan_ok=True), (k, topic)
-    announced = [dict(jump.sizes) for e in taken for jump in e.jumps if jump.new]
-    assert [vector(message) for message in jumps] == announced
+    ros.spin_until(lambda: len(intervals) >= len(taken))
+    for message, estimate in zip(intervals, taken, strict=True):
+        expected = [estimate.interval[name] for name in message.name]
+        found = list(zip(message.position, message.velocity, strict=True))
+        np.testing.assert_array_equal(found, expected)
+    announced = [jump for e in taken for jump in e.jumps if jump.new]
+    assert [vector(message) for message in jumps] == [dict(jump.sizes) for jump in announced]
+    for message, jump in zip(jumps, announced, strict=True):
+        assert list(message.effort) == list(jump.stddev.values())
+        assert list(message.velocity) == pytest.approx(
+            [jump.probability] * len(jump.sizes), rel=0, abs=0, nan_ok=True
+        )
     assert estimator.progress.failed == 0
     if recorded == 'made up':
         assert len(taken) == 6 and announced

@@ -12,7 +12,7 @@ from obs_ros.replay.cells import (
     median,
     table,
     unit,
-    with_deviation,
+    with_interval,
 )  # fmt: skip
 
 
@@ -23,7 +23,8 @@ def test_figures_leave_out_what_is_not_known():
     assert math.isnan(median(nothing)) and math.isnan(largest(nothing))
     assert (figure(math.nan), figure(0.0123456)) == ('?', '0.01235')
     assert (unit(Variable('share')), unit(Variable('v', 'm/s'))) == ('', 'm/s')
-    assert with_deviation(1.0, math.nan) == '1 ± ?' and with_deviation(2.0, 0.125) == '2 ± 0.12'
+    assert with_interval(2.0, 1.75, 3.5) == '2 (1.75 to 3.5)'
+    assert with_interval(1.0, math.nan, math.nan) == '1 (?)'
 
 
 def test_a_text_stays_in_its_cell():

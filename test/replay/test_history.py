@@ -1,6 +1,7 @@
 """Tests of obs_ros.replay.history."""
 
 import math
+from dataclasses import replace
 
 import numpy as np
 from plants import VESSEL
@@ -18,7 +19,7 @@ def estimate(t, x=0.0, outcome=Outcome.CONVERGED, **more):
     return Estimate(
         parameters={'d': 2.0, 'g': 0.0}, initial_state=state, state=state, stddev={'x': 0.5},
         outcome=outcome, message=f'at {t}', t0=0.0, t1=t, stamp=round(t * S), solve_time=0.25,
-        residual_rms=0.1, output_rms={'y': 0.1}, **more,
+        residual_rms=0.1, output_rms={'y': 0.1}, interval={'x': (x - 1.0, x + 2.0)}, **more,
     )  # fmt: skip
 
 
@@ -31,6 +32,8 @@ def test_numbers_stand_in_the_order_of_the_estimates():
         history.rows('values'), [[10.0, 2.0, 0.0], [20.0, 2.0, 0.0], [math.nan, 2.0, 0.0]]
     )
     np.testing.assert_array_equal(history.rows('deviations')[0], [0.5, math.nan, math.nan])
+    np.testing.assert_array_equal(history.rows('lower')[1], [19.0, math.nan, math.nan])
+    np.testing.assert_array_equal(history.rows('upper')[1], [22.0, math.nan, math.nan])
     assert history.rows('residuals').tolist() == [[0.1]] * 3 == history.rows('rms').tolist()
     assert history.outcomes == {'converged': 2, 'diverged': 1}
     assert history.messages == {'converged': 'at 2.0', 'diverged': 'at 3.0'}
@@ -84,3 +87,17 @@ def test_all_jumps_are_counted_and_so_many_kept():
         jump = Jump(float(k), 0.1, {'d': 1.0}, {'d': 0.1}, new=True, stamp=k * S)
         history.add(estimate(float(k), jumps=(jump,)))
     assert history.jump_count == 3 and [jump.time for jump in history.jumps] == [0.0, 1.0]
+    assert history.retraction_count == 0 and history.standing == history.jumps
+
+
+def test_a_jump_that_is_taken_back_stands_no_more():
+    history = History(VESSEL)
+    first, second = (
+        Jump(t, 0.1, {'d': 1.0}, {'d': 0.1}, new=True, stamp=round(t * S)) for t in (1.0, 2.0)
+    )
+    back = replace(first, sizes={'d': 0.0}, stddev={'d': 0.0}, retracted=True)
+    for t, jumps in enumerate([(first,), (second, back), (replace(back, new=False),)], 3):
+        history.add(estimate(float(t), jumps=jumps, drifting=('g',)))
+    assert (history.jump_count, history.retraction_count) == (2, 1)
+    assert history.jumps == [first, second, back] and history.standing == [second]
+    assert history.drifting == {'g': 3}

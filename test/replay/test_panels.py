@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from obs_ros.core.model import Variable
-from obs_ros.replay.panels import STYLE, broken, finish, label, legend, limit, panels, usual
+from obs_ros.replay.panels import STYLE, Band, broken, finish, label, legend, limit, panels, usual
 
 
 @pytest.fixture
@@ -15,7 +15,7 @@ def plt():
 
 
 def test_the_longest_title_and_the_longest_legend_do_not_meet(plt):
-    figure, _ = panels(plt, 2, 'States and outputs, ± 2 sd')
+    figure, _ = panels(plt, 2, 'States and outputs, 95 % intervals')
     with plt.rc_context(STYLE):
         legend(figure, dots=True, jumps=True, path=True)
         figure.canvas.draw()
@@ -46,12 +46,20 @@ def test_odd_values_are_drawn_in_and_the_rest_kept():
 
 def test_limits_hold_values_and_usual_bands_and_stay_within_the_bounds(plt):
     _, (ax,) = panels(plt, 1, 'x')
-    value, deviation = np.array([1.0, 2.0, np.nan]), np.array([0.1, 0.1, 99.0])
-    limit(ax, value, deviation, (0.9, 9.0))
+    limit(ax, np.array([1.0, 2.0, np.nan]), (0.9, 9.0), (0.2, 0.1))
     np.testing.assert_allclose(ax.get_ylim(), (0.9 - 0.08 * 1.4, 2.3 + 0.08 * 1.4))
     before = ax.get_ylim()
-    limit(ax, np.array([np.nan]), deviation, (0.0, 1.0))
+    limit(ax, np.array([np.nan]), (0.0, 1.0), (0.1, 0.1))
     assert ax.get_ylim() == before
+
+
+def test_a_band_reaches_as_far_as_its_intervals_on_either_side():
+    nan = np.nan
+    band = Band(*np.array([[1.0, 2.0, 3.0, nan], [0.9, 1.5, nan, nan], [1.4, 2.2, nan, nan]]))
+    assert band.known.tolist() == [True, True, False, False]
+    np.testing.assert_allclose(band.reach, [[0.1, 0.5, 0.0, 0.0], [0.4, 0.2, 0.0, 0.0]])
+    assert band.usual_reach == pytest.approx((0.3, 0.3))
+    assert Band(*np.full((3, 2), nan)).usual_reach == (0.0, 0.0)
 
 
 def test_axes_are_named_with_their_units_and_the_begin(plt):

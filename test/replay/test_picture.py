@@ -1,12 +1,16 @@
 """What the pictures of a replay show, read from their axes."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from ball_and_beam import motion
 
+from obs_ros.core.estimate import Estimate, Jump, Outcome
 from obs_ros.core.record import Sample
 from obs_ros.replay import picture
-from obs_ros.replay.engine import replay
+from obs_ros.replay.engine import Account, replay
+from obs_ros.replay.history import History
 from obs_ros.replay.settings import setup
 
 NOISE = 0.001  # m
@@ -58,6 +62,32 @@ def test_states_are_drawn_as_the_path_that_windows_found_beside_what_was_measure
     # Estimates, with their deviations, at the ends of the windows.
     t, values = line(place, points=5)
     np.testing.assert_allclose(t, [5.0, 7.5, 10.0, 12.5, 15.0])
+
+
+def test_intervals_are_drawn_as_far_as_they_reach_to_either_side(drawn):
+    chosen = setup({'model': 'plants:VESSEL'})
+    told = Account(History(chosen.model), first=0, horizon=1.0)
+    for k, jump in enumerate((True, False, True)):
+        shown = Jump(0.5 + k, 0.1, {'d': 1.0}, {'d': 0.1}, jump, stamp=round((0.5 + k) * 1e9))
+        nan = float('nan')
+        told.history.add(
+            Estimate(
+                parameters={'d': 2.0 + k, 'g': 0.5}, initial_state={'x': 1.0}, state={'x': 1.0},
+                stddev={'d': 0.5}, outcome=Outcome.CONVERGED, message='', t0=0.0, t1=1.0 + k,
+                interval={'d': (1.9 + k, 2.5 + k), 'g': (nan, nan)}, stamp=(1 + k) * 10**9,
+                jumps=(shown,),
+            )
+        )  # fmt: skip
+    back = replace(told.history.jumps[0], sizes={'d': 0.0}, retracted=True)
+    told.history.jumps.append(back)
+    d, g = drawn(told)['parameters.png'].axes
+    (bars,) = d.collections[-1:]
+    ends = np.array([segment[:, 1] for segment in bars.get_segments()])
+    np.testing.assert_allclose(ends, [[1.9, 2.5], [2.9, 3.5], [3.9, 4.5]])
+    crosses = [curve for curve in g.lines if curve.get_marker() == 'x']
+    assert sum(len(curve.get_xdata()) for curve in crosses) == 3
+    dashed = [curve.get_xdata()[0] for curve in d.lines if curve.get_linestyle() == '--']
+    assert dashed == [2.5], 'one is no news, and one was taken back'
 
 
 def test_a_spike_does_not_flatten_the_rest(drawn):

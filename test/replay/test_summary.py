@@ -1,11 +1,12 @@
 """The page on a replay."""
 
 import re
+from dataclasses import replace
 
 import pytest
 from ball_and_beam import made_up
 
-from obs_ros.core.estimate import Estimate, Outcome
+from obs_ros.core.estimate import Estimate, Jump, Outcome
 from obs_ros.core.record import Sample
 from obs_ros.replay.engine import Account, replay
 from obs_ros.replay.history import History
@@ -80,3 +81,28 @@ def test_walks_skill_and_scatter_are_those_of_the_estimates():
     assert any('0.3 in the median of 3 windows, 0.3 in the last' in line for line in lines)
     assert '| g | 0.6 | 0.6 |' in lines
     assert not any(line.startswith('| d | ') and 'sqrt' in line for line in lines)
+
+
+def test_intervals_stand_with_both_ends_and_jumps_with_what_came_of_them():
+    chosen = setup({'model': 'plants:VESSEL'})
+    account = Account(History(chosen.model), horizon=1.0)
+    jump = Jump(0.5, 0.1, {'d': 1.0}, {'d': 0.1}, True, ('g', 'no jump'), probability=0.96)
+    back = replace(jump, sizes={'d': 0.0}, stddev={'d': 0.0}, retracted=True)
+    for k, jumps in enumerate(((jump,), (back,))):
+        account.history.add(
+            Estimate(
+                parameters={'d': 2.0, 'g': 0.0}, initial_state={'x': 1.0}, state={'x': 1.0},
+                stddev={'d': 0.5}, outcome=Outcome.CONVERGED, message='', t0=0.0, t1=1.0 + k,
+                interval={'d': (1.75, 3.5)}, jumps=jumps, drifting=('g',),
+            )
+        )  # fmt: skip
+    lines = summary('run 1', chosen, account, Nothing(), deadline=False).splitlines()
+    (row,) = [line for line in lines if line.startswith('| d | ')]
+    assert '| 2 (1.75 to 3.5) | 2 (1.75 to 3.5) |' in row
+    (row,) = [line for line in lines if line.startswith('| g | ')]
+    assert '| 0 (?) | 0 (?) |' in row
+    assert '## Jumps: 1, 1 taken back' in lines
+    announced = '- jump at 0.50 s +- 0.2 s: d +1 +- 0.2, probability 0.96 (or: g; no jump)'
+    assert announced in lines and '- jump at 0.50 s taken back: d (or: g; no jump)' in lines
+    (drift,) = [line for line in lines if line.startswith('Drifting: ')]
+    assert drift.startswith('Drifting: g in 2 estimates; give it a walk: walk.g')
