@@ -196,11 +196,7 @@ class Announcements:
                 continue
             self._events.remove(event)
             if event.announced:
-                yield replace(
-                    event.jump, sizes=dict.fromkeys(event.jump.sizes, 0.0),
-                    stddev=dict.fromkeys(event.jump.sizes, 0.0), new=True, alternatives=(),
-                    probability=own, retracted=True,
-                )  # fmt: skip
+                yield event.jump.taken_back(own)
             if (found := beliefs.shown(event.found, names)) is not None:
                 jump = jump_among(found, chances, estimate.t1, estimate.stamp)
                 self._events.append(_Event(found, jump, credible=event.credible))
