@@ -16,6 +16,7 @@ import numpy as np
 
 from obs_ros.core.drifting import remedy
 from obs_ros.core.estimate import Estimate, Jump
+from obs_ros.horizon.arrival_cost import KEPT
 from obs_ros.horizon.beliefs import Beliefs, jump_among
 from obs_ros.horizon.found_jumps import JumpFound
 from obs_ros.horizon.gaussian_sum import SUM, same_event, set_at
@@ -109,7 +110,7 @@ class Announcements:
         # Longer than lineages remember: none may bring an old jump back.
         oldest = estimate.t1 - (max(SUM.remembered, self.settings.lately) + 2) * beliefs.duration
         self._events = [event for event in self._events if event.found.time > oldest]
-        self._windows = [window for window in self._windows if window.start > oldest]
+        self._windows = [window for window in self._windows if window.start > oldest][-KEPT:]
         decides = explained and not np.isnan(list(estimate.stddev.values())).all()
         moved = frozenset(moving) | self._noted(estimate, beliefs, decides=decides)
         kind = Kind.MOVED if moved else Kind.CALM if alone else Kind.ROUGH
@@ -145,8 +146,10 @@ class Announcements:
         """Return the latest windows that share no sample, the newest first."""
         found: list[_Window] = []
         for window in reversed(self._windows):
-            if len(found) < self.settings.lately and (not found or window.end <= found[-1].start):
+            if not found or window.end <= found[-1].start:
                 found.append(window)
+            if len(found) == self.settings.lately:
+                break
         return found
 
     def _noted(self, estimate: Estimate, beliefs: Beliefs, *, decides: bool) -> frozenset[str]:

@@ -169,7 +169,10 @@ def jumps_shown(
     """
     best = uncertainty.hypothesis
     grid, names = best.problem.objective.grid, best.problem.objective.unknowns.names
-    others = [together(names[i] for i in other.parameters) or 'no jump' for other in alternatives]
+    sets = dict.fromkeys(
+        one.parameters for one in alternatives if one.parameters != best.parameters
+    )
+    others = [together(names[i] for i in places) or 'no jump' for places in sets]
     newest = float(grid.t[np.flatnonzero(grid.measured)[-1]])
     return tuple(
         _jump(found, beliefs.chances(found).get(found.names, 0.0), others, newest, record.stamp)
