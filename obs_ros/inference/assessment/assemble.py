@@ -180,9 +180,9 @@ def _knowledge(
     ):
         return Knowledge(Deviations.withheld(model))
     best, n = uncertainty.hypothesis, unknowns.n_states
-    deviations = Deviations.of(
-        best, uncertainty.covariance, fit.enlargement, uncertainty.end, uncertainty.excess
-    )
+    deviations = Deviations.of(best, uncertainty.covariance, fit.enlargement, uncertainty.end)
+    if uncertainty.excess is not None:
+        deviations = deviations.beside(best, fit.enlargement * uncertainty.excess)
     if (structure := uncertainty.structure) is not None:  # a mean over the window is no value
         deviations.parameters[unknowns.index[n:][structure.moving] - len(model.states)] = np.nan
     if uncertainty.process_noise is None and uncertainty.skill is not None and not fit.colour.white:

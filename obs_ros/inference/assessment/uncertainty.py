@@ -144,6 +144,25 @@ class Deviations:
     parameters: Array
     joint: Array
 
+    def beside(self, hypothesis: Hypothesis, excess: Array) -> 'Deviations':
+        """Return those of the mixture of a hypothesis and others that explain as much.
+
+        `excess` (n + q, n + q) is the second moment in excess of the hypothesis's own covariance,
+        see `Uncertainty`. What is no longer determined by then is withheld.
+        """
+        unknowns, n = hypothesis.problem.objective.unknowns, self.state.size
+        rows = _in_units(hypothesis)
+        extra = rows @ excess @ rows.T
+        limit = np.full(n + self.parameters.size, np.inf)
+        limit[:n] = undetermined_states(unknowns)
+        limit[unknowns.index[unknowns.n_states :]] = (
+            undetermined(unknowns)[unknowns.n_states :] * rows.max(axis=0)[n:]
+        )
+        own = np.append(self.state, self.parameters)
+        sd = np.sqrt(np.maximum(own**2 + np.diagonal(extra), 0.0))
+        sd = np.where(sd <= limit, sd, np.nan)
+        return replace(self, state=sd[:n], parameters=sd[n:], joint=self.joint + extra)
+
     @classmethod
     def withheld(cls, model: Model) -> 'Deviations':
         """Return none."""
@@ -165,11 +184,10 @@ class Deviations:
         covariance: Array,
         inflation: float,
         end: AtEnd | None = None,
-        excess: Array | None = None,
     ) -> 'Deviations':
         """Return those of a hypothesis with this joint covariance (D, D) times `inflation`.
 
-        `end` is what process noise makes of the end, `excess` what other hypotheses make of it.
+        `end` is what process noise makes of the end.
 
         What is not estimated has none, 0. Above a tenth of its box, or on a log scale 30 % of its
         value, a standard deviation says that the value is not determined, and is withheld.
@@ -183,19 +201,13 @@ class Deviations:
         limit = undetermined(unknowns)
         for name, where in places.items():
             everything = np.zeros(len(unknowns.model.variables))
-            variances = np.diagonal(covariance)[where]
-            if excess is not None and name == 'final':
-                variances = variances + inflation * _of_parameters(excess, unknowns)
-            boxes = np.sqrt(np.maximum(variances, 0.0))
+            boxes = np.sqrt(np.maximum(np.diagonal(covariance)[where], 0.0))
             slopes = unknowns.scale.slopes(hypothesis.point[where])
             everything[unknowns.index] = np.where(boxes <= limit, boxes * slopes, np.nan)
             found[name] = everything
         joint = joint_covariance(hypothesis, covariance, end)
         if end is not None:
             joint += inflation * end.covariance
-        if excess is not None:
-            rows = _in_units(hypothesis)
-            joint += inflation * rows @ excess @ rows.T
         parameters = found['final'][n:]
         if end is not None and end.parameters is not None:
             parameters = walked_deviations(unknowns, end.parameters, joint)
@@ -241,13 +253,6 @@ def walked_deviations(unknowns: Unknowns, parameters: Array, joint: Array) -> Ar
     own = deviations[places - n]
     deviations[places - n] = np.where(own <= limit, own, np.nan)
     return np.asarray(deviations)
-
-
-def _of_parameters(excess: Array, unknowns: Unknowns) -> Array:
-    """Return the variances (d,) in excess (n + q, n + q) of the estimated unknowns, 0 of states."""
-    variances = np.zeros(unknowns.dimension)
-    variances[unknowns.n_states :] = np.diagonal(excess)[len(unknowns.model.states) :]
-    return variances
 
 
 def _in_units(hypothesis: Hypothesis) -> Array:
