@@ -49,9 +49,11 @@ class Mixture:
         others = {
             h.parameters: h
             for h in sorted(tried, key=lambda h: -h.neg2_log_evidence)
-            if h.parameters != best.parameters and not (h.jumps > best.jumps and h.cost > best.cost)
+            if np.isfinite(h.neg2_log_evidence)
+            and h.parameters != best.parameters
+            and not (h.jumps > best.jumps and h.cost > best.cost)
         }
-        if not others:
+        if not others or not np.isfinite(best.neg2_log_evidence):
             return cls.only(best)
         every = (best, *others.values())
         least = min(every, key=lambda h: h.squares)

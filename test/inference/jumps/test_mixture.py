@@ -46,6 +46,14 @@ def test_of_one_set_of_parameters_the_best_stands_for_all() -> None:
     assert [h.neg2_log_evidence for h in mixture.hypotheses] == [400.0, 402.0]
 
 
+@pytest.mark.parametrize('evidence', [(400.0, np.nan), (np.nan, 400.0)])
+def test_what_cannot_be_weighed_counts_for_nothing(evidence: tuple[float, float]) -> None:
+    best, other = with_evidence(STILL, evidence[0]), with_evidence(JUMPED, evidence[1])
+    mixture = Mixture.of(best, [best, replace(other, cost=0.0)], 0.0)
+    assert mixture.hypotheses == (best,)
+    assert mixture.weights.tolist() == [1.0]
+
+
 def test_a_jump_that_costs_more_counts_for_nothing() -> None:
     """At the kinks of a model the determinants mean little."""
     best = replace(STILL, neg2_log_evidence=400.0, cost=300.0)
