@@ -5,7 +5,6 @@ the states are found, and jumps sought beside them. A window that follows one wi
 begins with that noise, and is searched only if it does not explain this one.
 """
 
-from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -29,6 +28,7 @@ from obs_ros.horizon.ramps import walked
 from obs_ros.horizon.solver import Solver
 from obs_ros.horizon.stages import Explanation, explain, fit
 from obs_ros.inference.jumps.hypothesis import Hypothesis, hypothesis_at
+from obs_ros.inference.jumps.mixture import Mixture
 from obs_ros.inference.jumps.piecewise import PiecewiseProblem
 from obs_ros.inference.prior import Prior
 from obs_ros.inference.process_noise import ProcessNoise
@@ -60,7 +60,7 @@ SOLUTION = SolutionSettings()
 
 @dataclass(frozen=True)
 class Solution:
-    """The best hypothesis on a window and its near-equals; whether there was time to look.
+    """The hypotheses on a window with their probabilities; whether there was time to look.
 
     `posed` is the window as it was posed, without outliers. `plain` is the best hypothesis without
     process noise, `disturbed` that with it, if it is published;
@@ -70,8 +70,7 @@ class Solution:
     posed: WindowState
     window: WindowState
     found: Found
-    hypothesis: Hypothesis
-    alternatives: Sequence[Hypothesis]
+    mixture: Mixture
     finished: bool
     plain: Hypothesis
     disturbed: DisturbedWindow | None = None
@@ -79,14 +78,19 @@ class Solution:
     searched: bool = True
     learned: ProcessNoise | None = None
 
+    @property
+    def hypothesis(self) -> Hypothesis:
+        """The best one."""
+        return self.mixture.best
+
     def by(self, disturbed: DisturbedWindow) -> 'Solution':
         """Return the solution with process noise."""
+        best = disturbed.hypothesis
         return replace(
             self,
             window=disturbed.window,
             found=disturbed.found,
-            hypothesis=disturbed.hypothesis,
-            alternatives=(),
+            mixture=self.mixture if best is self.hypothesis else Mixture.only(best),
             disturbed=disturbed,
             learned=self.learned or disturbed.noise,
         )
@@ -153,10 +157,10 @@ def _searched(
     mode, best = solver.settings.process_noise, explanation.hypothesis
     if mode == 'auto' and _in_vain(window, found, best):
         best = hypothesis_at(PiecewiseProblem(window.objective, window.prior), found.z)
-        explanation = Explanation(best, (), explanation.finished)
-    alternatives, finished = explanation.alternatives, explanation.finished
+        explanation = Explanation(Mixture.only(best), explanation.finished)
     posed = _without_the_same(posed, window)
-    solution = Solution(posed, window, found, best, alternatives, finished, plain=best)
+    mixture, finished = explanation.mixture, explanation.finished
+    solution = Solution(posed, window, found, mixture, finished, plain=best)
     for _ in range(2):
         other = explain_by_process_noise(
             window, found, best, given, deadline, mode=mode, previous=earlier.noise
@@ -164,7 +168,7 @@ def _searched(
         if other is None:
             tried = solution.disturbed is not None or not found.accepted
             late = not tried and untried(window, best, mode, deadline)
-            return replace(solution, finished=finished and not late)
+            return replace(solution, finished=solution.finished and not late)
         window, other = steadied(window, other, given, deadline, mode=mode)
         solution = replace(solution, posed=_without_the_same(solution.posed, window)).by(other)
         if not contradicts_prior(other.hypothesis, earlier.known):
@@ -211,9 +215,9 @@ def _continued(
     if not other.is_noise:
         found = replace(other.found, accepted=Acceptance.AS_BEFORE)
         other = replace(other, found=found)
-    finished = not deadline.passed
+    mixture, finished = Mixture.only(plain), not deadline.passed
     solution = Solution(
-        window, plain_window, other.found, plain, (), finished, plain=plain, said=said,
+        window, plain_window, other.found, mixture, finished, plain=plain, said=said,
         searched=False,
     )  # fmt: skip
     return solution.by(other)
@@ -277,7 +281,7 @@ def _jumps_beside(
     if not criterion_at(frozen.window, best) < own.criterion:
         return solution
     jumped = frozen.jumped(best)
-    return replace(solution.by(jumped), alternatives=explanation.alternatives)
+    return replace(solution.by(jumped), mixture=explanation.mixture.about(jumped.hypothesis))
 
 
 def _in_vain(window: WindowState, found: Found, best: Hypothesis) -> bool:

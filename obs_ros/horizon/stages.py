@@ -20,6 +20,7 @@ from obs_ros.inference.assessment.informed_subspace import informed_information
 from obs_ros.inference.assessment.uncertainty import Uncertainty
 from obs_ros.inference.jumps.hypothesis import Hypothesis, hypothesis_at
 from obs_ros.inference.jumps.jump_search import JumpSearch
+from obs_ros.inference.jumps.mixture import Mixture
 from obs_ros.inference.jumps.outlying import without_outliers
 from obs_ros.inference.jumps.piecewise import PiecewiseProblem, may_jump
 from obs_ros.inference.noise import variances_left
@@ -54,15 +55,19 @@ STAGES = StageSettings()
 
 @dataclass(frozen=True)
 class Explanation:
-    """The best hypothesis on a window, its near-equals, and whether there was time to look.
+    """Hypotheses on a window with their probabilities, and whether there was time to look.
 
     `tried` are all that were solved, in the scales of the window that was explained.
     """
 
-    hypothesis: Hypothesis
-    alternatives: Sequence[Hypothesis]
+    mixture: Mixture
     finished: bool
     tried: Sequence[Hypothesis] = ()
+
+    @property
+    def hypothesis(self) -> Hypothesis:
+        """The best one."""
+        return self.mixture.best
 
 
 def fit(
@@ -101,15 +106,18 @@ def explain(
     first, known = still, continued
     if wrong:
         loose = window.prior.without_given(np.array(wrong))
-        first = _under(loose, still, deadline)
-        known = None if continued is None else _under(loose, continued, deadline)
+        first = under(loose, still, deadline)
+        known = None if continued is None else under(loose, continued, deadline)
     search = JumpSearch(first, deadline, known=known, correlation=window.correlation)
     best = search.run() if found.accepted else still
+    mixture = search.mixture() if found.accepted else Mixture.only(still)
     if wrong:
-        best = _under(window.prior, best, deadline) if best.problem.events else still
+        best = under(window.prior, best, deadline) if best.problem.events else still
+        mixture = mixture.about(best) if best.problem.events else Mixture.only(still)
     if best.jumps and not window.noise_known:
-        window, best = _in_own_noise(window, best, deadline)
-    return window, Explanation(best, search.alternatives(), search.finished, search.tried)
+        window, best = _in_own_noise(window, mixture.best, deadline)
+        mixture = mixture.about(best)
+    return window, Explanation(mixture, search.finished, search.tried)
 
 
 def uncertainty_of(best: Hypothesis) -> Uncertainty:
@@ -182,7 +190,7 @@ def _polished(
     return solved.z[0], float(solved.squares[0])
 
 
-def _under(prior: Prior, best: Hypothesis, deadline: Deadline) -> Hypothesis:
+def under(prior: Prior, best: Hypothesis, deadline: Deadline) -> Hypothesis:
     """Return the hypothesis of the same jumps under another prior."""
     problem = replace(best.problem, prior=prior)
     return hypothesis_at(problem, _polished(problem, best.point, deadline)[0], best.earlier)

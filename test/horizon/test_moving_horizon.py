@@ -359,9 +359,14 @@ class TestGivenPriors:
         (jump,) = first.jumps
         assert list(jump.sizes) == ['k'] and jump.sizes['k'] == pytest.approx(1.0, abs=0.2)
         assert 'contradicts' not in first.message
+        assert not jump.new  # in the first window nobody knows whether jumps are rare
+        assert [j.time for one in later for j in one.jumps if j.new] == pytest.approx(
+            [15.0], abs=0.5
+        )
         # From then on the prior is of a value that is no more.
         for estimate in later[1:]:
-            assert estimate.jumps == () and 'contradicts' not in estimate.message
+            assert 'contradicts' not in estimate.message
+            assert all(j.time < estimate.t0 for j in estimate.jumps)
             assert estimate.parameters['k'] == pytest.approx(3.0, abs=4.0 * estimate.stddev['k'])
 
     def test_without_squares_they_count_in_every_window(self) -> None:

@@ -186,6 +186,8 @@ def _knowledge(
     deviations = Deviations.of(
         best, uncertainty.covariance, fit.enlargement, uncertainty.end, uncertainty.interval
     )
+    if uncertainty.excess is not None:
+        deviations = deviations.beside(best, fit.enlargement * uncertainty.excess)
     if (structure := uncertainty.structure) is not None:  # a mean over the window is no value
         deviations.parameters[unknowns.index[n:][structure.moving] - len(model.states)] = np.nan
     if uncertainty.process_noise is None and uncertainty.skill is not None and not fit.colour.white:
