@@ -62,9 +62,13 @@ def walked(
         ramp = DisturbedWindow.of(window, found, along)
         evidence = _evidence(window, ramp.hypothesis) + ramp.price
         evidence += best.problem.settings.jump_penalty
-        if ramp.is_noise and (least is None or evidence < least[0]):
+        # A filter that diverged has no innovations.
+        measured = window.objective.grid.weight > 0.0
+        whole = bool((ramp.window.objective.grid.weight[measured] > 0.0).all())
+        sound = whole and np.isfinite(evidence) and ramp.is_noise
+        if sound and (least is None or evidence < least[0]):
             least = evidence, ramp
-    if least is None or least[0] > limit:
+    if least is None or not least[0] < limit:  # a limit that is no number means no ramp
         return None
     return least[1]
 

@@ -25,6 +25,7 @@ class OutlierSettings:
       is more: a jump of a fast parameter decays, an outlier does not;
     - `longest`: most consecutive samples of one output; more are a burst, or a step;
     - `most`: share of the window's values, though one is always allowed; more are another noise;
+    - `values`: measured ones below which nothing tells what the others would be;
     - `least`: share of the signal, root mean square; less would be seen by nobody;
     - `comparable`: share of the largest size that others need to be left out beside it: a gross
       outlier drags the fit, and others seem far out that are not;
@@ -43,6 +44,7 @@ class OutlierSettings:
     echo: float = 0.1
     longest: int = 2
     most: float = 0.03
+    values: int = 10
     least: float = 1e-4
     comparable: float = 0.3
     rounds: int = 5
@@ -70,7 +72,8 @@ def suspects(residuals: Array, *, noise_known: bool) -> BoolArray:
     far = np.nan_to_num(sizes, nan=0.0) > OUTLIERS.limit
     if not far.any():
         return np.asarray(far)
-    if far.sum() > max(1, int(OUTLIERS.most * np.isfinite(residuals).sum())):
+    values = int(np.isfinite(residuals).sum())
+    if values < OUTLIERS.values or far.sum() > max(1, int(OUTLIERS.most * values)):
         return np.zeros_like(far)
     single = np.zeros_like(far)
     for column in np.flatnonzero(far.any(axis=0)):

@@ -1,7 +1,7 @@
 """The Estimate of a window: its values by name, its standard deviations, its outcome and why."""
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -59,6 +59,7 @@ def report(
         noise_known=window.noise_known,
         correlation=0.0 if uncertainty is None else uncertainty.correlation,
     )
+    fit = replace(fit, trimmed=bool(window.outliers))
     known = _knowledge(objective, found, uncertainty, fit, states[last], p[:, 0])
     outcome, message = judged(
         Findings(
