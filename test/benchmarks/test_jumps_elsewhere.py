@@ -4,10 +4,10 @@ import numpy as np
 import pytest
 
 from benchmarks.intervals import COVERED, share_interval
+from benchmarks.runner import ROOT
 from benchmarks.sequence.__main__ import main
 from benchmarks.sequence.jumps_elsewhere import scores
 from benchmarks.sequence.jumps_elsewhere.acceptance import asked
-from benchmarks.sequence.jumps_elsewhere.cost import compare, ratio
 from benchmarks.sequence.jumps_elsewhere.follow import Followed, Said, followed
 from benchmarks.sequence.jumps_elsewhere.judged import (
     How,
@@ -285,21 +285,15 @@ def test_a_run_is_solved_beside_its_truth():
 
 
 @pytest.mark.slow
-def test_a_tree_is_compared_with_itself(tmp_path):
-    from benchmarks.runner import ROOT
-
-    times = compare([Scene('motor', 'jump', True, seed, 5) for seed in (1, 2)], ROOT)
-    assert [each.ours.size for each in times] == [4, 4]
-    assert sum(int(each.jumped.sum()) for each in times) == 2
-    assert ratio(times, True)[1] <= ratio(times, True)[0] <= ratio(times, True)[2]
-
-
-@pytest.mark.slow
-def test_the_benchmark_reports_what_was_asked(tmp_path, monkeypatch):
+def test_the_benchmark_reports_what_was_asked_beside_the_same_tree(tmp_path, monkeypatch):
     for name, value in (('PLANTS', ('motor',)), ('WINDOWS', 9)):
         monkeypatch.setattr(f'benchmarks.sequence.jumps_elsewhere.run.{name}', value)
-    text = main(['--only', 'jumps_elsewhere', '--runs', '1', '--results', str(tmp_path)])
+    chosen = ['--only', 'jumps_elsewhere', '--runs', '1', '--against', str(ROOT)]
+    text = main([*chosen, '--results', str(tmp_path)])
     assert text == (tmp_path / 'sequence_jumps_elsewhere.md').read_text()
     assert '| asked | measured | met |' in text
     assert '| motor | rich | clean | 9 | ' in text
-    assert '| rich | named right | ' in text
+    assert text.count('| rich | named right | ') == 2
+    assert 'median sd <= 1.15 x that of the other tree | 1.000 (1.000-1.000)' in text
+    assert 'RMS error <= 1.05 x that of the other tree | 1.000 (1.000-1.000)' in text
+    assert '| time of a window with a jump <= 1.5 x that of the other tree | ' in text

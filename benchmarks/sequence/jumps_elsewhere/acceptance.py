@@ -51,12 +51,12 @@ def _covered(measured: Measured) -> Iterator[Requirement]:
         bool(value.value >= MISNAMED and windows >= ENOUGH_MISNAMED),
     )
     for label, chosen in (
-        ('accepted windows', scores.everywhere),
-        ('those that do not end within a sixth of a window after a jump', settled),
+        ('', scores.everywhere),
+        (', but for those that end within a sixth of a window after a jump', settled),
     ):
         value, windows = scores.beyond(every, scores.FARTHEST, chosen), scores.count(every, chosen)
         yield Requirement(
-            f'any error > 5 sd in < {100.0 * FARTHER:g} % of >= {ENOUGH} {label}',
+            f'any error > 5 sd in < {100.0 * FARTHER:g} % of >= {ENOUGH} accepted windows{label}',
             f'{value.hits} of {windows}: {value}',
             bool(value.value < FARTHER and windows >= ENOUGH),
         )

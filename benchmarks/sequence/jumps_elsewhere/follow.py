@@ -74,7 +74,9 @@ class Followed(NamedTuple):
     def beyond(self) -> Array:
         """Errors (W, q + n) in deviations, each by the side of its interval the truth lies on."""
         side = np.where(self.error > 0.0, self.error - self.lower, self.upper - self.error)
-        return np.asarray(np.abs(self.error) / np.maximum(side, 1e-12) * COVERED)
+        # An estimate outside its own interval has no side.
+        half = np.where(side > 0.0, side / COVERED, self.deviations)
+        return np.asarray(np.abs(self.error) / np.maximum(half, 1e-12))
 
 
 def horizon_of(scene: Scene) -> MovingHorizon:

@@ -80,7 +80,7 @@ def _published(runs: scores.Runs, chosen: scores.Chosen) -> dict[str, object]:
         'any error > 3 sd': scores.beyond(runs, scores.FAR, chosen),
         '> 5 sd': scores.beyond(runs, scores.FARTHEST, chosen),
         '95 % coverage': scores.coverage(runs, chosen),
-        'by process noise': f'{scores.pushed(runs, chosen).value:.3f}',
+        'by process noise': scores.pushed(runs, chosen),
     }
 
 
