@@ -19,6 +19,7 @@ from obs_ros.core.deadline import Deadline
 from obs_ros.core.jit import accelerated
 from obs_ros.core.linear_algebra import eigen
 from obs_ros.core.typing import AnyArray, Array, BoolArray, IntArray
+from obs_ros.inference.jumps.piecewise import PiecewiseProblem
 from obs_ros.inference.prior import Posterior
 from obs_ros.optimization.lm_linalg import TINY, solved
 
@@ -86,7 +87,7 @@ class Ends:
 
 
 def parabola_holds(
-    posterior: Posterior,
+    posterior: Posterior | PiecewiseProblem,
     z: Array,
     gradient: Array,
     covariance: Array,
@@ -114,7 +115,7 @@ def parabola_holds(
 
 
 def profile_ends(
-    posterior: Posterior,
+    posterior: Posterior | PiecewiseProblem,
     z: Array,
     pinned: IntArray,
     reach: Array,
@@ -160,7 +161,7 @@ class _Walk:
 
     def __init__(
         self,
-        posterior: Posterior,
+        posterior: Posterior | PiecewiseProblem,
         z: Array,
         pinned: IntArray,
         reach: Array,
