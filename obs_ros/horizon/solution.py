@@ -148,7 +148,9 @@ def _searched(
     if window.noise_known:
         window, continued = beside_known_jumps(window, alone, deadline)
     known = window.noise_known
-    window, found = fit(window, solver, earlier.warm, continued, rng, deadline)
+    window, found = fit(
+        window, solver, earlier.warm, continued, rng, deadline, alone=earlier.explained is not None
+    )
     if not np.isfinite(found.cost):
         return None
     if not known or window.outliers:  # only now the squares are in units of the noise

@@ -77,14 +77,17 @@ def fit(
     continued: Hypothesis | None,
     rng: np.random.Generator,
     deadline: Deadline,
+    *,
+    alone: bool = True,
 ) -> tuple[WindowState, Found]:
     """Return the optimum without jumps inside, and the window without outliers.
 
-    Its scales are the noise afterwards. `warm` (d,) is a start, `continued` the hypothesis that
-    earlier jumps are as they were.
+    Its scales are the noise afterwards. `warm` (d,) is a start, which may do `alone` unless it
+    comes of a window that nothing explained; `continued` is the hypothesis that earlier jumps are
+    as they were.
     """
     found = None
-    if window.noise_known and warm is not None:
+    if window.noise_known and warm is not None and alone:
         window, found = _from_warm(window, warm, continued, deadline)
     if found is None:
         window, found = solver.fit(window, window.posterior, rng, deadline, warm)

@@ -46,7 +46,7 @@ def without_outliers(
     `problem` is what is minimised. None where no sample is an outlier, or a jump may stand for
     those that seem to be.
     """
-    residuals = _residuals(window, z)
+    residuals = window.objective.residuals(z)
     found = suspects(residuals, noise_known=window.noise_known)
     found &= np.abs(residuals) > OUTLIERS.least * np.sqrt(window.objective.signal)
     if not found.any():
@@ -85,14 +85,6 @@ def beside(tried: Sequence[Hypothesis], *, noise_known: bool) -> tuple[BoolArray
         if far.any() and (evidence := _without(one, far)) < least:
             least, found = evidence, (far, residuals)
     return found
-
-
-def _residuals(window: WindowState, z: Array) -> Array:
-    """Return scaled residuals (K, r) of a point; it counts as no candidate of a search."""
-    objective, grid = window.objective, window.objective.grid
-    _, outputs = objective.kernels.trajectories(grid, *objective.unknowns.values(z[None]))
-    weight = np.where(grid.weight > 0.0, grid.weight, np.nan)
-    return np.asarray(weight * (outputs[:, :, 0] - grid.y))
 
 
 def _refitted(
