@@ -168,7 +168,9 @@ class _Walk:
         found = self._posterior.linearise(z[None], np.full((1, z.size), probe), posterior.nodes)
         # A search ends where hardly anything is left to gain: the rest of the way is foretold.
         free = np.zeros(z.size, dtype=np.bool_)
-        down = to_optimum(z, found[1][0], found[2][0], 0.0, -1, 0.0, posterior.limits, free)
+        down = to_optimum(
+            z, found[1][0], found[2][0], settings.damping, -1, 0.0, posterior.limits, free
+        )
         gain = -change(found[1][0], found[2][0], down)
         near = 0.0 <= gain < settings.better
         self._middle = z + down if near else z
