@@ -49,6 +49,14 @@ class Jump:
     probability: float = np.nan
     retracted: bool = False
 
+    def taken_back(self, probability: float) -> 'Jump':
+        """Return the retraction of this one, which is as probable as that by now."""
+        nothing = dict.fromkeys(self.sizes, 0.0)
+        return Jump(
+            self.time, self.time_stddev, nothing, nothing, new=True, stamp=self.stamp,
+            probability=probability, retracted=True,
+        )  # fmt: skip
+
     def takes_back(self, other: 'Jump') -> bool:
         """Whether this one retracts all of another that was announced: names, at its time."""
         same = abs(self.time - other.time) <= SAME_TIME

@@ -1,160 +1,257 @@
-"""The jumps that a window shows, in the parameters' units, and which of them are news.
+"""Announcements of jumps: which are news, and which announced ones are taken back.
 
-Windows that overlap show the same jump again and again: it is announced once, by the first window
-that shows it clearly.
+A jump is one event, whatever it is called: windows that overlap show it again and again, by this
+set of parameters or by a larger one. It is announced once, when a window explains it clearly and
+jumps are rare; it is taken back when later evidence turns clearly to another set, or to none.
+Where the model lacks something, a jump in nearly every window stands for it: that is a drift.
 """
 
-from collections.abc import Iterable, Iterator, Mapping, Sequence
+from collections import Counter
+from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass, replace
-from itertools import groupby
+from enum import StrEnum
+from typing import NamedTuple
 
 import numpy as np
 
-from obs_ros.core.estimate import Jump
-from obs_ros.core.record import Record
-from obs_ros.core.typing import Array
-from obs_ros.inference.assessment.uncertainty import Uncertainty
-from obs_ros.inference.jumps.hypothesis import Hypothesis
-from obs_ros.inference.jumps.piecewise import interval_of
-from obs_ros.inference.parameterisation import Unknowns
+from obs_ros.core.drifting import remedy
+from obs_ros.core.estimate import Estimate, Jump
+from obs_ros.horizon.arrival_cost import KEPT
+from obs_ros.horizon.beliefs import Beliefs, jump_among
+from obs_ros.horizon.found_jumps import JumpFound
+from obs_ros.horizon.gaussian_sum import SUM, same_event, set_at
 
 
 @dataclass(frozen=True)
 class AnnouncementSettings:
-    """Limits of clear jumps and of like ones; see benchmarks/results/interconnected.md."""
+    """Limits of clear jumps, of doubt about them, and of rare ones.
 
-    clear: float = 2.0  # standard deviations of a size, from none: 95 % two-sided
-    same_time: float = 0.05  # window; jumps nearer to each other than that are one and the same,
-    same_deviations: float = 5.0  # and those nearer than so many standard deviations of their times
-
-
-@dataclass(frozen=True)
-class Size:
-    """Size of one parameter's jump and its standard deviation, in the parameter's unit.
-
-    `change` is the size as searches see the parameter, and `spread` its standard deviation, in
-    boxes: on a log scale a ratio may be sure though both values are not.
+    - `clear`: standard deviations of a size, from none: 95 % two-sided;
+    - `doubt`: probability of no jump at all, from which on none is announced; `doubt_pushed` the
+      same beside process noise, whose innovations leave far more false ones: on plants that the
+      model lacks something of, the evidence for these was below 35, for true ones above 70;
+    - `odds`, `majority`: of another set against the one announced, and its probability, from which
+      on the evidence has turned: below, noise of one window turns it back again;
+    - `inside`: share of a window that must lie before a jump for the window to decide on it;
+    - `rare`: share of the windows of late that may have jumped, beside the first; more are a drift;
+    - `exact`: share of the windows of late that noise alone, or a jump, explains, below which a
+      jump must be as clear as beside process noise;
+    - `lately`: windows that are counted.
     """
 
-    value: float
-    stddev: float
-    change: float
-    spread: float
-
-    def clear(self, deviations: float) -> bool:
-        """Whether it differs from no jump at all by more than so many standard deviations."""
-        return abs(self.change) > deviations * self.spread
-
-    @classmethod
-    def of(cls, unknowns: Unknowns, place: int, ends: Array, covariance: Array) -> 'Size':
-        """Return the size of a jump between `ends` (2,), in boxes, of this covariance (2, 2)."""
-        slopes = unknowns.scale.slopes(ends, place) * (-1.0, 1.0)
-        return cls(
-            value=float(np.diff(unknowns.scale.values(ends, place))[0]),
-            stddev=_root(slopes @ covariance @ slopes),
-            change=float(ends[1] - ends[0]),
-            spread=_root(covariance[0, 0] + covariance[1, 1] - 2.0 * covariance[0, 1]),
-        )
+    clear: float = 2.0
+    doubt: float = 0.05
+    odds: float = 3.0
+    majority: float = 0.5
+    inside: float = 0.125
+    doubt_pushed: float = 2e-9
+    rare: float = 1.0 / 3.0
+    exact: float = 2.0 / 3.0
+    lately: int = 9
 
 
-@dataclass(frozen=True)
-class JumpFound:
-    """Jumps at one time (s), of this standard deviation (s), by parameters' names."""
+class Kind(StrEnum):
+    """What a window is explained by: noise alone, parameters that moved, or neither."""
 
-    time: float
-    deviation: float
-    sizes: Mapping[str, Size]
+    CALM = 'calm'
+    MOVED = 'moved'
+    ROUGH = 'rough'
+
+
+class _Window(NamedTuple):
+    """A window from `start` to `end` (s), and the parameters that moved in it."""
+
+    start: float
+    end: float
+    kind: Kind
+    moved: frozenset[str]
+
+
+@dataclass
+class _Event:
+    """A jump that windows showed, as it was shown last, or as it was announced.
+
+    `credible`: some window that decides shows it. It is not announced later where it was not, nor
+    if it is `barred`, as it came when jumps were not rare.
+    """
+
+    found: JumpFound
+    jump: Jump
+    credible: bool = False
+    announced: bool = False
+    barred: bool = False
 
 
 class Announcements:
-    """The jumps that have been announced, as long as a window may show them again."""
+    """The jumps of the latest windows, announced or not yet."""
 
     def __init__(self, settings: AnnouncementSettings = AnnouncementSettings()) -> None:
         self.settings = settings
-        self._announced: list[Jump] = []
+        self._events: list[_Event] = []
+        self._windows: list[_Window] = []
+        # Variances per s of the walks of parameters that drift, in boxes, by name.
+        self.rates: dict[str, float] = {}
 
-    def of(
-        self, uncertainty: Uncertainty, alternatives: Sequence[Hypothesis], record: Record
-    ) -> tuple[Jump, ...]:
-        """Return the jumps of a window, in order of time and earlier ones last; mark the news.
+    def announced(
+        self,
+        estimate: Estimate,
+        beliefs: Beliefs,
+        *,
+        explained: bool,
+        alone: bool,
+        moving: Iterable[str] = (),
+    ) -> Estimate:
+        """Return the estimate with its news marked, and with those of earlier jumps.
 
-        A jump is news if it is clear, the window is explained, and none that was announced is the
-        same.
+        Only a window that is `explained`, and whose deviations are given, decides anything.
+        `alone`: by the model and noise alone, but for jumps; `moving` names parameters that are not
+        constant in it.
         """
-        objective = uncertainty.hypothesis.problem.objective
-        grid, names = objective.grid, objective.unknowns.names
-        start, duration = float(grid.t[0]), float(grid.t[-1] - grid.t[0])
-        newest = float(grid.t[np.flatnonzero(grid.measured)[-1]])
-        others = tuple(
-            together(names[i] for i in other.parameters) or 'no jump' for other in alternatives
+        # Longer than lineages remember: none may bring an old jump back.
+        oldest = estimate.t1 - (max(SUM.remembered, self.settings.lately) + 2) * beliefs.duration
+        self._events = [event for event in self._events if event.found.time > oldest]
+        self._windows = [window for window in self._windows if window.start > oldest][-KEPT:]
+        decides = explained and not np.isnan(list(estimate.stddev.values())).all()
+        moved = frozenset(moving) | self._noted(estimate, beliefs, decides=decides)
+        kind = Kind.MOVED if moved else Kind.CALM if alone else Kind.ROUGH
+        self._windows.append(_Window(estimate.t0, estimate.t1, kind, moved))
+        # Without any other window nobody knows whether jumps are rare.
+        begun = any(known.kind is not Kind.MOVED for known in self._windows)
+        lately = self._lately()
+        kinds = [window.kind for window in lately]
+        often = kinds.count(Kind.MOVED) > max(1.0, self.settings.rare * len(lately))
+        drifting = self._drifting(lately, beliefs.duration) if often else ()
+        self.rates = self.rates if often else {}
+        estimate = replace(estimate, drifting=tuple(dict.fromkeys((*estimate.drifting, *drifting))))
+        if often:
+            estimate = replace(estimate, message=f'{estimate.message}; {remedy(drifting)}')
+        if not decides:
+            return estimate
+        news = [*self._taken_back(estimate, beliefs, alone=alone)]
+        if begun and not often:
+            rough = kinds.count(Kind.ROUGH) > (1.0 - self.settings.exact) * len(kinds)
+            news += self._announced_now(beliefs, pushed=rough or not alone)
+        shown = [
+            next((new for new in news if not new.retracted and _same(new, jump)), jump)
+            for jump in estimate.jumps
+        ]
+        late = [new for new in news if not any(new is jump for jump in shown)]
+        return replace(
+            estimate,
+            jumps=(*shown, *late),
+            message='; '.join([estimate.message, *map(str, late)]),
         )
-        explained = not uncertainty.fit.too_large
-        self._announced = [jump for jump in self._announced if jump.time > start - duration]
-        jumps = []
-        for found in jumps_of(uncertainty):
-            jump = Jump(
-                time=found.time,
-                time_stddev=found.deviation,
-                sizes={name: size.value for name, size in found.sizes.items()},
-                stddev={name: size.stddev for name, size in found.sizes.items()},
-                new=False,
-                alternatives=others,
-                stamp=None if record.stamp is None
-                else record.stamp - round((newest - found.time) * 1e9),
-            )  # fmt: skip
-            clear = any(s.clear(self.settings.clear) for s in found.sizes.values())
-            new = explained and clear and not self._known(jump, duration)
-            jumps.append(replace(jump, new=new))
-        self._announced += [jump for jump in jumps if jump.new]
-        return tuple(jumps)
 
-    def _known(self, jump: Jump, duration: float) -> bool:
-        """Whether this jump has been announced, by this name or by one that explains as much."""
-        name = together(jump.sizes)
-        for known in self._announced:
-            same = name in (together(known.sizes), *known.alternatives)
-            within = self.settings.same_deviations * max(jump.time_stddev, known.time_stddev)
-            if (same or together(known.sizes) in jump.alternatives) and (
-                abs(known.time - jump.time) <= max(self.settings.same_time * duration, within)
-            ):
-                return True
-        return False
+    def _lately(self) -> list[_Window]:
+        """Return the latest windows that share no sample, the newest first."""
+        found: list[_Window] = []
+        for window in reversed(self._windows):
+            if not found or window.end <= found[-1].start:
+                found.append(window)
+            if len(found) == self.settings.lately:
+                break
+        return found
 
+    def _noted(self, estimate: Estimate, beliefs: Beliefs, *, decides: bool) -> frozenset[str]:
+        """Note the clear jumps of the most probable lineage; return what the window shows jump.
 
-def jumps_of(uncertainty: Uncertainty) -> Iterator[JumpFound]:
-    """Yield the jumps of a hypothesis: inside the window by time, then those before it."""
-    best, covariance = uncertainty.hypothesis, uncertainty.covariance
-    prior, unknowns = best.problem.prior, best.problem.objective.unknowns
-    t, point = best.problem.objective.grid.t, best.point
-    start, duration = float(t[0]), float(t[-1] - t[0])
-    for event, jumps in groupby(best.layout.jumped(point), lambda jump: jump.event):
-        place = best.layout.times[event]
-        time = start + duration * float(point[place])
-        # The model determines where in its interval a jump lies only as a mean.
-        interval = np.diff(t)[interval_of(t, np.array(time))]
-        variance = duration**2 * covariance[place, place] + interval**2 / 12.0
-        sizes = {}
-        for jump in jumps:
-            ends = [jump.before, jump.after]
-            size = Size.of(unknowns, jump.parameter, point[ends], covariance[np.ix_(ends, ends)])
-            sizes[unknowns.names[jump.parameter]] = size
-        yield JumpFound(time, _root(variance), sizes)
-    if best.earlier:
-        # Some time since the last window known; the size is against the mean that it handed on.
-        gap = prior.gap * duration
-        sizes = {
-            unknowns.names[i]: Size.of(
-                unknowns, i, np.array([prior.mean[i], point[i]]), np.diag([0.0, covariance[i, i]])
+        Those before the window were no best hypothesis there, or there was doubt; newer windows
+        know them better.
+        """
+        shown = {jump.time: jump for jump in estimate.jumps}
+        moved: frozenset[str] = frozenset()
+        first = beliefs.every[0]
+        for found in first.jumps:
+            if not found.clear(self.settings.clear):
+                continue
+            chances = beliefs.chances(found)
+            believed = chances.get(frozenset(), 0.0) < self.settings.doubt
+            own = found in first.own
+            moved |= found.names if believed and own else frozenset()
+            jump = shown.get(found.time)
+            event = self._event_at(found, beliefs.duration)
+            if event is None:
+                jump = jump or jump_among(found, chances, estimate.t1, estimate.stamp)
+                event = _Event(found, jump, credible=believed and decides)
+                self._events.append(event)
+            elif jump is not None and not event.announced:
+                event.found, event.jump = found, jump
+            event.credible |= believed and decides and own
+        return moved
+
+    def _event_at(self, found: JumpFound, duration: float) -> _Event | None:
+        same = [event for event in self._events if same_event(event.found, found, duration)]
+        return min(same, key=lambda event: abs(event.found.time - found.time), default=None)
+
+    def _taken_back(self, estimate: Estimate, beliefs: Beliefs, *, alone: bool) -> Iterator[Jump]:
+        """Yield retractions of jumps against which the evidence has turned.
+
+        Where it has turned to other parameters, their jump is what remains to be announced.
+        """
+        for event in list(self._events):
+            chances = self._chances(event, beliefs, alone=alone)
+            rivals = {names: p for names, p in chances.items() if names != event.found.names}
+            if not rivals:
+                continue
+            names = max(rivals, key=rivals.__getitem__)
+            own = chances.get(event.found.names, 0.0)
+            if rivals[names] < max(self.settings.majority, self.settings.odds * own):
+                continue
+            self._events.remove(event)
+            if event.announced:
+                yield event.jump.taken_back(own)
+            if (found := beliefs.shown(event.found, names)) is not None:
+                jump = jump_among(found, chances, estimate.t1, estimate.stamp)
+                self._events.append(_Event(found, jump, credible=event.credible))
+
+    def _announced_now(self, beliefs: Beliefs, *, pushed: bool) -> Iterator[Jump]:
+        """Yield the jumps that are announced by this window, as the newest one has them."""
+        for event in self._events:
+            if event.announced or event.barred or not event.credible:
+                continue
+            chances = self._chances(event, beliefs, alone=not pushed)
+            sure = not pushed or (
+                _shows(beliefs, event.found) and beliefs.still < self.settings.doubt_pushed
             )
-            for i in best.earlier
-        }
-        yield JumpFound(start - 0.5 * gap, gap / np.sqrt(12.0), sizes)
+            if chances and sure and chances.get(frozenset(), 0.0) < self.settings.doubt:
+                probability = chances.get(event.found.names, 0.0)
+                event.jump = replace(event.jump, new=True, probability=probability)
+                event.announced = True
+                yield event.jump
+
+    def _chances(
+        self, event: _Event, beliefs: Beliefs, *, alone: bool
+    ) -> dict[frozenset[str], float]:
+        """Return the probability of each set to have jumped then; empty if the window cannot tell.
+
+        A window that begins just before a jump, and does not find it, takes it for its own start;
+        one that noise `alone` does not explain may take it for a push.
+        """
+        inside = event.found.time >= beliefs.start + self.settings.inside * beliefs.duration
+        before = event.found.time <= beliefs.start and any(
+            set_at(one.jumps, event.found, beliefs.duration) for one in beliefs.every
+        )
+        if _shows(beliefs, event.found) or (inside and alone) or before:
+            return beliefs.chances(event.found)
+        return {}
+
+    def _drifting(self, lately: Sequence[_Window], duration: float) -> tuple[str, ...]:
+        """Return the parameters that move too often, and note how far they walk by their jumps."""
+        self.rates = {}
+        for event in self._events:
+            event.barred = not event.announced
+            for name, size in event.found.sizes.items():
+                walked = size.change**2 / (len(lately) * duration)
+                self.rates[name] = self.rates.get(name, 0.0) + walked
+        counts = Counter(name for window in lately for name in window.moved)
+        most = max(counts.values())
+        return tuple(sorted(name for name, count in counts.items() if 2 * count > most))
 
 
-def together(names: Iterable[str]) -> str:
-    """Return the words for parameters that jump at once."""
-    return ' and '.join(sorted(names))
+def _shows(beliefs: Beliefs, event: JumpFound) -> bool:
+    """Whether the best hypothesis on a window shows the jump inside it."""
+    return bool(set_at(beliefs.every[0].own, event, beliefs.duration))
 
 
-def _root(variance: Array | np.float64) -> float:
-    return float(np.sqrt(max(float(variance), 0.0)))
+def _same(one: Jump, other: Jump) -> bool:
+    return one.time == other.time and set(one.sizes) == set(other.sizes)

@@ -2,18 +2,20 @@
 
 A window hands on mean and covariance of its parameters, not of its state: the state at the start of
 the next one is free. Between windows a parameter walks, p_k+1 = p_k + w, with a variance that grows
-with the time between; a jump adds the variance of its box.
+with the time between; a jump adds the variance of its box. Where jumps are in doubt they are those
+of a sum of normal distributions, see `gaussian_sum`.
 """
 
-from collections.abc import Iterable
-from dataclasses import dataclass
+from collections.abc import Iterable, Mapping
+from dataclasses import dataclass, replace
 
 import numpy as np
 from scipy.special import chdtri
 
-from obs_ros.core.estimate import Jump
 from obs_ros.core.linear_algebra import scaled_inverse
 from obs_ros.core.typing import Array
+from obs_ros.horizon.found_jumps import JumpFound
+from obs_ros.horizon.gaussian_sum import SUM, Component, Lineage, normalised
 from obs_ros.inference.assessment.informed_subspace import marginal_information
 from obs_ros.inference.jumps.hypothesis import Hypothesis
 from obs_ros.inference.jumps.settings import JUMP_SETTINGS, JumpSettings
@@ -43,24 +45,52 @@ class WindowPosterior:
     """Parameters at the end (s) of a window: mean (q,) and covariance (q, q), in boxes.
 
     `walked`: those that walk have done so up to there; else they are means over the window.
+    `components`: the sum that these are the moments of; empty where there is but one lineage
+    without any jump.
     """
 
     end: float
     mean: Array
     covariance: Array
     walked: bool = False
+    components: tuple[Component, ...] = ()
+
+    @property
+    def parts(self) -> tuple[Component, ...]:
+        """The components, one at least."""
+        return self.components or (Component(1.0, self.mean, self.covariance),)
 
 
 @dataclass(frozen=True)
 class KnownJump:
-    """A jump found: its time (s), and the places of what jumped."""
+    """A jump found: its time (s), and the places of what jumped, by the best hypothesis.
+
+    `chances`: what may have jumped then, with probabilities that add up to 1: places, and the jump
+    itself, None for none. Empty stands for certainty.
+    """
 
     time: float
     parameters: frozenset[int]
+    chances: tuple[tuple[float, frozenset[int], JumpFound | None], ...] = ()
+
+    @property
+    def certain(self) -> tuple[tuple[float, frozenset[int], JumpFound | None], ...]:
+        """The chances, one at least."""
+        return self.chances or ((1.0, self.parameters, None),)
 
     def is_like(self, other: 'KnownJump', near: float) -> bool:
-        """Whether both are of the same parameters, at most `near` (s) apart."""
-        return self.parameters == other.parameters and abs(self.time - other.time) <= near
+        """Whether the other one counted with these parameters, at most `near` (s) apart."""
+        sets = {places for _, places, _ in other.certain}
+        return self.parameters in sets and abs(self.time - other.time) <= near
+
+
+@dataclass(frozen=True)
+class Lineal:
+    """The prior of one lineage: its probability, and the jumps that it believes in."""
+
+    weight: float
+    prior: Prior
+    jumps: Lineage = ()
 
 
 class ArrivalCost:
@@ -74,28 +104,43 @@ class ArrivalCost:
         self._unknowns, self._jumps = unknowns, jumps
         self._entries: list[WindowPosterior] = []
         self.jumps: list[KnownJump] = []
+        # Variances (q,) per s of parameters that drift, in boxes.
+        self.drifts = np.zeros(unknowns.dimension - unknowns.n_states)
 
     def add(self, entry: WindowPosterior) -> None:
         """Remember an accepted window."""
         self._entries.append(entry)
         del self._entries[:-KEPT]
 
-    def update_jumps(self, jumps: Iterable[Jump], start: float, end: float, near: float) -> None:
+    def update_jumps(
+        self, jumps: Iterable[KnownJump], start: float, end: float, near: float
+    ) -> None:
         """Take over the jumps that the window from `start` to `end` (s) found.
 
-        They replace those known inside it. A jump is new unless one of the same parameters was
-        known within `near` (s): then the windows that ended after it, and did not know of it, are
-        forgotten. So are jumps and windows that no later window needs.
+        They replace those known inside it. A jump is new unless one that counted with the same
+        parameters was known within `near` (s): then the windows that ended after it, and did not
+        know of it, are forgotten. So are jumps and windows that no later window needs.
         """
-        places = {name: i for i, name in enumerate(self._unknowns.names)}
         earlier = self.jumps
         self.jumps = [known for known in earlier if known.time < start]
-        for jump in jumps:
-            found = KnownJump(jump.time, frozenset(places[name] for name in jump.sizes))
-            if not any(found.is_like(known, near) for known in earlier):
+        for found in jumps:
+            if found.parameters and not any(found.is_like(known, near) for known in earlier):
                 self._entries = [entry for entry in self._entries if entry.end <= found.time]
             self.jumps.append(found)
         self.prune(start, end - start)
+
+    def forget_wrong(self, time: float, end: float) -> None:
+        """Forget the windows that ended after a jump taken back, at `time`, and before `end` (s).
+
+        They believe in it; what the window that took it back hands on does not.
+        """
+        self._entries = [entry for entry in self._entries if not time < entry.end < end]
+
+    def note_drifts(self, rates: Mapping[str, float]) -> None:
+        """Take over which parameters drift, with the variances of their walks per s, in boxes."""
+        self.drifts[:] = 0.0
+        for name, rate in rates.items():
+            self.drifts[self._unknowns.names.index(name) - self._unknowns.n_states] = rate
 
     def last_before(self, start: float) -> WindowPosterior | None:
         """Return the newest window that ended by `start` (s)."""
@@ -133,27 +178,81 @@ class ArrivalCost:
         best = int(np.argmax(informed))
         return priors[best] if best else None
 
-    def _since(self, entry: WindowPosterior, start: float, duration: float, known: float) -> Prior:
-        """Return the prior at `start` by what one of the latest windows knew.
+    def lineages(self, start: float, duration: float) -> tuple[Lineal, ...]:
+        """Return the priors at `start` (s) of all lineages; none if no window ended by then."""
+        newest = self.last_before(start)
+        if newest is None:
+            return ()
+        parts = [(one, np.zeros_like(self.drifts)) for one in newest.parts]
+        for jump in self._between(newest.end, start):
+            parts = [
+                (
+                    replace(
+                        one,
+                        weight=one.weight * chance,
+                        jumps=one.jumps if found is None else (*one.jumps, found),
+                    ),
+                    widened + self._boxes(places),
+                )
+                for one, widened in parts for chance, places, found in jump.certain
+            ]  # fmt: skip
+        parts = sorted(parts, key=lambda part: -part[0].weight)[: SUM.most]
+        weights = [one.weight for one in normalised([one for one, _ in parts])]
+        return tuple(
+            Lineal(
+                weight,
+                self._prior(newest, one.mean, one.covariance, widened, start, duration, newest.end),
+                one.jumps,
+            )
+            for weight, (one, widened) in zip(weights, parts, strict=True)
+        )
 
-        Since then parameters have walked as far as through windows that abut as the newest one,
-        that ended at `known` (s), does on this: age alone must not make a window more informative.
+    def _since(self, entry: WindowPosterior, start: float, duration: float, known: float) -> Prior:
+        """Return the prior at `start` by what one of the latest windows knew; see `_prior`."""
+        widened = np.zeros_like(self.drifts)
+        for jump in self._between(entry.end, start):
+            for chance, places, _ in jump.certain:
+                widened += chance * self._boxes(places)
+        return self._prior(entry, entry.mean, entry.covariance, widened, start, duration, known)
+
+    def _between(self, end: float, start: float) -> list[KnownJump]:
+        """Return the jumps after the end of one window and up to the start of another (s)."""
+        return [jump for jump in self.jumps if end < jump.time <= start]
+
+    def _boxes(self, places: frozenset[int]) -> Array:
+        """Return the variances (q,) of the boxes of parameters at `places`, 0 of all others."""
+        jumped = [place - self._unknowns.n_states for place in places]
+        variances = np.zeros_like(self.drifts)
+        variances[jumped] = box_variances(self._unknowns)[jumped]
+        return variances
+
+    def _prior(
+        self,
+        entry: WindowPosterior,
+        mean: Array,
+        covariance: Array,
+        widened: Array,
+        start: float,
+        duration: float,
+        known: float,
+    ) -> Prior:
+        """Return the prior at `start` by mean and covariance at the end of one window.
+
+        Jumps since have added the variances `widened` (q,). Parameters have walked as far as
+        through windows that abut as the newest one, that ended at `known` (s), does on this: age
+        alone must not make a window more informative.
         """
         variances = box_variances(self._unknowns)
         gap = (start - known) / duration * (1.0 + (known - entry.end) / duration)
-        walked = self._jumps.prior_probability * gap * variances
-        for jump in self.jumps:
-            if entry.end < jump.time <= start:
-                jumped = [place - self._unknowns.n_states for place in jump.parameters]
-                walked[jumped] += variances[jumped]
+        walked = self._jumps.prior_probability * gap * variances + widened
         walks = self._unknowns.walks
         wandering = np.isfinite(walks)
         apart = start - entry.end + (0.0 if entry.walked else 2.0 / 3.0 * duration)
+        walked += self.drifts * apart
         walked[wandering] += walks[wandering] ** 2 * apart
         new = np.isinf(walks)
         walked = np.where(new, FORGOTTEN * variances, np.minimum(walked, FORGOTTEN * variances))
-        covariance = entry.covariance + np.diag(walked)
-        prior = Prior.of(self._unknowns, entry.mean, covariance, gap)
+        prior = Prior.of(self._unknowns, mean, covariance + np.diag(walked), gap)
         return prior.with_given(self._unknowns, self._unknowns.n_states + np.flatnonzero(new))
 
     def prune(self, start: float, duration: float) -> None:

@@ -21,11 +21,27 @@ from obs_ros.inference.disturbed import (
 )
 from obs_ros.inference.jumps.hypothesis import Hypothesis, hypothesis_at
 from obs_ros.inference.jumps.piecewise import PiecewiseProblem
+from obs_ros.inference.outliers import left_out, suspects
 from obs_ros.inference.process_noise import ProcessNoise, ProcessNoiseMode
 from obs_ros.inference.window_state import WindowState
 from obs_ros.integration.smoother import smoothed
 from obs_ros.optimization.acceptance import Acceptance
 from obs_ros.optimization.result import Found
+
+
+@dataclass(frozen=True)
+class DisturbanceSettings:
+    """Limits in explaining a window by process noise.
+
+    - `realised`: share of the squares of innovations far out that the window's -2 log likelihood
+      must fall by without them: by all for outliers, by half for pushes of a state that the outputs
+      show at once.
+    """
+
+    realised: float = 0.8
+
+
+DISTURBANCE = DisturbanceSettings()
 
 
 @dataclass(frozen=True)
@@ -71,6 +87,13 @@ class DisturbedWindow:
             self, window=window, found=found, hypothesis=hypothesis, noise=noise,
             end=AtEnd(ratio**2 * self.end.covariance),
         )  # fmt: skip
+
+    @property
+    def price(self) -> float:
+        """Of its walks, log N for each (BIC); states of one unit share one."""
+        objective = self.window.objective
+        walks = np.unique(self.noise.walks[self.noise.walks > 0.0]).size
+        return float(walks * np.log(objective.count(objective.nodes)))
 
     @property
     def is_noise(self) -> bool:
@@ -138,6 +161,35 @@ def continue_process_noise(
     """
     other = _disturbed(window, found.z, given, deadline, mode, previous, afresh=False)
     return None if other is None else DisturbedWindow.of(window, found, other)
+
+
+def steadied(
+    window: WindowState,
+    other: DisturbedWindow,
+    given: Array,
+    deadline: Deadline,
+    *,
+    mode: ProcessNoiseMode,
+) -> tuple[WindowState, DisturbedWindow]:
+    """Return a window, and it explained by process noise, without outliers among innovations.
+
+    A push that the states had is none: the innovations that follow would be as far out.
+    """
+    innovations = other.hypothesis.residuals
+    far = suspects(innovations, noise_known=True)
+    if not far.any():
+        return window, other
+    clean = left_out(window, far, innovations)
+    again = continue_process_noise(
+        clean, other.found, given, deadline, mode=mode, previous=other.noise
+    )
+    if again is None:
+        return window, other
+    size = -2.0 * float(np.log(other.window.objective.grid.weight[far]).sum())
+    gained = other.criterion - size - again.criterion
+    if gained < DISTURBANCE.realised * float(np.sum(innovations[far] ** 2)):
+        return window, other
+    return clean, again
 
 
 def _disturbed(

@@ -11,7 +11,6 @@ window.
 """
 
 import time
-from collections.abc import Mapping
 from dataclasses import replace
 
 import numpy as np
@@ -24,30 +23,28 @@ from obs_ros.core.residual_tests import inflation
 from obs_ros.core.typing import Array
 from obs_ros.horizon.announcements import Announcements
 from obs_ros.horizon.arrival_cost import ArrivalCost, WindowPosterior
-from obs_ros.horizon.bases import Bases, ends_of
+from obs_ros.horizon.beliefs import Beliefs, believed, jumps_shown
+from obs_ros.horizon.comparison import by_forecasts, compared, figures_of
 from obs_ros.horizon.disturbance import assessed
-from obs_ros.horizon.forecasts import Basis, Forecasts
+from obs_ros.horizon.earlier import Earlier
+from obs_ros.horizon.forecasts import Forecasts
+from obs_ros.horizon.gaussian_sum import SUM, Component, moments, reduced
 from obs_ros.horizon.intervals import with_intervals
 from obs_ros.horizon.probation import Probation, without_stuck
-from obs_ros.horizon.scatter import Alone, Scatter, raised, widened
-from obs_ros.horizon.solution import (
-    SOLUTION,
-    Earlier,
-    Solution,
-    level_of,
-    plain_fits,
-    solved,
-)
+from obs_ros.horizon.ramps import drift_ahead
+from obs_ros.horizon.scatter import Scatter
+from obs_ros.horizon.solution import SOLUTION, Solution, level_of, solved
 from obs_ros.horizon.solver import Solver, TooFewSamples
 from obs_ros.horizon.stages import determined_alone, is_uninformative, recall, uncertainty_of
 from obs_ros.inference.assessment.assemble import empty, report
 from obs_ros.inference.assessment.contradiction import contradictions
 from obs_ros.inference.assessment.informed_subspace import marginal_information
 from obs_ros.inference.assessment.outcome import is_confirmed, states_at_bound
-from obs_ros.inference.assessment.skill import last_values, least_noises
 from obs_ros.inference.assessment.uncertainty import Uncertainty, parameters_at_end
 from obs_ros.inference.jumps.hypothesis import Hypothesis
+from obs_ros.inference.jumps.mixture import excess
 from obs_ros.inference.noise import Noise, variances_left
+from obs_ros.inference.outliers import OutlierCount
 from obs_ros.inference.process_noise import LearnedProcessNoise
 from obs_ros.inference.window_state import WindowState
 from obs_ros.samples.range_check import without_absurd
@@ -80,6 +77,7 @@ class MovingHorizon:
         self._explained: Hypothesis | None = None  # the previous window's
         # Parameters that some window has determined by itself.
         self._alone = np.zeros(solver.unknowns.dimension - solver.unknowns.n_states, dtype=np.bool_)
+        self.outliers = OutlierCount()
         self.stuck = 0  # values that stuck sensors repeated
         self.huge = 0  # values that no signal of their window can have
 
@@ -134,10 +132,14 @@ class MovingHorizon:
             return solver.diverged(posed)
         plain = solution.plain
         self._plain = plain.point[plain.layout.final(plain.point)]
+        posed, record = solution.posed, solution.posed.record  # without outliers
+        self.outliers.note(solution.window.outliers, posed.start)
         self._note_search(posed, solution)
         self.forecasts.advance(solver.kernels, record)
-        solution = self._by_forecasts(posed, solution)
-        uncertainty = self._uncertainty(solution, record, deadline)
+        if solver.settings.process_noise != 'off':
+            solution = by_forecasts(self.forecasts, posed, solution)
+        solution, beliefs = self._believed(posed, solution, deadline)
+        uncertainty = self._uncertainty(solution, beliefs, record, deadline)
         estimate = report(
             solution.window,
             solution.found,
@@ -145,14 +147,43 @@ class MovingHorizon:
             in_time=not deadline.passed,
             solve_time=time.perf_counter() - begun,
         )
-        estimate = replace(estimate, figures=self._figures(uncertainty))
+        estimate = replace(estimate, figures=figures_of(uncertainty))
+        explained = alone = False
         if solution.found.accepted and solution.finished:
-            explained = self._learn(uncertainty, solution)
+            explained = self._learn(uncertainty, solution, beliefs)
+            alone = solution.disturbed is None and uncertainty.skill is None
+            alone = explained and (alone or bool(uncertainty.walking))
             if solution.window.noise_known:
-                alone = explained and solution.disturbed is None and uncertainty.skill is None
                 given = bool(np.isfinite(self._given).all())
-                return self._probation.judge(estimate, alone, uncertainty.skill, given=given)
+                estimate = self._probation.judge(estimate, alone, uncertainty.skill, given=given)
+        moving = (*uncertainty.moving, *uncertainty.walking)
+        estimate = self._announcements.announced(
+            estimate, beliefs, explained=explained, alone=alone, moving=moving
+        )
+        self._follow(estimate)
         return estimate
+
+    def _believed(
+        self, posed: WindowState, solution: Solution, deadline: Deadline
+    ) -> tuple[Solution, Beliefs]:
+        """Return the solution by the most probable lineage, and all that is believed.
+
+        With process noise the moments of all lineages are the prior of one.
+        """
+        lineages = self._arrival_cost.lineages(posed.start, posed.duration)
+        if solution.disturbed is not None:
+            lineages = lineages[:1]
+        beliefs = believed(solution.mixture, lineages, posed.start, posed.duration, deadline)
+        return replace(solution, mixture=beliefs.mixture), beliefs
+
+    def _follow(self, estimate: Estimate) -> None:
+        """Draw from news of jumps what the windows to come must know."""
+        taken_back = [jump.time for jump in estimate.jumps if jump.retracted]
+        if taken_back:
+            self._arrival_cost.forget_wrong(min(taken_back), estimate.t1)
+        if any(jump.new for jump in estimate.jumps):
+            self._scatter.forget()
+        self._arrival_cost.note_drifts(self._announcements.rates)
 
     def _note_search(self, posed: WindowState, solution: Solution) -> None:
         """Note how well a search explained its window by process noise, and how long ago it was."""
@@ -162,27 +193,9 @@ class MovingHorizon:
             self._level = None if own is None else level_of(posed, own)
             self._unsearched = 0
 
-    def _by_forecasts(self, posed: WindowState, solution: Solution) -> Solution:
-        """Return the solution that forecasts speak for, and begin those of this window."""
-        if self._solver.settings.process_noise == 'off' or plain_fits(solution):
-            return solution
-        own, plain = solution.disturbed, solution.plain
-        bases = None if own is None else Bases(posed, plain, own)
-        if bases is not None and not self.forecasts.begun:
-            self.forecasts.basis = bases.by_cross_validation()
-        grid = posed.objective.grid
-        last = int(np.flatnonzero(grid.measured)[-1])
-        self.forecasts.begin(
-            {Basis.OUTPUT_ERROR: ends_of(plain)} if bases is None else bases.ends,
-            float(grid.t[last]),
-            posed.duration,
-            last_values(grid, last),
-            least_noises(grid),
-        )
-        basis = self.forecasts.decide()
-        return solution if bases is None else solution.by(bases.window(basis))
-
-    def _uncertainty(self, solution: Solution, record: Record, deadline: Deadline) -> Uncertainty:
+    def _uncertainty(
+        self, solution: Solution, beliefs: Beliefs, record: Record, deadline: Deadline
+    ) -> Uncertainty:
         """Return what is known of a solution's point: covariance, jumps, skill of its forecasts."""
         window, other = solution.window, solution.disturbed
         best = solution.hypothesis
@@ -203,39 +216,14 @@ class MovingHorizon:
         if other is None or other.covariance is None:
             uncertainty = with_intervals(uncertainty, solution.found, deadline)
         if uncertainty.skill is not None:
-            uncertainty = self._compared(uncertainty, solution)
-        jumps = self._announcements.of(uncertainty, solution.alternatives, record)
+            uncertainty = compared(uncertainty, self.forecasts, self._scatter, solution.said)
         self._alone |= determined_alone(uncertainty)
-        return replace(uncertainty, jumps=jumps, determined_alone=self._alone.copy())
-
-    def _compared(self, uncertainty: Uncertainty, solution: Solution) -> Uncertainty:
-        """Return the uncertainty beside the windows before: their forecasts, and their scatter."""
-        skill = self.forecasts.skill()
-        self._scatter.add(Alone.of(uncertainty, uncertainty.fit.enlargement))
-        factors = self._scatter.factors()
-        best = uncertainty.hypothesis
-        places = best.layout.final(best.point)[self._solver.unknowns.n_states :]
         return replace(
             uncertainty,
-            skill=uncertainty.skill if skill is None else skill,
-            covariance=raised(uncertainty.covariance, places, factors),
-            interval=widened(uncertainty.interval, factors),
-            scatter=factors,
-            said=solution.said,
+            jumps=jumps_shown(uncertainty, beliefs, solution.mixture.alternatives, record),
+            excess=excess(solution.mixture.about(uncertainty.hypothesis), uncertainty.covariance),
+            determined_alone=self._alone.copy(),
         )
-
-    def _figures(self, uncertainty: Uncertainty) -> Mapping[str, float]:
-        """Return figures for the diagnostics: forecast skill, scatter beside deviations."""
-        figures = {}
-        if uncertainty.skill is not None:
-            figures['forecast_skill'] = uncertainty.skill
-        if uncertainty.scatter is not None:
-            unknowns = self._solver.unknowns
-            parameters = unknowns.names[unknowns.n_states :]
-            for name, factor in zip(parameters, uncertainty.scatter, strict=True):
-                if np.isfinite(factor):
-                    figures[f'scatter_over_sd.{name}'] = float(factor)
-        return figures
 
     def _posed(self, record: Record) -> WindowState:
         """Return the window with the arrival cost of the earlier ones; raises TooFewSamples."""
@@ -252,7 +240,7 @@ class MovingHorizon:
             correlation=correlation,
         )
 
-    def _learn(self, uncertainty: Uncertainty, solution: Solution) -> bool:
+    def _learn(self, uncertainty: Uncertainty, solution: Solution, beliefs: Beliefs) -> bool:
         """Remember what an accepted window says; one that nothing explains teaches nothing.
 
         Returns whether it was explained.
@@ -264,7 +252,7 @@ class MovingHorizon:
         self._contradicted |= {each.place for each in wrong}
         explained = is_confirmed(fits, uncertainty.skill)
         if other is not None:
-            if not best.jumps:
+            if not (best.jumps or uncertainty.walking):
                 noise = solution.learned or other.noise
                 self._process_noise.add(noise, sound=not uncertainty.flaws)
         # What a state at its bound leaves is no noise: there the model may not hold.
@@ -276,22 +264,32 @@ class MovingHorizon:
         if not explained:
             return False
         start, end = float(grid.t[0]), float(grid.t[-1])
-        near = self._announcements.settings.same_time * (end - start)
-        self._arrival_cost.update_jumps(uncertainty.jumps, start, end, near)
-        if any(jump.new for jump in uncertainty.jumps):
-            self._scatter.forget()
+        near = SUM.same_time * (end - start)
+        self._arrival_cost.update_jumps(beliefs.known_jumps(unknowns), start, end, near)
         # What is not white narrows the prior only by as much as windows agree.
         sound = (uncertainty.skill is None and not fits.too_large) or fits.is_noise
         known = uncertainty.scatter is not None
         # A contradicted prior is no knowledge to hand on: later windows would seem to agree.
         doubtful = best.problem.prior.gives(self._contradicted)
         if (sound or known) and not (uncertainty.drifting or doubtful):
-            self._hand_on(uncertainty, end, 1.0 if sound else fits.enlargement)
+            self._hand_on(uncertainty, beliefs, end, 1.0 if sound else fits.enlargement)
         return True
 
-    def _hand_on(self, uncertainty: Uncertainty, end: float, inflation: float) -> None:
+    def _hand_on(
+        self, uncertainty: Uncertainty, beliefs: Beliefs, end: float, inflation: float
+    ) -> None:
         """Hand the parameters at the end (s) of a window on to later ones."""
         if not np.isfinite(uncertainty.covariance).all():
             return
         mean, covariance, walked = parameters_at_end(uncertainty)
-        self._arrival_cost.add(WindowPosterior(end, mean, inflation * covariance, walked))
+        first = beliefs.every[0]
+        covariance = inflation * covariance + drift_ahead(uncertainty)
+        components = reduced(
+            [
+                Component(first.weight, mean, covariance, first.jumps),
+                *beliefs.components(inflation),
+            ],
+            end,
+            beliefs.duration,
+        )
+        self._arrival_cost.add(WindowPosterior(end, *moments(components), walked, components))

@@ -5,7 +5,6 @@ the states are found, and jumps sought beside them. A window that follows one wi
 begins with that noise, and is searched only if it does not explain this one.
 """
 
-from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -13,18 +12,23 @@ import numpy as np
 from obs_ros.core.deadline import Deadline
 from obs_ros.core.typing import Array
 from obs_ros.horizon.arrival_cost import contradicts_prior
+from obs_ros.horizon.cleaning import rescaled_to_residuals
 from obs_ros.horizon.disturbance import (
     DisturbedWindow,
     continue_process_noise,
     criterion_at,
     explain_by_process_noise,
     fit_of,
+    steadied,
     untried,
     with_noise_of_others,
 )
-from obs_ros.horizon.solver import Solver, rescaled_to_residuals
-from obs_ros.horizon.stages import Explanation, continued_jumps, explain, fit
+from obs_ros.horizon.earlier import Earlier, beside_known_jumps, earlier_jumps, explained
+from obs_ros.horizon.ramps import walked
+from obs_ros.horizon.solver import Solver
+from obs_ros.horizon.stages import Explanation, explain, fit
 from obs_ros.inference.jumps.hypothesis import Hypothesis, hypothesis_at
+from obs_ros.inference.jumps.mixture import Mixture
 from obs_ros.inference.jumps.piecewise import PiecewiseProblem
 from obs_ros.inference.prior import Prior
 from obs_ros.inference.process_noise import ProcessNoise
@@ -55,53 +59,18 @@ SOLUTION = SolutionSettings()
 
 
 @dataclass(frozen=True)
-class Earlier:
-    """Knowledge of earlier windows: a start (d,), the jumps, the process noise; None where none.
-
-    `settled`: enough windows tell the process noise to set a jump apart from it; `level` is the
-    criterion per value of the window searched last, None if that is too long ago; `known` is what
-    is known without any window, None: the boxes; `plain` (d,) is the last optimum without process
-    noise.
-    """
-
-    warm: Array | None
-    explained: Hypothesis | None
-    noise: ProcessNoise | None
-    settled: bool = False
-    level: float | None = None
-    known: Prior | None = None
-    plain: Array | None = None
-
-    def starts_without(self, z: Array, n: int) -> Array:
-        """Return starts (P, d) of a fit without process noise: that with it, z (d,), and the last.
-
-        Of the last one only the parameters, from place n on, are those of this window.
-        """
-        if self.plain is None or self.warm is None:
-            return z[None]
-        return np.array([z, np.concatenate([self.warm[:n], self.plain[n:]])])
-
-    @property
-    def alone(self) -> 'Earlier':
-        """Return this without jumps found beside process noise, which alone mean nothing."""
-        explained = self.explained
-        if explained is None or explained.problem.objective.grid.injection is None:
-            return self
-        return replace(self, explained=None)
-
-
-@dataclass(frozen=True)
 class Solution:
-    """The best hypothesis on a window and its near-equals; whether there was time to look.
+    """The hypotheses on a window with their probabilities; whether there was time to look.
 
-    `plain` is the best one without process noise, `disturbed` that with it, if it is published;
+    `posed` is the window as it was posed, without outliers. `plain` is the best hypothesis without
+    process noise, `disturbed` that with it, if it is published;
     `said` tells in words what else was decided, `learned` is the process noise first found.
     """
 
+    posed: WindowState
     window: WindowState
     found: Found
-    hypothesis: Hypothesis
-    alternatives: Sequence[Hypothesis]
+    mixture: Mixture
     finished: bool
     plain: Hypothesis
     disturbed: DisturbedWindow | None = None
@@ -109,14 +78,19 @@ class Solution:
     searched: bool = True
     learned: ProcessNoise | None = None
 
+    @property
+    def hypothesis(self) -> Hypothesis:
+        """The best one."""
+        return self.mixture.best
+
     def by(self, disturbed: DisturbedWindow) -> 'Solution':
         """Return the solution with process noise."""
+        best = disturbed.hypothesis
         return replace(
             self,
             window=disturbed.window,
             found=disturbed.found,
-            hypothesis=disturbed.hypothesis,
-            alternatives=(),
+            mixture=self.mixture if best is self.hypothesis else Mixture.only(best),
             disturbed=disturbed,
             learned=self.learned or disturbed.noise,
         )
@@ -137,7 +111,27 @@ def solved(
     solution = _continued(window, solver, earlier, given, deadline) or _searched(
         window, solver, earlier, given, rng, deadline
     )
-    return solution and _jumps_beside(window, solution, earlier, deadline)
+    if solution is None:
+        return None
+    solution = _jumps_beside(solution.posed, solution, earlier, deadline)
+    auto = solver.settings.process_noise == 'auto'
+    return _ramps_beside(solution, deadline) if auto else solution
+
+
+def _ramps_beside(solution: Solution, deadline: Deadline) -> Solution:
+    """Return the solution with a parameter that walks, where that is better than its jumps.
+
+    Where the states walk instead, it must be better than that too.
+    """
+    own, window = solution.disturbed, solution.window
+    if own is not None:
+        if own.hypothesis.jumps or not (solution.searched and solution.posed.noise_known):
+            return solution
+        window = solution.posed
+    if not solution.plain.jumps:
+        return solution
+    ramp = walked(window, solution.found, solution.plain, deadline, own)
+    return solution if ramp is None else solution.by(ramp)
 
 
 def _searched(
@@ -149,21 +143,24 @@ def _searched(
     deadline: Deadline,
 ) -> Solution | None:
     """Search the window, and explain by jumps or process noise what the model alone does not."""
+    posed = window
+    alone, continued = earlier.alone, None
+    if window.noise_known:
+        window, continued = beside_known_jumps(window, alone, deadline)
     known = window.noise_known
-    alone = earlier.alone
-    continued = _earlier_jumps(window, alone, deadline) if known else None
     window, found = fit(window, solver, earlier.warm, continued, rng, deadline)
     if not np.isfinite(found.cost):
         return None
-    if not known:  # only now the squares are in units of the noise
-        continued = _earlier_jumps(window, alone, deadline)
-    window, explanation = explain(window, found, continued, deadline)
+    if not known or window.outliers:  # only now the squares are in units of the noise
+        continued = earlier_jumps(window, alone, deadline)
+    window, found, explanation = explained(window, found, continued, alone, deadline)
     mode, best = solver.settings.process_noise, explanation.hypothesis
     if mode == 'auto' and _in_vain(window, found, best):
         best = hypothesis_at(PiecewiseProblem(window.objective, window.prior), found.z)
-        explanation = Explanation(best, (), explanation.finished)
-    alternatives, finished = explanation.alternatives, explanation.finished
-    solution = Solution(window, found, best, alternatives, finished, plain=best)
+        explanation = Explanation(Mixture.only(best), explanation.finished)
+    posed = _without_the_same(posed, window)
+    mixture, finished = explanation.mixture, explanation.finished
+    solution = Solution(posed, window, found, mixture, finished, plain=best)
     for _ in range(2):
         other = explain_by_process_noise(
             window, found, best, given, deadline, mode=mode, previous=earlier.noise
@@ -171,8 +168,9 @@ def _searched(
         if other is None:
             tried = solution.disturbed is not None or not found.accepted
             late = not tried and untried(window, best, mode, deadline)
-            return replace(solution, finished=finished and not late)
-        solution = solution.by(other)
+            return replace(solution, finished=solution.finished and not late)
+        window, other = steadied(window, other, given, deadline, mode=mode)
+        solution = replace(solution, posed=_without_the_same(solution.posed, window)).by(other)
         if not contradicts_prior(other.hypothesis, earlier.known):
             return solution
         window = replace(window, prior=earlier.known or Prior.box(solver.unknowns))
@@ -203,7 +201,10 @@ def _continued(
         other = continue_process_noise(
             window, other.found, given, deadline, mode=mode, previous=earlier.noise
         )
-    if other is None or not (other.is_noise or _as_before(window, other, earlier)):
+    if other is None:
+        return None
+    window, other = steadied(window, other, given, deadline, mode=mode)
+    if not (other.is_noise or _as_before(window, other, earlier)):
         return None
     starts = earlier.starts_without(other.found.z, solver.unknowns.n_states)
     plain_window, plain = _plain(window, other.found, starts, deadline)
@@ -214,11 +215,20 @@ def _continued(
     if not other.is_noise:
         found = replace(other.found, accepted=Acceptance.AS_BEFORE)
         other = replace(other, found=found)
-    finished = not deadline.passed
+    mixture, finished = Mixture.only(plain), not deadline.passed
     solution = Solution(
-        plain_window, other.found, plain, (), finished, plain=plain, said=said, searched=False
-    )
+        window, plain_window, other.found, mixture, finished, plain=plain, said=said,
+        searched=False,
+    )  # fmt: skip
     return solution.by(other)
+
+
+def _without_the_same(posed: WindowState, window: WindowState) -> WindowState:
+    """Return a posed window without the outliers that another of the same samples is without."""
+    if len(window.outliers) == len(posed.outliers):
+        return posed
+    gone = (posed.objective.grid.weight > 0.0) & (window.objective.grid.weight == 0.0)
+    return replace(posed.without(gone), outliers=window.outliers)
 
 
 def _as_before(window: WindowState, other: DisturbedWindow, earlier: Earlier) -> bool:
@@ -261,7 +271,7 @@ def _jumps_beside(
         return solution
     window = replace(window, prior=own.hypothesis.problem.prior)
     frozen = with_noise_of_others(window, own, earlier.noise, deadline) or own
-    known = _earlier_jumps(frozen.window, earlier, deadline)
+    known = earlier_jumps(frozen.window, earlier, deadline)
     found = replace(frozen.found, accepted=Acceptance.PROCESS_NOISE)
     _, explanation = explain(frozen.window, found, known, deadline)
     best = explanation.hypothesis
@@ -271,7 +281,7 @@ def _jumps_beside(
     if not criterion_at(frozen.window, best) < own.criterion:
         return solution
     jumped = frozen.jumped(best)
-    return replace(solution.by(jumped), alternatives=explanation.alternatives)
+    return replace(solution.by(jumped), mixture=explanation.mixture.about(jumped.hypothesis))
 
 
 def _in_vain(window: WindowState, found: Found, best: Hypothesis) -> bool:
@@ -284,13 +294,6 @@ def _in_vain(window: WindowState, found: Found, best: Hypothesis) -> bool:
         return False
     before = np.sqrt(found.cost / fit.freedom)
     return bool(fit.ratio > SOLUTION.vain * before)
-
-
-def _earlier_jumps(window: WindowState, earlier: Earlier, deadline: Deadline) -> Hypothesis | None:
-    """Return the hypothesis that the previous window's jumps are as it explained them."""
-    if earlier.explained is None or earlier.warm is None:
-        return None
-    return continued_jumps(window, earlier.explained, earlier.warm, deadline)
 
 
 DROPPED = 'earlier windows contradict this one, which is explained without them'

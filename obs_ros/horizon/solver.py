@@ -5,6 +5,7 @@ import time
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from functools import partial
+from operator import attrgetter
 from typing import Any
 
 import numpy as np
@@ -17,6 +18,7 @@ from obs_ros.core.record import Record
 from obs_ros.core.registry import suggest
 from obs_ros.core.typing import Array
 from obs_ros.horizon.bases import Bases
+from obs_ros.horizon.cleaning import cleaned, rescaled_to_residuals
 from obs_ros.horizon.disturbance import assessed, explain_by_process_noise, untried
 from obs_ros.horizon.given_priors import under_given_priors
 from obs_ros.horizon.intervals import with_intervals
@@ -30,7 +32,7 @@ from obs_ros.inference.assessment.uncertainty import Uncertainty
 from obs_ros.inference.disturbed import prepare_process_noise
 from obs_ros.inference.jumps.hypothesis import hypothesis_at
 from obs_ros.inference.jumps.piecewise import PiecewiseProblem
-from obs_ros.inference.noise import noise_guess, variances_left
+from obs_ros.inference.noise import noise_guess
 from obs_ros.inference.objective import FITNESSES, Objective
 from obs_ros.inference.parameterisation import Unknowns
 from obs_ros.inference.prior import Posterior, Prior
@@ -156,6 +158,7 @@ class Solver:
             window, found = rescaled_to_residuals(window, found)
         found = under_given_priors(window, found, deadline, polish=squares)
         if squares:
+            window, found = cleaned(window, found, deadline, attrgetter('with_given_priors'))
             best = hypothesis_at(PiecewiseProblem(window.objective, window.prior), found.z)
             other = explain_by_process_noise(
                 window, found, best, self.given_noise, deadline, mode=self.settings.process_noise
@@ -290,11 +293,3 @@ class Solver:
 def _hardly_fall(trail: Trail, share: float, squares: float) -> bool:
     """Whether squares have fallen by less than this share of them in the latest rollouts."""
     return trail.gain(squares) < share * squares
-
-
-def rescaled_to_residuals(window: WindowState, found: Found) -> tuple[WindowState, Found]:
-    """Scale the outputs by the residuals of a fit; return the fit with its cost in that."""
-    objective = window.objective
-    left = variances_left(objective.residuals(found.z), objective.grid, objective.dimension)
-    window = window.rescaled(np.sqrt(left) / objective.grid.scale)
-    return window, replace(found, cost=float(window.objective.costs(found.z[None])[0]))

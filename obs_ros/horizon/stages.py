@@ -12,13 +12,16 @@ from obs_ros.core.deadline import Deadline
 from obs_ros.core.linear_algebra import scaled_inverse
 from obs_ros.core.residual_tests import independent_share, inflation
 from obs_ros.core.typing import Array, BoolArray
-from obs_ros.horizon.solver import Solver, rescaled_to_residuals
+from obs_ros.horizon.cleaning import POLISH, cleaned, in_own_scale
+from obs_ros.horizon.solver import Solver
 from obs_ros.inference.assessment.contradiction import contradictions
 from obs_ros.inference.assessment.identifiability import undetermined
 from obs_ros.inference.assessment.informed_subspace import informed_information
 from obs_ros.inference.assessment.uncertainty import Uncertainty
 from obs_ros.inference.jumps.hypothesis import Hypothesis, hypothesis_at
 from obs_ros.inference.jumps.jump_search import JumpSearch
+from obs_ros.inference.jumps.mixture import Mixture
+from obs_ros.inference.jumps.outlying import without_outliers
 from obs_ros.inference.jumps.piecewise import PiecewiseProblem, may_jump
 from obs_ros.inference.noise import variances_left
 from obs_ros.inference.prior import Posterior, Prior
@@ -41,7 +44,7 @@ class StageSettings:
       window.
     """
 
-    polish: int = 40
+    polish: int = POLISH
     excess: float = 5.0
     price_of_recall: float = 20.0
     nothing_new: float = 0.95
@@ -52,11 +55,19 @@ STAGES = StageSettings()
 
 @dataclass(frozen=True)
 class Explanation:
-    """The best hypothesis on a window, its near-equals, and whether there was time to look."""
+    """Hypotheses on a window with their probabilities, and whether there was time to look.
 
-    hypothesis: Hypothesis
-    alternatives: Sequence[Hypothesis]
+    `tried` are all that were solved, in the scales of the window that was explained.
+    """
+
+    mixture: Mixture
     finished: bool
+    tried: Sequence[Hypothesis] = ()
+
+    @property
+    def hypothesis(self) -> Hypothesis:
+        """The best one."""
+        return self.mixture.best
 
 
 def fit(
@@ -67,20 +78,19 @@ def fit(
     rng: np.random.Generator,
     deadline: Deadline,
 ) -> tuple[WindowState, Found]:
-    """Return the optimum without jumps inside; the window's scales are the noise afterwards.
+    """Return the optimum without jumps inside, and the window without outliers.
 
-    `warm` (d,) is a start, `continued` the hypothesis that earlier jumps are as they were.
+    Its scales are the noise afterwards. `warm` (d,) is a start, `continued` the hypothesis that
+    earlier jumps are as they were.
     """
     found = None
     if window.noise_known and warm is not None:
-        found = _from_warm(window, warm, continued, deadline)
+        window, found = _from_warm(window, warm, continued, deadline)
     if found is None:
         window, found = solver.fit(window, window.posterior, rng, deadline, warm)
     if np.isfinite(found.cost) and not window.noise_known:
-        window, found = rescaled_to_residuals(window, found)
-        z, squares = _polished(window.posterior, found.z, deadline)
-        found = replace(found, z=z, cost=squares)
-    return window, found
+        window, found = in_own_scale(window, found, deadline)
+    return cleaned(window, found, deadline)
 
 
 def explain(
@@ -96,15 +106,18 @@ def explain(
     first, known = still, continued
     if wrong:
         loose = window.prior.without_given(np.array(wrong))
-        first = _under(loose, still, deadline)
-        known = None if continued is None else _under(loose, continued, deadline)
+        first = under(loose, still, deadline)
+        known = None if continued is None else under(loose, continued, deadline)
     search = JumpSearch(first, deadline, known=known, correlation=window.correlation)
     best = search.run() if found.accepted else still
+    mixture = search.mixture() if found.accepted else Mixture.only(still)
     if wrong:
-        best = _under(window.prior, best, deadline) if best.problem.events else still
+        best = under(window.prior, best, deadline) if best.problem.events else still
+        mixture = mixture.about(best) if best.problem.events else Mixture.only(still)
     if best.jumps and not window.noise_known:
-        window, best = _in_own_noise(window, best, deadline)
-    return window, Explanation(best, search.alternatives(), search.finished)
+        window, best = _in_own_noise(window, mixture.best, deadline)
+        mixture = mixture.about(best)
+    return window, Explanation(mixture, search.finished, search.tried)
 
 
 def uncertainty_of(best: Hypothesis) -> Uncertainty:
@@ -177,7 +190,7 @@ def _polished(
     return solved.z[0], float(solved.squares[0])
 
 
-def _under(prior: Prior, best: Hypothesis, deadline: Deadline) -> Hypothesis:
+def under(prior: Prior, best: Hypothesis, deadline: Deadline) -> Hypothesis:
     """Return the hypothesis of the same jumps under another prior."""
     problem = replace(best.problem, prior=prior)
     return hypothesis_at(problem, _polished(problem, best.point, deadline)[0], best.earlier)
@@ -185,28 +198,34 @@ def _under(prior: Prior, best: Hypothesis, deadline: Deadline) -> Hypothesis:
 
 def _from_warm(
     window: WindowState, warm: Array, continued: Hypothesis | None, deadline: Deadline
-) -> Found | None:
-    """Return the fit from a warm start alone, where it or the known jumps explain the window."""
-    posterior, correlation = window.posterior, window.correlation
-    nodes = posterior.nodes
+) -> tuple[WindowState, Found | None]:
+    """Return the fit from a warm start alone, where it or the known jumps explain the window.
+
+    Outliers are left out where the window is explained without them.
+    """
+    posterior = window.posterior
     solved = levenberg_marquardt(
-        posterior, warm[None], nodes, MemeticSettings.full_iterations, deadline
+        posterior, warm[None], posterior.nodes, MemeticSettings.full_iterations, deadline
     )
-    count = posterior.count(nodes)
+    z, squares = solved.z[0], float(solved.squares[0])
+    limit, rule = _believed(window), Acceptance.LIKE_NOISE
+    if not squares <= limit:
+        clean = without_outliers(window, z, deadline) if np.isfinite(squares) else None
+        if clean is not None and clean.squares <= _believed(clean.window):
+            window, z, squares = clean.window, clean.z, clean.squares
+        elif continued is None or continued.squares > limit:
+            return window, None
+        else:
+            rule = Acceptance.KNOWN_JUMP
+    converged = bool(solved.converged[0])
+    return window, Found(z, squares, converged, accepted=rule, effort=Effort(1, 'round'))
+
+
+def _believed(window: WindowState) -> float:
+    """Return the squares up to which a fit from a warm start alone is believed."""
+    count, correlation = window.posterior.count(window.objective.nodes), window.correlation
     spread = np.sqrt(2.0 * count / independent_share(correlation))
-    limit = (count + STAGES.excess * spread) / inflation(correlation)
-    rule = Acceptance.LIKE_NOISE
-    if not solved.squares[0] <= limit:
-        if continued is None or continued.squares > limit:
-            return None
-        rule = Acceptance.KNOWN_JUMP
-    return Found(
-        z=solved.z[0],
-        cost=float(solved.squares[0]),
-        converged=bool(solved.converged[0]),
-        accepted=rule,
-        effort=Effort(1, 'round'),
-    )
+    return float((count + STAGES.excess * spread) / inflation(correlation))
 
 
 def _moved(

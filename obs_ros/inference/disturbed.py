@@ -79,6 +79,16 @@ def with_given_walks(
     return _alternated(window, z, replace(guess, walks=walks), (), given, deadline)
 
 
+def with_walk_of(
+    window: WindowState, z: Array, start: ProcessNoise, walking: IntArray, deadline: Deadline
+) -> Disturbed | None:
+    """Return the window in which one of the n + q variables walks, near z (d,) and a start.
+
+    The noise is that of the start.
+    """
+    return _alternated(window, z, start, (walking,), start.noise, deadline)
+
+
 def with_known_noise(
     window: WindowState, z: Array, noise: ProcessNoise, deadline: Deadline
 ) -> Disturbed | None:

@@ -19,7 +19,7 @@ from typing import Literal, get_args
 import numpy as np
 from scipy.optimize import minimize
 
-from obs_ros.core.model import Model
+from obs_ros.core.model import Model, names
 from obs_ros.core.typing import Array, IntArray
 from obs_ros.inference.noise import LEARNING, noise_guess
 from obs_ros.inference.parameterisation import Unknowns
@@ -76,13 +76,27 @@ class ProcessNoise:
         return ProcessNoise(ratio * self.walks, ratio * self.noise)
 
     def words(self, model: Model) -> str:
-        """Say which states are pushed about, and by how much."""
+        """Say which states are pushed about, by how much, and which parameters drift."""
+        drifting = self.drifting(model)
+        if drifting:
+            walks = dict(zip(names(model.variables), self.walks, strict=True))
+            given = ', '.join(f'`walk.{name}: {walks[name]:.2g}`' for name in drifting)
+            return f'{", ".join(drifting)} drifts: give {given}'
         found = []
         for variable, walk in zip(model.states, self.walks, strict=False):
             if walk > 0.0:
                 unit = '' if variable.unit == '1' else f' {variable.unit}'
                 found.append(f'{variable.name} by {walk:.2g}{unit}/sqrt(s)')
         return 'pushed about by what the model leaves out: ' + ', '.join(found) if found else ''
+
+    def drifting(self, model: Model) -> tuple[str, ...]:
+        """Return the parameters that walk though the model does not say so."""
+        walks = self.walks[len(model.states) :]
+        return tuple(
+            variable.name
+            for variable, walk in zip(model.parameters, walks, strict=True)
+            if walk > 0.0 and variable.walk is None
+        )
 
 
 class LearnedProcessNoise:

@@ -2,10 +2,21 @@
 
 from dataclasses import dataclass, replace
 
+import numpy as np
+
 from obs_ros.core.record import Record
-from obs_ros.core.typing import Array
+from obs_ros.core.typing import Array, BoolArray
 from obs_ros.inference.objective import Objective
 from obs_ros.inference.prior import Posterior, Prior
+
+
+@dataclass(frozen=True)
+class Outlier:
+    """A sample left out: its time (s), its output's place, and its size in deviations of noise."""
+
+    time: float
+    output: int
+    size: float
 
 
 @dataclass(frozen=True, eq=False)
@@ -13,7 +24,8 @@ class WindowState:
     """A posed window: its record, its objective and the prior of its unknowns.
 
     `noise_known`: the objective's scales are the outputs' noise, given or learned; otherwise they
-    are guesses. `correlation`: the noise's at lag 1, which the scales make up for.
+    are guesses. `correlation`: the noise's at lag 1, which the scales make up for. `outliers` are
+    samples that were left out: in record and objective they are not measured.
     """
 
     record: Record
@@ -21,6 +33,7 @@ class WindowState:
     prior: Prior
     noise_known: bool
     correlation: float = 0.0
+    outliers: tuple[Outlier, ...] = ()
 
     @property
     def start(self) -> float:
@@ -47,3 +60,9 @@ class WindowState:
     def rescaled(self, factors: Array) -> 'WindowState':
         """Return the window with the outputs' scales (r,) multiplied by `factors` (r,)."""
         return replace(self, objective=self.objective.rescaled(factors))
+
+    def without(self, samples: BoolArray) -> 'WindowState':
+        """Return the window with some samples (K, r) taken as not measured."""
+        record = self.record.with_outputs(np.where(samples, np.nan, self.record.y))
+        objective = replace(self.objective, grid=self.objective.grid.without(samples))
+        return replace(self, record=record, objective=objective)

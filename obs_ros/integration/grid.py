@@ -97,6 +97,13 @@ class Grid:
         weight = np.divide(1.0, np.sqrt(S), out=np.zeros_like(S), where=self.weight > 0.0)
         return replace(self, weight=weight, injection=injection)
 
+    def without(self, samples: BoolArray) -> 'Grid':
+        """Return the same grid, not corrected, with some samples (K, r) taken as not measured."""
+        weight = np.where(samples, 0.0, self.weight)
+        measured = np.asarray((weight > 0.0).any(axis=1))
+        y = np.where(samples, 0.0, self.y)
+        return replace(self, y=y, weight=weight, measured=measured, injection=None)
+
     @property
     def uncorrected(self) -> 'Grid':
         """The same grid without an injection; its weights stay."""

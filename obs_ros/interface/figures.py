@@ -4,8 +4,8 @@ import math
 from collections.abc import Iterator, Mapping
 from typing import Any
 
+from obs_ros.core.drifting import remedy
 from obs_ros.core.kernel_cache import cache_trouble
-from obs_ros.interface.drifting import remedy
 from obs_ros.interface.forecast import Forecast
 from obs_ros.interface.progress import Progress
 from obs_ros.interface.status import SubscriptionStatus

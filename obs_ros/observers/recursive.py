@@ -276,9 +276,8 @@ class RecursiveObserver:
         self.figures.clear()
 
     def _forget(self) -> None:
-        self._before = None
         self._due = self._diverged = self._blind = False
-        self._taken, self._remark, self._step_time = 0, '', 0.0
+        self._before, self._taken, self._remark, self._step_time = None, 0, '', 0.0
         self._set_out()
 
 
@@ -290,15 +289,12 @@ def _rms(values: list[float]) -> float:
 
 def _initial_values(unknowns: Unknowns, given: Mapping[str, float]) -> Array:
     """Return states and parameters (n + q,) to start from."""
-    model = unknowns.model
+    model, scale = unknowns.model, unknowns.scale
     values = unknowns.given.copy()
-    for i, low, high in zip(
-        unknowns.index, unknowns.scale.lower, unknowns.scale.upper, strict=True
-    ):
+    for i, low, high in zip(unknowns.index, scale.lower, scale.upper, strict=True):
         expected = (model.variables[i].prior or (model.variables[i].nominal,))[0]
         values[i] = 0.5 * (low + high) if expected is None else min(max(expected, low), high)
     order = list(names(model.variables))
     unknowns.check_initial(given)
-    for name, value in given.items():
-        values[order.index(name)] = value
+    values[[order.index(name) for name in given]] = list(given.values())
     return values

@@ -60,7 +60,7 @@ class SlidingWindowObserver:
         random_generator(seed)  # refuses a bad one now
         self._seed = seed
         self._skipped = 0
-        self._stuck, self._huge = 0, 0  # values
+        self._stuck, self._huge, self._outliers = 0, 0, 0  # values
         # Shared by the thread that absorbs and the one that estimates.
         self._lock = threading.Lock()
         self._due: Record | None = None
@@ -100,10 +100,11 @@ class SlidingWindowObserver:
             rng = random_generator(self._seed, self._solved)
         if record is None:
             return None
-        before = windows.stuck, windows.huge
+        before = windows.stuck, windows.huge, windows.outliers.total
         estimate = windows.solve(record, rng, Deadline(deadline))
         self._stuck += windows.stuck - before[0]
         self._huge += windows.huge - before[1]
+        self._outliers += windows.outliers.total - before[2]
         with self._lock:
             if epoch != self._epoch:
                 return None
@@ -118,7 +119,8 @@ class SlidingWindowObserver:
         """
         if self._geometry != other._geometry:
             return False
-        self._window, self._stuck, self._huge = other._window, other._stuck, other._huge
+        self._window, self._outliers = other._window, other._outliers
+        self._stuck, self._huge = other._stuck, other._huge
         with other._lock:
             self._skipped, self._due = other._skipped, other._due
             other._due = None
@@ -134,7 +136,8 @@ class SlidingWindowObserver:
         """Counts of samples dropped, mended or skipped so far, by reason."""
         counts = dict(self._window.counts)
         counts['huge'] += self._huge
-        return {**counts, 'stuck': self._stuck, 'skipped': self._skipped + counts['skipped']}
+        counts |= {'stuck': self._stuck, 'outlier': self._outliers}
+        return {**counts, 'skipped': self._skipped + counts['skipped']}
 
     @property
     def collected(self) -> float | None:

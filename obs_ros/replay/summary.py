@@ -4,8 +4,8 @@ from collections.abc import Iterator
 
 import numpy as np
 
+from obs_ros.core.drifting import remedy
 from obs_ros.core.texts import LONGEST, one_line
-from obs_ros.interface.drifting import remedy
 from obs_ros.interface.parameters import walk_unit
 from obs_ros.replay.cells import (
     cell,

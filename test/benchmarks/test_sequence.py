@@ -121,11 +121,11 @@ def test_the_sequence_benchmark_reports_what_was_asked(tmp_path, monkeypatch):
     monkeypatch.setattr(run, 'SURPRISES', {'two jumps, two parameters': 6})
     monkeypatch.setattr(run, 'FACTORS', (1.0, 2.0))
     monkeypatch.setattr(run, 'PER_CHUNK', 5)
-    text = main(['--windows', '4', '--results', str(tmp_path)])
+    text = main(['--only', 'tanks_and_lag', '--windows', '4', '--results', str(tmp_path)])
     assert text == (tmp_path / 'sequence.md').read_text()
     assert '| asked | measured | met |' in text
     assert f'| tanks 20 dB, every 50 s | {OURS} | 50 |' in text
-    assert '| tanks 20 dB: alarm in the first window after a jump >= 0.95 |' in text
+    assert '| tanks 20 dB: alarm in the first window after a jump >= 0.97 |' in text
     for name in ('story', 'calibration', 'jumps'):
         assert (tmp_path / f'sequence_{name}.png').stat().st_size > 10_000
 

@@ -133,3 +133,12 @@ def test_estimates_compare_by_identity_since_they_hold_arrays() -> None:
     one, other = (estimate(times=np.arange(3.0), states=np.zeros((3, 1))) for _ in range(2))
     assert one == one and one != other
     assert len({one, other, one}) == 2
+
+
+def test_a_retraction_takes_back_what_was_announced() -> None:
+    announced = jump(stamp=5 * 10**9, alternatives=('k3',))
+    retraction = announced.taken_back(0.1)
+    assert retraction.takes_back(announced) and retraction.new and retraction.retracted
+    assert retraction.sizes == {'k1': 0.0, 'k2': 0.0} == retraction.stddev
+    assert (retraction.time, retraction.stamp) == (5.0, 5 * 10**9)
+    assert (retraction.probability, retraction.alternatives) == (0.1, ())

@@ -8,9 +8,10 @@ import pytest
 from plants import INTEGRATOR
 
 from obs_ros import Variable
-from obs_ros.core.estimate import Jump
 from obs_ros.core.prior_knowledge import with_knowledge
 from obs_ros.horizon.arrival_cost import KEPT, ArrivalCost, KnownJump, WindowPosterior
+from obs_ros.horizon.found_jumps import JumpFound, Size
+from obs_ros.horizon.gaussian_sum import Component, moments
 from obs_ros.inference.parameterisation import Unknowns
 from obs_ros.inference.prior import Prior
 
@@ -19,6 +20,7 @@ COVARIANCE = np.array([[4e-4, 1e-4], [1e-4, 9e-4]])
 DURATION = 10.0
 GAIN = frozenset({1})  # its place in z, after x
 BOX = 1.0 / 12.0
+FOUND = JumpFound(22.0, 0.1, {'gain': Size(0.1, 0.02, 0.07, 0.01)})
 
 
 def history(*ends: float) -> ArrivalCost:
@@ -189,9 +191,7 @@ def test_a_new_jump_forgets_windows_that_did_not_know_of_it() -> None:
     sequence = history(20.0, 25.0, 30.0)
     # The third is the second again, found a little earlier.
     for time, newest in ((25.0, 25.0), (24.4, 20.0), (24.0, 20.0), (5.0, None)):
-        sizes = {UNKNOWNS.names[1]: 0.1}
-        jump = Jump(time=time, time_stddev=0.1, sizes=sizes, stddev=sizes, new=True)
-        sequence.update_jumps([jump], time - 5.0, time + 5.0, near=0.5)
+        sequence.update_jumps([KnownJump(time, GAIN)], time - 5.0, time + 5.0, near=0.5)
         assert sequence.jumps[-1] == KnownJump(time, GAIN)
         prior = sequence.prior(40.0, DURATION)
         assert (None if prior is None else taken(prior)) == pytest.approx(newest)
@@ -216,3 +216,67 @@ def test_it_does_not_grow_for_ever() -> None:
     sequence = history(*np.arange(KEPT + 50.0))
     assert sequence.prior(49.5, DURATION) is None
     assert taken(sequence.prior(50.0, DURATION)) == pytest.approx(50.0)
+
+
+def doubtful(time: float, chance: float) -> KnownJump:
+    """The gain jumped with this probability, else nothing did."""
+    return KnownJump(time, GAIN, ((chance, GAIN, FOUND), (1.0 - chance, frozenset(), None)))
+
+
+def test_a_doubtful_jump_widens_by_its_probability_and_makes_lineages() -> None:
+    sequence = history(20.0)
+    sequence.jumps = [doubtful(22.0, 0.7)]
+    walked = 0.01 * BOX * 0.5
+    moments = covariance(sequence.prior(25.0, DURATION))
+    assert moments[0, 0] == pytest.approx(4e-4 + walked + 0.7 * BOX, rel=1e-2)
+    jumped, still = sequence.lineages(25.0, DURATION)
+    assert (jumped.weight, still.weight) == pytest.approx((0.7, 0.3))
+    assert (jumped.jumps, still.jumps) == ((FOUND,), ())
+    assert covariance(jumped.prior)[0, 0] == pytest.approx(BOX, rel=1e-3)
+    assert covariance(still.prior)[0, 0] == pytest.approx(4e-4 + walked)
+    np.testing.assert_array_equal(jumped.prior.mean, still.prior.mean)
+
+
+def test_lineages_of_a_window_go_on() -> None:
+    sequence = ArrivalCost(UNKNOWNS)
+    parts = tuple(
+        Component(weight, np.array([mean, 0.5]), COVARIANCE, jumps)
+        for weight, mean, jumps in ((0.8, 0.6, (FOUND,)), (0.2, 0.2, ()))
+    )
+    sequence.add(WindowPosterior(24.0, *moments(parts), components=parts))
+    one, other = sequence.lineages(24.0, DURATION)
+    assert (one.weight, other.weight) == pytest.approx((0.8, 0.2))
+    assert (one.prior.mean[1], other.prior.mean[1]) == (0.6, 0.2)
+    prior = sequence.prior(24.0, DURATION)
+    assert prior is not None
+    assert prior.mean[1] == pytest.approx(0.52)
+    assert covariance(prior)[0, 0] == pytest.approx(4e-4 + 0.8 * 0.2 * 0.4**2)
+    assert history(20.0).lineages(19.0, DURATION) == ()
+
+
+def test_a_jump_that_counted_before_is_not_new() -> None:
+    """The windows that ended after it knew of it, with another one as the best."""
+    for chance in (0.7, None):
+        sequence = history(20.0, 25.0)
+        sequence.jumps = [doubtful(24.0, 0.7)] if chance else []
+        sequence.update_jumps([KnownJump(24.2, GAIN)], 15.0, 25.0, near=0.5)
+        assert taken(sequence.prior(40.0, DURATION)) == pytest.approx(25.0 if chance else 20.0)
+
+
+def test_windows_that_believe_in_a_wrong_jump_are_forgotten() -> None:
+    sequence = history(20.0, 25.0, 30.0)
+    sequence.forget_wrong(22.0, 30.0)
+    assert taken(sequence.prior(29.0, DURATION)) == pytest.approx(20.0)
+    assert taken(sequence.prior(30.0, DURATION)) == pytest.approx(30.0)
+
+
+def test_what_drifts_is_widened_by_its_walk() -> None:
+    sequence = history(20.0)
+    sequence.note_drifts({'gain': 1e-3})
+    found = covariance(sequence.prior(25.0, DURATION))
+    walked = 0.01 * BOX * 0.5
+    apart = 5.0 + 2.0 / 3.0 * DURATION
+    assert found[0, 0] == pytest.approx(4e-4 + walked + 1e-3 * apart, rel=1e-6)
+    assert found[1, 1] == pytest.approx(9e-4 + walked, rel=1e-6)
+    sequence.note_drifts({})
+    assert covariance(sequence.prior(25.0, DURATION))[0, 0] == pytest.approx(4e-4 + walked)

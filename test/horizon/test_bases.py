@@ -8,11 +8,12 @@ from obs_ros import Outcome, Record, solve_window
 from obs_ros.core.deadline import Deadline
 from obs_ros.core.rng import random_generator
 from obs_ros.horizon.bases import Bases
+from obs_ros.horizon.cleaning import rescaled_to_residuals
 from obs_ros.horizon.disturbance import explain_by_process_noise
 from obs_ros.horizon.forecasts import Basis
 from obs_ros.horizon.moving_horizon import MovingHorizon
 from obs_ros.horizon.settings import EstimationSettings
-from obs_ros.horizon.solver import Solver, rescaled_to_residuals
+from obs_ros.horizon.solver import Solver
 from obs_ros.inference.assessment.informed_subspace import marginal_information
 from obs_ros.inference.assessment.uncertainty import Deviations, Uncertainty
 from obs_ros.inference.jumps.hypothesis import hypothesis_at

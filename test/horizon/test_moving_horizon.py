@@ -359,9 +359,14 @@ class TestGivenPriors:
         (jump,) = first.jumps
         assert list(jump.sizes) == ['k'] and jump.sizes['k'] == pytest.approx(1.0, abs=0.2)
         assert 'contradicts' not in first.message
+        assert not jump.new  # in the first window nobody knows whether jumps are rare
+        assert [j.time for one in later for j in one.jumps if j.new] == pytest.approx(
+            [15.0], abs=0.5
+        )
         # From then on the prior is of a value that is no more.
         for estimate in later[1:]:
-            assert estimate.jumps == () and 'contradicts' not in estimate.message
+            assert 'contradicts' not in estimate.message
+            assert all(j.time < estimate.t0 for j in estimate.jumps)
             assert estimate.parameters['k'] == pytest.approx(3.0, abs=4.0 * estimate.stddev['k'])
 
     def test_without_squares_they_count_in_every_window(self) -> None:
@@ -595,3 +600,46 @@ def test_noise_is_not_learned_while_a_state_lies_at_its_bound() -> None:
     found = bounded.solve(part(record, 0.0, 30.0), random_generator(0, 0), Deadline())
     assert found.message.startswith('x lies at its upper bound 0.5')
     assert learned is not None and bounded._noise.scale() is None
+
+
+@pytest.mark.parametrize('noise', [{'y': SIGMA}, None])
+@pytest.mark.parametrize('place', [0.1, 15.0, 29.8, 29.9, 30.0])
+def test_a_single_outlier_is_told_and_counted_and_is_no_jump(
+    place: float, noise: dict[str, float] | None
+) -> None:
+    run = lag_run(75.0, (0.0, 2.0, 3.0))
+    y = run.y.copy()
+    y[round((30.0 + place) / 0.1)] += 10.0 * SIGMA
+    spiked = Record(run.t, run.u, y)
+    windows = windows_for(noise=noise)
+    told = []
+    for end in (30.0, 45.0, 60.0, 75.0):
+        estimate = windows.solve(
+            part(spiked, end - DURATION, end), random_generator(int(end)), Deadline(None)
+        )
+        assert estimate.outcome is Outcome.CONVERGED and not estimate.jumps
+        for name, truth in (('k', 2.0), ('tau', 3.0)):
+            assert abs(estimate.parameters[name] - truth) < 4.0 * estimate.stddev[name]
+        told.append(f'1 outlier of y at {30.0 + place:.2f} s' in estimate.message)
+    inside = [end - DURATION < 30.0 + place <= end for end in (30.0, 45.0, 60.0, 75.0)]
+    assert told == inside
+    assert windows.outliers.total == 1
+
+
+def test_a_ramp_is_told_as_a_drift_and_announced_as_no_jump() -> None:
+    times = np.arange(0.0, 120.0, 0.5)
+    ramp = [(t, 3.0 - float(np.clip(t - 45.0, 0.0, 60.0)) / 60.0, 3.0) for t in times]
+    run = lag_run(120.0, *ramp, sigma=0.02)
+    windows = windows_for(noise={'y': 0.02})
+    drifting, jumps, off = [], 0, []
+    for end in (30.0, 60.0, 90.0, 120.0):
+        estimate = windows.solve(
+            part(run, end - DURATION, end), random_generator(int(end)), Deadline(None)
+        )
+        drifting.append(estimate.drifting)
+        jumps += len(estimate.jumps)
+        truth = 3.0 - float(np.clip(end - 45.0, 0.0, 60.0)) / 60.0
+        off.append((estimate.parameters['k'] - truth) / estimate.stddev['k'])
+        assert ('k drifts: give `walk.k: ' in estimate.message) == bool(estimate.drifting)
+    assert not jumps and drifting[0] == () and ('k',) in drifting
+    assert np.abs(off).max() < 4.0

@@ -4,6 +4,7 @@ import numpy as np
 from plants import OSCILLATOR, window_of
 
 from obs_ros import Record, load_model
+from obs_ros.core.prior_knowledge import with_knowledge
 from obs_ros.inference.prior import Prior
 from obs_ros.inference.process_noise import (
     SETTINGS,
@@ -13,6 +14,7 @@ from obs_ros.inference.process_noise import (
     least_noise,
 )
 from obs_ros.inference.window_state import WindowState
+from obs_ros.models.three_tank import THREE_TANK
 
 T = np.linspace(0.0, 2.0, 41)
 
@@ -59,3 +61,11 @@ def test_walks_are_the_medians_of_the_windows_that_had_any() -> None:
     assert not learned.settled, 'of a window that leaves more to explain'
     learned.add(pooled)
     assert learned.settled
+
+
+def test_a_parameter_that_walks_though_the_model_does_not_say_so_drifts() -> None:
+    noise = ProcessNoise(np.array([0.0, 0.0, 0.0, 0.0, 0.03, 0.0]), np.ones(2))
+    assert noise.drifting(THREE_TANK) == ('p2',)
+    assert noise.words(THREE_TANK) == 'p2 drifts: give `walk.p2: 0.03`'
+    walking = with_knowledge(THREE_TANK, {'p2': 0.01}, {})
+    assert noise.drifting(walking) == () and noise.words(walking) == ''

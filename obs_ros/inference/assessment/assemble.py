@@ -1,7 +1,7 @@
 """The Estimate of a window: its values by name, its standard deviations, its outcome and why."""
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -22,6 +22,7 @@ from obs_ros.inference.assessment.outcome import (
 )
 from obs_ros.inference.assessment.uncertainty import Deviations, Uncertainty
 from obs_ros.inference.objective import Objective
+from obs_ros.inference.outliers import words
 from obs_ros.inference.prior import BOX_VARIANCE
 from obs_ros.inference.window_state import WindowState
 from obs_ros.optimization.result import Found
@@ -58,6 +59,7 @@ def report(
         noise_known=window.noise_known,
         correlation=0.0 if uncertainty is None else uncertainty.correlation,
     )
+    fit = replace(fit, trimmed=bool(window.outliers))
     known = _knowledge(objective, found, uncertainty, fit, states[last], p[:, 0])
     outcome, message = judged(
         Findings(
@@ -96,7 +98,9 @@ def report(
         noise={} if uncertainty is None else _named(model.outputs, uncertainty.noise),
         walks={} if walking is None else _named(model.variables, walking.walks),
         outcome=outcome,
-        message='; '.join([message, *map(str, jumps)]),
+        message='; '.join(
+            [message, *map(str, jumps), *words(window.outliers, names(model.outputs))]
+        ),
         t0=float(grid.t[0]),
         t1=float(grid.t[last]),
         cost=0.5 * squares if objective.is_least_squares else squares,
@@ -105,6 +109,7 @@ def report(
         weak=known.weak,
         advice=known.advice,
         jumps=jumps,
+        drifting=() if uncertainty is None else uncertainty.walking,
         evaluations=objective.evaluations,
         solve_time=solve_time,
         times=grid.t,
@@ -182,6 +187,8 @@ def _knowledge(
     deviations = Deviations.of(
         best, uncertainty.covariance, fit.enlargement, uncertainty.end, uncertainty.interval
     )
+    if uncertainty.excess is not None:
+        deviations = deviations.beside(best, fit.enlargement * uncertainty.excess)
     if (structure := uncertainty.structure) is not None:  # a mean over the window is no value
         deviations.parameters[unknowns.index[n:][structure.moving] - len(model.states)] = np.nan
     if uncertainty.process_noise is None and uncertainty.skill is not None and not fit.colour.white:

@@ -23,7 +23,8 @@ class Fit:
     """Squares of a residual in units of the noise, compared with what noise would leave.
 
     `freedom`: as many independent squares would vary as much; `inflation`: how much the
-    correlation of the residual raises variances beyond those of the known noise.
+    correlation of the residual raises variances beyond those of the known noise; `trimmed`:
+    outliers were left out, which a noise that was given may include.
     """
 
     squares: float
@@ -32,6 +33,7 @@ class Fit:
     inflation: float
     noise_known: bool
     negligible: bool
+    trimmed: bool = False
 
     @classmethod
     def of(
@@ -85,7 +87,8 @@ class Fit:
     @property
     def too_small(self) -> bool:
         """Whether noise of the known size would hardly leave so little."""
-        return self.noise_known and too_small(self.squares, self.freedom)
+        known = self.noise_known and not self.trimmed
+        return known and too_small(self.squares, self.freedom)
 
 
 def root_mean_square(residuals: Array) -> Array:

@@ -24,7 +24,7 @@ from obs_ros.inference.assessment.profile import PROFILE, Ends, parabola_holds, 
 from obs_ros.inference.jumps.hypothesis import Hypothesis, hypothesis_at
 from obs_ros.inference.parameterisation import Unknowns
 from obs_ros.inference.prior import BOX_VARIANCE, Posterior
-from obs_ros.optimization.levenberg_marquardt import levenberg_marquardt
+from obs_ros.optimization.levenberg_marquardt import Starts, levenberg_marquardt
 
 WIDEST = 2.0 * QUANTILE  # in the deviations above which a parameter is not determined
 
@@ -36,13 +36,17 @@ class IntervalSettings:
     - `pulled`: squares that the optimum without the boxes may gain before it is published instead
       of that with them;
     - `polish`: iterations of a search from near an optimum;
-    - `optima`: times that a better optimum, met on a profile, is taken for the start;
+    - `optima`: starts at most, each from a better optimum than the one before;
+    - `scan`: iterations of a search for other optima;
+    - `parts`: of a parameter's box, from the middles of which other optima are sought;
     - `least_growth`: of the cost at an end, below which it counts as that: there nothing is known.
     """
 
     pulled: float = 0.1
     polish: int = 60
     optima: int = 3
+    scan: int = 30
+    parts: int = 3
     least_growth: float = 1.0
 
 
@@ -92,7 +96,9 @@ def determined(
     """
     level = PROFILE.growth * max(1.0, inflation)
     problem = replace(best.problem, prior=best.problem.prior.knowledge)
-    for _ in range(INTERVAL.optima):
+    unknowns = problem.objective.unknowns
+    pinned = np.arange(unknowns.n_states, unknowns.dimension)
+    for attempt in range(INTERVAL.optima):
         if movable and not best.problem.events and _pull(best) > INTERVAL.pulled:
             best = _polished(best, best.point, deadline)
         covariance = covariance_without_boxes(best)
@@ -100,14 +106,31 @@ def determined(
             break
         posterior = Posterior(problem.objective, problem.prior)
         gradient = _gradient(best)
-        if parabola_holds(posterior, best.point, gradient, covariance, level):
+        if parabola_holds(posterior, best.point, gradient, covariance, pinned, level):
             break
-        ends = _ends(posterior, best, level, deadline)
+        optima = _other_optima(posterior, best.point, deadline)
+        least = float(posterior.costs(best.point[None])[0])
+        lower = optima.squares[0] < least - PROFILE.better
+        if lower and movable and attempt + 1 < INTERVAL.optima:
+            best = _polished(best, optima.z[0], deadline)
+            continue
+        ends = _ends(posterior, best, level, deadline, optima.z)
         if ends.better is None or not movable:
             interval = _interval(best, ends)
             return Determined(best, enlarged(covariance, ends), interval)
         best = _polished(best, ends.better, deadline)
     return Determined(best, covariance)
+
+
+def _other_optima(posterior: Posterior, z: Array, deadline: Deadline) -> Starts:
+    """Return optima from starts all over the boxes of the parameters, one moved at a time."""
+    unknowns = posterior.objective.unknowns
+    places = (np.arange(INTERVAL.parts) + 0.5) / INTERVAL.parts
+    pinned = np.arange(unknowns.n_states, unknowns.dimension)
+    starts = np.repeat(z[None], pinned.size * places.size, axis=0)
+    rows = np.arange(len(starts))
+    starts[rows, np.repeat(pinned, places.size)] = np.tile(places, pinned.size)
+    return levenberg_marquardt(posterior, starts, posterior.nodes, INTERVAL.scan, deadline)
 
 
 def enlarged(covariance: Array, ends: Ends) -> Array:
@@ -122,12 +145,14 @@ def enlarged(covariance: Array, ends: Ends) -> Array:
     return covariance
 
 
-def _ends(posterior: Posterior, best: Hypothesis, level: float, deadline: Deadline) -> Ends:
+def _ends(
+    posterior: Posterior, best: Hypothesis, level: float, deadline: Deadline, others: Array
+) -> Ends:
     unknowns = best.problem.objective.unknowns
     pinned = np.arange(unknowns.n_states, unknowns.dimension)
     reach = WIDEST * undetermined(unknowns)[pinned]
     probe = best.problem.settings.probe_step
-    return profile_ends(posterior, best.point, pinned, reach, level, probe, deadline)
+    return profile_ends(posterior, best.point, pinned, reach, level, probe, deadline, others)
 
 
 def _interval(best: Hypothesis, ends: Ends) -> Interval:

@@ -83,19 +83,20 @@ def parabola_holds(
     z: Array,
     gradient: Array,
     covariance: Array,
+    pinned: IntArray,
     level: float,
     settings: ProfileSettings = PROFILE,
 ) -> bool:
     """Whether the cost grows by `level` where the parabola of a covariance (d, d) says so.
 
-    That is at both ends of each unknown's interval, the others moving along; all must be inside the
-    limits. A search ends where hardly anything is left to gain: `gradient` (d,), half that of the
+    That is at both ends of the intervals of `pinned` unknowns (q,), the others moving along; all
+    must be inside the limits. A search ends where hardly anything is left to gain: `gradient` (d,), half that of the
     cost at z (d,), tells which side grows by how much more.
     """
     if not np.isfinite(covariance).all():
         return False
     deviations = np.sqrt(np.maximum(np.diagonal(covariance), TINY))
-    along = np.sqrt(level) * (covariance / deviations).T
+    along = np.sqrt(level) * (covariance / deviations).T[pinned]
     points = np.vstack([z[None], z - along, z + along])
     if not ((points >= posterior.limits[0]) & (points <= posterior.limits[1])).all():
         return False
@@ -113,14 +114,18 @@ def profile_ends(
     level: float,
     probe: float,
     deadline: Deadline,
+    others: Array | None = None,
     settings: ProfileSettings = PROFILE,
 ) -> Ends:
     """Return the ends of the profiles of the unknowns `pinned` (q,) around an optimum z (d,).
 
     A profile is followed over `reach` (q,) at most, in boxes; `level` is the growth of the cost at
-    the ends, `probe` the step (box) of differences.
+    the ends, `probe` the step (box) of differences. `others` (B, d) are other optima.
     """
-    return _Walk(posterior, z, pinned, reach, level, probe, settings).run(deadline)
+    walk = _Walk(posterior, z, pinned, reach, level, probe, settings)
+    if others is not None and len(others):
+        walk.note(others)
+    return walk.run(deadline)
 
 
 @dataclass
@@ -254,7 +259,15 @@ class _Walk:
         self._radius[lanes] = np.minimum(radius, s.most_reach)
         factor = np.where(good, s.less_damping, np.where(taken, 1.0, s.more_damping))
         self._damping[lanes] *= factor
-        allowed = np.flatnonzero(trial.squares <= self._least + level)
+        self._note(trial)
+
+    def note(self, points: Array) -> None:
+        """Note how far points (B, d) lie that cost no more than the ends."""
+        self._note(self._linearised(points))
+
+    def _note(self, trial: _Places) -> None:
+        """Note which points of no more cost than the ends lie furthest, by each unknown."""
+        allowed = np.flatnonzero(trial.squares <= self._least + self._level)
         if allowed.size:
             places = self._side[:, None] * trial.points[allowed][:, self._pinned].T
             best = places.argmax(axis=1)

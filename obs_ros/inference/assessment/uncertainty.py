@@ -54,6 +54,9 @@ class Uncertainty:
       None where none was needed; `scatter` (q,) is that of disjoint windows over what they
       published, with which the covariance is raised already; `said` tells in words what else was
       decided; `structure`: what speaks against the model beside process noise;
+    - `excess` (n + q, n + q): second moment of the end about the published one by hypotheses that
+      explain the window nearly as well, in excess of the covariance, states in their units and
+      estimated parameters in boxes; None where there are none. See `jumps/mixture.py`;
     - `determined_alone` (q,): parameters that some window has determined by itself. Of the others
       nothing is known, whatever many windows seem to add up to along a bent valley.
     """
@@ -65,6 +68,7 @@ class Uncertainty:
     interval: Interval | None = None
     finished: bool = True
     correlation: float = 0.0
+    excess: Array | None = None
     determined_alone: BoolArray | None = None
     process_noise: ProcessNoise | None = None
     end: AtEnd | None = None
@@ -77,6 +81,12 @@ class Uncertainty:
     def drifting(self) -> bool:
         """Whether jumps at several times look like the steps of a ramp."""
         return len(self.hypothesis.problem.events) > 1
+
+    @property
+    def walking(self) -> tuple[str, ...]:
+        """Names of the parameters that walk through the window though the model does not say so."""
+        model = self.hypothesis.problem.objective.unknowns.model
+        return () if self.process_noise is None else self.process_noise.drifting(model)
 
     @property
     def disturbance(self) -> str:
@@ -95,6 +105,15 @@ class Uncertainty:
             if self.structure is None
             else self.structure.words(unknowns.names[unknowns.n_states :])
         )
+
+    @property
+    def moving(self) -> tuple[str, ...]:
+        """Names of the parameters that are not constant in the window, beside process noise."""
+        if self.structure is None:
+            return ()
+        unknowns = self.hypothesis.problem.objective.unknowns
+        places = unknowns.n_states + np.flatnonzero(self.structure.moving)
+        return tuple(unknowns.names[i] for i in places)
 
     @property
     def noise(self) -> Array:
@@ -132,6 +151,36 @@ class Deviations:
     lower: Array
     upper: Array
     joint: Array
+
+    def beside(self, hypothesis: Hypothesis, excess: Array) -> 'Deviations':
+        """Return those of the mixture of a hypothesis and others that explain as much.
+
+        `excess` (n + q, n + q) is the second moment in excess of the hypothesis's own covariance,
+        see `Uncertainty`. What is no longer determined by then is withheld.
+        """
+        unknowns, n = hypothesis.problem.objective.unknowns, self.state.size
+        rows = _in_units(hypothesis)
+        extra = rows @ excess @ rows.T
+        limit = np.full(n + self.parameters.size, np.inf)
+        limit[:n] = undetermined_states(unknowns)
+        limit[unknowns.index[unknowns.n_states :]] = (
+            undetermined(unknowns)[unknowns.n_states :] * rows.max(axis=0)[n:]
+        )
+        own = np.append(self.state, self.parameters)
+        sd = np.sqrt(np.maximum(own**2 + np.diagonal(extra), 0.0))
+        longer = np.where(own > 0.0, sd / np.where(own > 0.0, own, 1.0), 1.0)
+        z = hypothesis.point[hypothesis.layout.final(hypothesis.point)]
+        middle = np.append(hypothesis.linearisation.state, unknowns.given[n:])
+        places = unknowns.index[unknowns.n_states :]
+        middle[places] = unknowns.scale.values(z)[unknowns.n_states :]
+        return replace(
+            self,
+            state=np.where(sd <= limit, sd, np.nan)[:n],
+            parameters=np.where(sd <= limit, sd, np.nan)[n:],
+            lower=middle - longer * (middle - self.lower),
+            upper=middle + longer * (self.upper - middle),
+            joint=self.joint + extra,
+        )
 
     @classmethod
     def withheld(cls, model: Model) -> 'Deviations':
@@ -271,6 +320,18 @@ def walked_deviations(unknowns: Unknowns, parameters: Array, joint: Array) -> Ar
     own = deviations[places - n]
     deviations[places - n] = np.where(own <= limit, own, np.nan)
     return np.asarray(deviations)
+
+
+def _in_units(hypothesis: Hypothesis) -> Array:
+    """Return the derivatives of end state and parameters by these, the estimated ones in boxes."""
+    unknowns = hypothesis.problem.objective.unknowns
+    n, states = len(unknowns.model.states), unknowns.n_states
+    final = hypothesis.layout.final(hypothesis.point)
+    slopes = unknowns.scale.slopes(hypothesis.point[final])[states:]
+    rows = np.zeros((len(unknowns.model.variables), n + slopes.size))
+    rows[np.arange(n), np.arange(n)] = 1.0
+    rows[unknowns.index[states:], n + np.arange(slopes.size)] = slopes
+    return rows
 
 
 def joint_covariance(hypothesis: Hypothesis, covariance: Array, end: AtEnd | None = None) -> Array:

@@ -55,6 +55,14 @@ class Hypothesis:
         return self.problem.trajectory(self.point)
 
     @property
+    def residuals(self) -> Array:
+        """Scaled residuals (K, r), without a rollout; NaN = not measured."""
+        measured = self.problem.objective.grid.weight > 0.0
+        residuals = np.full(measured.shape, np.nan)
+        residuals[measured] = self.linearisation.residual
+        return residuals
+
+    @property
     def jumps(self) -> int:
         """Number of jumps of single parameters."""
         return len(self.earlier) + sum(map(len, self.problem.events))
@@ -90,6 +98,14 @@ def hypothesis_at(
     )
 
 
+def discounted(hypothesis: Hypothesis, inflation: float) -> float:
+    """Return -2 log evidence with squares that count for less, by the `inflation` of variances.
+
+    A correlated residual holds fewer independent values than it has samples.
+    """
+    return hypothesis.neg2_log_evidence - hypothesis.squares * (1.0 - 1.0 / inflation)
+
+
 def beats(rival: Hypothesis, best: Hypothesis, correlation: float) -> bool:
     """Whether a hypothesis with more jumps is to be believed rather than the best so far.
 
@@ -98,11 +114,10 @@ def beats(rival: Hypothesis, best: Hypothesis, correlation: float) -> bool:
     stand for dynamics that the model lacks. Cost must fall too, as at the kinks of a model the
     determinants mean little.
     """
-    gained = best.squares - rival.squares
-    paid = (rival.neg2_log_evidence - rival.squares) - (best.neg2_log_evidence - best.squares)
-    if gained <= paid or rival.cost > best.cost:
+    if rival.neg2_log_evidence >= best.neg2_log_evidence or rival.cost > best.cost:
         return False
-    return gained > paid * inflation_by(rival.trajectory[1], correlation)
+    inflation = inflation_by(rival.trajectory[1], correlation)
+    return discounted(rival, inflation) < discounted(best, inflation)
 
 
 def _penalty(problem: PiecewiseProblem, earlier: tuple[int, ...]) -> float:

@@ -2,8 +2,8 @@
 
 It is greedy, one jump at a time: moves are screened to first order, the most promising are solved
 exactly, and the hypothesis of least -2 log evidence is kept if it beats the best so far. Jumps that
-a later one makes needless go again, and at the end each is exchanged for that of every other
-parameter, so that those that explain the window as well are named.
+a later one makes needless go again. At the end each is exchanged for that of every other parameter,
+left out, and joined by another, so that those that explain the window as well are weighed.
 """
 
 import math
@@ -15,7 +15,14 @@ from obs_ros.core.deadline import Deadline
 from obs_ros.core.residual_tests import independent_share, inflation, like_noise
 from obs_ros.core.typing import Array
 from obs_ros.inference.jumps.hypothesis import Hypothesis, beats, hypothesis_at
-from obs_ros.inference.jumps.moves import Start, promising_moves, with_one_exchanged, without_one
+from obs_ros.inference.jumps.mixture import Mixture
+from obs_ros.inference.jumps.moves import (
+    Start,
+    promising_moves,
+    with_one_exchanged,
+    with_one_more,
+    without_one,
+)
 from obs_ros.inference.jumps.piecewise import PiecewiseProblem
 from obs_ros.optimization.levenberg_marquardt import Trail, levenberg_marquardt
 
@@ -62,16 +69,19 @@ class JumpSearch:
         if not self.futile:
             exchanged = self._solved(with_one_exchanged(self.best))
             self.best = _most_probable([self.best, *exchanged])
+            beside = self._solved(self._untried_beside(self.best))
+            self.best = _most_probable([self.best, *beside])
         return self.best
 
-    def alternatives(self) -> list[Hypothesis]:
-        """Return those with other sets of parameters that explain the window nearly as well."""
-        least: dict[frozenset[int], Hypothesis] = {}
-        for other in sorted(self.tried, key=lambda h: h.neg2_log_evidence):
-            least.setdefault(other.parameters, other)
-        least.pop(self.best.parameters, None)
-        limit = self.best.neg2_log_evidence + self.settings.similar
-        return [other for other in least.values() if other.neg2_log_evidence < limit]
+    def mixture(self) -> Mixture:
+        """Return the best hypothesis and those that explain the window nearly as well."""
+        return Mixture.of(self.best, self.tried, self._correlation)
+
+    def _untried_beside(self, best: Hypothesis) -> list[Start]:
+        """Return starts with one jump less or more, whose parameters have not been tried yet."""
+        known = {hypothesis.parameters for hypothesis in self.tried}
+        starts = [*without_one(best), *with_one_more(best)]
+        return [start for start in starts if start.parameters not in known]
 
     def _without_needless(self, best: Hypothesis) -> Hypothesis:
         """Return the hypothesis without jumps that one found later has made superfluous."""

@@ -21,6 +21,11 @@ class Start(NamedTuple):
     point: Array
     earlier: tuple[int, ...]
 
+    @property
+    def parameters(self) -> frozenset[int]:
+        """Places of the parameters that jump."""
+        return frozenset(self.earlier).union(*self.problem.events)
+
 
 @dataclass(frozen=True)
 class NewJump:
@@ -134,6 +139,18 @@ def without_one(base: Hypothesis) -> Iterator[Start]:
     for event, parameters in enumerate(base.problem.events):
         for i in range(len(parameters)):
             yield _without(start, event, i)
+
+
+def with_one_more(base: Hypothesis) -> Iterator[Start]:
+    """Yield starts with one more parameter that jumps with others, the most promising first.
+
+    They score no less than a hypothesis that still counts beside the base.
+    """
+    settings = base.problem.settings
+    moves = JoinedJump.screened(base, may_jump(base.problem.objective.unknowns))
+    for move in sorted(moves, key=lambda move: -move.score)[: settings.rivals]:
+        if move.score > -settings.reach:
+            yield from move.start(base)
 
 
 def with_one_exchanged(base: Hypothesis) -> Iterator[Start]:

@@ -25,6 +25,7 @@ class JumpSettings:
     rivals: int = 3  # moves solved exactly in one round
     rival_margin: float = 12.0  # by which their scores may lag the best: 400 times less likely
     similar: float = 6.0  # by which an alternative may lag: the best is at most 20 times as likely
+    least_weight: float = 0.01  # probability below which a hypothesis counts for nothing
     # Budgets.
     iterations: int = 40  # rollouts of one exact solution
     trail: int = 6  # latest rollouts, whose mean gain foretells that of those to come
@@ -44,6 +45,11 @@ class JumpSettings:
     def jump_penalty(self) -> float:
         """-2 log of the probability that one parameter jumps in a window."""
         return 2.0 * math.log(1.0 / self.prior_probability)
+
+    @property
+    def reach(self) -> float:
+        """-2 log of the odds at which a hypothesis counts for nothing beside another."""
+        return 2.0 * math.log(1.0 / self.least_weight)
 
     @property
     def further_penalty(self) -> float:

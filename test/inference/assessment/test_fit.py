@@ -1,10 +1,13 @@
 """Tests of obs_ros.inference.assessment.fit."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from plants import NAN, OSCILLATOR, window_of
 
 from obs_ros import Record
+from obs_ros.core.residual_tests import whiteness
 from obs_ros.core.typing import Array
 from obs_ros.inference.assessment.fit import Fit, root_mean_square
 
@@ -55,3 +58,9 @@ def test_rounding_is_negligible_and_a_signal_is_not() -> None:
 def test_rms_of_an_output_never_measured_is_zero() -> None:
     residuals = np.array([[3.0, NAN], [NAN, NAN], [4.0, NAN]])
     np.testing.assert_allclose(root_mean_square(residuals), [np.sqrt(12.5), 0.0])
+
+
+def test_what_outliers_would_have_added_is_not_missed() -> None:
+    fit = Fit(100.0, 200.0, whiteness(np.zeros((3, 1))), 1.0, noise_known=True, negligible=False)
+    assert fit.too_small
+    assert not replace(fit, trimmed=True).too_small

@@ -167,3 +167,19 @@ def test_fixed_values_have_a_deviation_of_zero() -> None:
     assert (found.initial_stddev['x'], found.stddev['k']) == (0.0, 0.0)
     assert 0.0 < found.stddev['tau'] < 0.1
     assert 0.0 < found.stddev['x'] < 0.01  # at the end, tau tells
+
+
+def test_beside_others_that_explain_as_much_deviations_hold_them_too() -> None:
+    """The excess is of the state in its unit and of gain and drift in boxes, which are 2 wide."""
+    best = hypothesis()
+    alone = Deviations.of(best, np.diag([0.001, 0.02, 0.03]) ** 2, 1.0)
+    excess = np.diag([0.3, 0.015, 0.02]) ** 2
+    excess[0, 2] = excess[2, 0] = 1e-3
+    found = alone.beside(best, excess)
+    np.testing.assert_allclose(found.state**2, alone.state**2 + 0.09)
+    np.testing.assert_allclose(found.parameters, [0.05, 2.0 * (0.03**2 + 0.02**2) ** 0.5])
+    np.testing.assert_allclose(found.joint[0, 2] - alone.joint[0, 2], 2e-3)
+    np.testing.assert_allclose(found.initial, alone.initial)
+    # Above a tenth of the box nothing is determined any more.
+    wide = alone.beside(best, np.diag([0.0, 0.0, 0.1]) ** 2)
+    assert np.isnan(wide.parameters).tolist() == [False, True]

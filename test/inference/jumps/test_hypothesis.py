@@ -22,7 +22,7 @@ from jump_windows import (
 from plants import integrator_design
 from scipy.signal import lfilter
 
-from obs_ros.inference.jumps.hypothesis import beats, hypothesis_at
+from obs_ros.inference.jumps.hypothesis import beats, discounted, hypothesis_at
 
 ONCE = 2.0 * np.log(100.0)  # penalty of a jump
 
@@ -70,3 +70,9 @@ def test_colour_that_the_noise_is_known_to_have_costs_a_jump_nothing() -> None:
     without, jumped = hypotheses
     assert not beats(jumped, without, 0.0)
     assert beats(jumped, without, 0.6)
+
+
+def test_squares_of_a_correlated_residual_count_for_less() -> None:
+    best = still(record())
+    assert discounted(best, 1.0) == best.neg2_log_evidence
+    assert discounted(best, 4.0) == pytest.approx(best.neg2_log_evidence - 0.75 * best.squares)

@@ -110,7 +110,7 @@ class TestJumpSearch:
         search = JumpSearch(base, Deadline(), known=None)
         best = search.run()
         (event,) = best.layout.events
-        others = [other.parameters for other in search.alternatives()]
+        others = [other.parameters for other in search.mixture().alternatives]
         assert len(event) == 1
         assert frozenset({GAIN, DRIFT} - set(event)) in others
         assert best.parameters not in others
@@ -137,14 +137,14 @@ class TestJumpSearch:
         )
         search = JumpSearch(base, Deadline(), known=known)
         best = search.run()
-        sets = {best.parameters, *(other.parameters for other in search.alternatives())}
+        sets = {best.parameters, *(other.parameters for other in search.mixture().alternatives)}
         assert {frozenset({1}), frozenset({2})} <= sets
         assert not any(3 in each for each in sets)
 
     def test_of_one_that_is_clear_there_are_no_alternatives(self) -> None:
         search = JumpSearch(still(record(0.6)), Deadline(), known=None)
         search.run()
-        assert search.alternatives() == []
+        assert search.mixture().alternatives == []
 
 
 @pytest.mark.parametrize(

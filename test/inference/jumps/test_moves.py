@@ -14,6 +14,7 @@ from obs_ros.inference.jumps.moves import (
     promising_moves,
     with_jump,
     with_one_exchanged,
+    with_one_more,
     without_one,
 )
 from obs_ros.inference.prior import Prior
@@ -88,6 +89,22 @@ def test_of_two_jumps_each_is_left_out_once() -> None:
     (alone,) = without_one(base)
     assert alone.problem.events == ()
     np.testing.assert_array_equal(alone.point, base.point[:3])
+
+
+def test_another_parameter_joins_where_that_may_count() -> None:
+    """Its score must not be 100 times less likely than the base."""
+    base = with_a_drift_jump(record(0.6))
+    (joined,) = JoinedJump.screened(base, [GAIN, DRIFT])
+    for reach, counts in ((-joined.score * 1.1, True), (-joined.score * 0.9, False)):
+        settings = replace(base.problem.settings, least_weight=float(np.exp(-0.5 * reach)))
+        assert settings.reach == pytest.approx(reach)
+        starts = list(
+            with_one_more(replace(base, problem=replace(base.problem, settings=settings)))
+        )
+        assert len(starts) == counts
+        if counts:
+            assert starts[0].problem.events == ((DRIFT, GAIN),)
+            assert starts[0].parameters == {DRIFT, GAIN}
 
 
 def test_a_parameter_that_jumped_is_exchanged_for_the_other() -> None:

@@ -1,6 +1,6 @@
 import pytest
 
-from obs_ros.interface.drifting import remedy
+from obs_ros.core.drifting import remedy
 
 
 @pytest.mark.parametrize(

@@ -1,0 +1,1 @@
+"""Jumps, and what is none, on plants that nobody has tuned to."""

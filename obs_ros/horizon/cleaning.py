@@ -1,0 +1,76 @@
+"""Windows in units of what their fit leaves, and without outliers."""
+
+from collections.abc import Callable
+from dataclasses import replace
+from operator import attrgetter
+
+import numpy as np
+
+from obs_ros.core.deadline import Deadline
+from obs_ros.core.residual_tests import like_noise
+from obs_ros.inference.jumps.outlying import without_outliers
+from obs_ros.inference.noise import variances_left
+from obs_ros.inference.window_state import WindowState
+from obs_ros.optimization.acceptance import Acceptance
+from obs_ros.optimization.levenberg_marquardt import levenberg_marquardt
+from obs_ros.optimization.problem import Problem
+from obs_ros.optimization.result import Found
+
+POLISH = 40  # iterations of a local search that starts near its optimum
+Posed = Callable[[WindowState], Problem]
+POSTERIOR: Posed = attrgetter('posterior')
+
+
+def cleaned(
+    window: WindowState, found: Found, deadline: Deadline, problem: Posed = POSTERIOR
+) -> tuple[WindowState, Found]:
+    """Return the window without outliers, if there are any, and its optimum near the one found.
+
+    `problem` is what the fit minimises.
+    """
+    if not np.isfinite(found.cost):
+        return window, found
+    clean = without_outliers(window, found.z, deadline, problem)
+    if clean is None:
+        return window, found
+    return _accepted(clean.window, replace(found, z=clean.z, cost=clean.squares), deadline, problem)
+
+
+def refitted(window: WindowState, found: Found, deadline: Deadline) -> tuple[WindowState, Found]:
+    """Return a window that outliers were left out of, and its optimum near the one found."""
+    solved = levenberg_marquardt(
+        window.posterior, found.z[None], window.objective.nodes, POLISH, deadline
+    )
+    found = replace(found, z=solved.z[0], cost=float(solved.squares[0]))
+    return _accepted(window, found, deadline, POSTERIOR)
+
+
+def _accepted(
+    window: WindowState, found: Found, deadline: Deadline, problem: Posed
+) -> tuple[WindowState, Found]:
+    """Return the fit of a window without outliers: in units of the noise, like noise if it is."""
+    if not window.noise_known:
+        return in_own_scale(window, found, deadline, problem)
+    objective = window.objective
+    freedom = max(1, objective.count(objective.nodes) - objective.dimension)
+    if not found.accepted and like_noise(found.cost, freedom):
+        found = replace(found, accepted=Acceptance.LIKE_NOISE)
+    return window, found
+
+
+def in_own_scale(
+    window: WindowState, found: Found, deadline: Deadline, problem: Posed = POSTERIOR
+) -> tuple[WindowState, Found]:
+    """Return the window in units of what the fit leaves, and its optimum there."""
+    window, found = rescaled_to_residuals(window, found)
+    posed, nodes = problem(window), window.objective.nodes
+    solved = levenberg_marquardt(posed, found.z[None], nodes, POLISH, deadline)
+    return window, replace(found, z=solved.z[0], cost=float(solved.squares[0]))
+
+
+def rescaled_to_residuals(window: WindowState, found: Found) -> tuple[WindowState, Found]:
+    """Scale the outputs by the residuals of a fit; return the fit with its cost in that."""
+    objective = window.objective
+    left = variances_left(objective.residuals(found.z), objective.grid, objective.dimension)
+    window = window.rescaled(np.sqrt(left) / objective.grid.scale)
+    return window, replace(found, cost=float(window.objective.costs(found.z[None])[0]))
