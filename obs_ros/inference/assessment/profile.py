@@ -90,8 +90,8 @@ def parabola_holds(
     """Whether the cost grows by `level` where the parabola of a covariance (d, d) says so.
 
     That is at both ends of the intervals of `pinned` unknowns (q,), the others moving along; all
-    must be inside the limits. A search ends where hardly anything is left to gain: `gradient` (d,), half that of the
-    cost at z (d,), tells which side grows by how much more.
+    must be inside the limits. A search ends where hardly anything is left to gain: `gradient`
+    (d,), half that of the cost at z (d,), tells which side grows by how much more.
     """
     if not np.isfinite(covariance).all():
         return False

@@ -36,6 +36,10 @@ def ends_of(posterior: Any, z: Array, deadline: Deadline | None = None, reach: f
     return profile_ends(posterior, z, pinned, whole, LEVEL, PROBE, deadline or Deadline())
 
 
+def holds(posterior: Any, z: Array, gradient: Array, covariance: Array) -> bool:
+    return parabola_holds(posterior, z, gradient, covariance, np.arange(z.size), LEVEL)
+
+
 def values(ends: Ends) -> Array:
     """Lower and upper ends (2, q)."""
     found = ends.points[np.arange(ends.pinned.size), ends.pinned]
@@ -83,27 +87,36 @@ class TestStraight:
     def test_the_parabola_holds_where_it_is_the_cost(self) -> None:
         posterior, z, covariance = linear()
         zero = np.zeros(4)
-        assert parabola_holds(posterior, z, zero, covariance, LEVEL)
+        assert holds(posterior, z, zero, covariance)
         # The cost grows by the inverse of the factor: 20 % may be amiss.
-        assert parabola_holds(posterior, z, zero, 1.15 * covariance, LEVEL)
-        assert not parabola_holds(posterior, z, zero, 1.25 * covariance, LEVEL)
-        assert not parabola_holds(posterior, z, zero, 0.75 * covariance, LEVEL)
-        assert not parabola_holds(posterior, z, zero, np.full((4, 4), np.nan), LEVEL)
+        assert holds(posterior, z, zero, 1.15 * covariance)
+        assert not holds(posterior, z, zero, 1.25 * covariance)
+        assert not holds(posterior, z, zero, 0.75 * covariance)
+        assert not holds(posterior, z, zero, np.full((4, 4), np.nan))
 
     def test_it_holds_from_beside_the_optimum_where_the_gradient_says_so(self) -> None:
         posterior, z, covariance = linear()
         beside = z + 0.3 * np.sqrt(np.diagonal(covariance))
         gradient = np.linalg.solve(covariance, beside - z)
-        assert parabola_holds(posterior, beside, gradient, covariance, LEVEL)
-        assert not parabola_holds(posterior, beside, np.zeros(4), covariance, LEVEL)
+        assert holds(posterior, beside, gradient, covariance)
+        assert not holds(posterior, beside, np.zeros(4), covariance)
 
     def test_it_does_not_where_it_leaves_the_box(self) -> None:
         posterior, z, covariance = linear()
         reach = np.sqrt(LEVEL * covariance[2, 2])
         posterior.limits[1, 2] = z[2] + 1.01 * reach
-        assert parabola_holds(posterior, z, np.zeros(4), covariance, LEVEL)
+        assert holds(posterior, z, np.zeros(4), covariance)
         posterior.limits[1, 2] = z[2] + 0.99 * reach
-        assert not parabola_holds(posterior, z, np.zeros(4), covariance, LEVEL)
+        assert not holds(posterior, z, np.zeros(4), covariance)
+
+    def test_of_others_it_need_not_hold(self) -> None:
+        """Bent is the cost of the last unknown alone, on which the others do not lean."""
+        posterior = problem(lambda z: [(z[:, 0] - 0.5) / 0.05, (z[:, 1] - 0.5) ** 3 / 1e-4])
+        z, covariance = np.full(2, 0.5), np.diag([0.05, 0.05]) ** 2
+        for pinned, expected in (([0], True), ([1], False), ([0, 1], False), ([], True)):
+            places = np.array(pinned, dtype=np.int64)
+            found = parabola_holds(posterior, z, np.zeros(2), covariance, places, LEVEL)
+            assert found is expected
 
 
 def product(weak: float, strong: float = 0.01) -> Any:
@@ -131,7 +144,7 @@ class TestBent:
         np.testing.assert_allclose(ends.points[0, 1], 0.25 / (0.5 - half), atol=5e-3)
         jacobian = np.array([[0.5 / strong, 0.5 / strong], [1.0 / weak, 0.0]])
         covariance = np.linalg.inv(jacobian.T @ jacobian)
-        assert not parabola_holds(posterior, z, np.zeros(2), covariance, LEVEL)
+        assert not holds(posterior, z, np.zeros(2), covariance)
 
     def test_at_a_bound_a_profile_is_open(self) -> None:
         """At b = 1 the cost has grown by (1/4)^2 / (strong^2 + weak^2), at a = 1 by that of a.
@@ -196,6 +209,28 @@ class TestBranches:
         np.testing.assert_allclose(
             values(ends)[:, 1], [b[allowed].min(), b[allowed].max()], atol=5e-3
         )
+
+    def test_other_optima_show_how_far_an_unknown_may_go(self) -> None:
+        """A ridge above the level, which no lane crosses, hides the second valley."""
+        ridge = 0.09 / 2.3
+
+        def residuals(z: Array) -> list[Array]:
+            a, b = z.T
+            return [(a - 0.4 - 0.5 * (b - 0.2)) / 0.03, (b - 0.2) * (b - 0.8) / ridge]
+
+        posterior, z = problem(residuals), np.array([0.4, 0.2])
+        alone = ends_of(posterior, z)
+        assert alone.closed.all() and values(alone)[1, 1] < 0.5
+        whole, pinned = np.ones(2), np.arange(2)
+        others = np.array([[0.7, 0.8], [0.1, 0.9]])
+        ends = profile_ends(posterior, z, pinned, whole, LEVEL, PROBE, Deadline(), others)
+        b = np.linspace(0.0, 1.0, 200001)
+        rest = LEVEL - ((b - 0.2) * (b - 0.8) / ridge) ** 2
+        allowed = rest >= 0.0
+        upper = (0.4 + 0.5 * (b - 0.2) + 0.03 * np.sqrt(np.maximum(rest, 0.0)))[allowed].max()
+        assert ends.closed.all()
+        np.testing.assert_allclose(values(ends)[1], [upper, b[allowed].max()], atol=5e-3)
+        np.testing.assert_allclose(values(ends)[0], values(alone)[0], atol=2e-3)
 
     def test_a_better_optimum_is_met(self) -> None:
         posterior = two_valleys(-1.7)
