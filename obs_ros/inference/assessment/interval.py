@@ -6,7 +6,7 @@ cost is bent, or ends at a bound: then intervals are those of the profile likeli
 `profile.py`. A box is a bound there, never a Gaussian.
 
 What is handed on is Gaussian nevertheless. Its covariance C is that of the parabola, enlarged until
-no end z_e of a profile, at which the cost has grown by g_e, lies further than the cost says:
+no point z_e that is met on a profile, at which the cost has grown by g_e, lies further than that:
 
     (z_e - z)' C^-1 (z_e - z) <= g_e.
 """
@@ -20,7 +20,8 @@ from obs_ros.core.estimate import QUANTILE
 from obs_ros.core.linear_algebra import scaled_inverse
 from obs_ros.core.typing import Array, BoolArray, IntArray
 from obs_ros.inference.assessment.identifiability import undetermined
-from obs_ros.inference.assessment.profile import PROFILE, Ends, parabola_holds, profile_ends
+from obs_ros.inference.assessment.parabola import parabola_holds
+from obs_ros.inference.assessment.profile import PROFILE, Ends, profile_ends
 from obs_ros.inference.jumps.hypothesis import Hypothesis, hypothesis_at
 from obs_ros.inference.parameterisation import Unknowns
 from obs_ros.inference.prior import BOX_VARIANCE, Posterior
@@ -39,7 +40,8 @@ class IntervalSettings:
     - `optima`: starts at most, each from a better optimum than the one before;
     - `scan`: iterations of a search for other optima;
     - `parts`: of a parameter's box, from the middles of which other optima are sought;
-    - `least_growth`: of the cost at an end, below which it counts as that: there nothing is known.
+    - `least_growth`: of the cost at a point, below which it counts as that: a valley is as long as
+      it has been followed.
     """
 
     pulled: float = 0.1
@@ -115,7 +117,7 @@ def determined(
             best = _polished(best, optima.z[0], deadline)
             continue
         ends = _ends(posterior, best, level, deadline, optima.z)
-        if ends.better is None or not movable:
+        if ends.better is None or not movable or attempt + 1 == INTERVAL.optima:
             interval = _interval(best, ends)
             return Determined(best, enlarged(covariance, ends), interval)
         best = _polished(best, ends.better, deadline)
@@ -134,15 +136,21 @@ def _other_optima(posterior: Posterior, z: Array, deadline: Deadline) -> Starts:
 
 
 def enlarged(covariance: Array, ends: Ends) -> Array:
-    """Return a covariance (d, d) of the optimum that allows for the ends of the profiles."""
-    for point, growth in zip(ends.points, ends.growth, strict=True):
-        off = point - ends.middle
-        known = scaled_inverse(covariance)
-        distance = float(off @ known @ off)
-        grown = max(float(growth), INTERVAL.least_growth)
-        if distance > grown:
-            covariance = covariance + (1.0 / grown - 1.0 / distance) * np.outer(off, off)
-    return covariance
+    """Return a covariance (d, d) of the optimum that allows for all points of the profiles.
+
+    The point that is too far for it by most is allowed for first.
+    """
+    known = scaled_inverse(covariance)
+    off = ends.visited - ends.middle
+    grown = np.maximum(ends.costs, INTERVAL.least_growth)
+    for _ in range(len(off)):
+        distance = ((off @ known) * off).sum(axis=1)
+        worst = int(np.argmax(distance / grown))
+        if not distance[worst] > grown[worst]:
+            break
+        along, s, g = known @ off[worst], distance[worst], grown[worst]
+        known = known - np.outer(along, along) * (1.0 - g / s) / s
+    return scaled_inverse(known)
 
 
 def _ends(

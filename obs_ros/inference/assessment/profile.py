@@ -16,6 +16,7 @@ from typing import Self
 import numpy as np
 
 from obs_ros.core.deadline import Deadline
+from obs_ros.core.linear_algebra import eigen
 from obs_ros.core.typing import AnyArray, Array, BoolArray, IntArray
 from obs_ros.inference.assessment.profile_steps import change, profile_steps, to_optimum
 from obs_ros.inference.prior import Posterior
@@ -27,8 +28,6 @@ class ProfileSettings:
     """Limits of the search for the ends of profiles.
 
     - `growth`: of the cost at the ends, in units of the noise: 95 % two-sided;
-    - `like_parabola`: share of that by which the cost may differ at the parabola's ends, whose
-      deviations then stand;
     - `iterations`: rollouts at most; an end that takes more is not told;
     - `tolerance`: share of the growth within which an end is found;
     - `first_reach`, `most_reach` (boxes): of a first step, and of any;
@@ -38,11 +37,11 @@ class ProfileSettings:
     - `foretold`, `beyond`: shares of the growth by which the cost may differ from that foretold,
       and pass the level, for a step to be good, and to be taken at all;
     - `better`: squares below the optimum that show another, better one;
+    - `beside` (boxes): how far beside an end the valley is looked at, at most;
     - `restarts`: of a profile from a point of another one that lies beyond its end.
     """
 
     growth: float = 3.84
-    like_parabola: float = 0.2
     iterations: int = 60
     tolerance: float = 0.05
     first_reach: float = 0.1
@@ -55,6 +54,7 @@ class ProfileSettings:
     foretold: float = 0.25
     beyond: float = 1.0
     better: float = 0.5
+    beside: float = 0.1
     restarts: int = 2
 
 
@@ -68,6 +68,8 @@ class Ends:
     `middle` (d,) is the optimum, `points` (E, d) are those at the ends, `growth` (E,) that of the
     cost above the least. An end that is not `closed` (E,) is no end: the profile goes on, or stops
     at a bound. `better` (d,) is a point of less cost than the optimum, None where there is none.
+    `visited` (V, d) are the points that were met and cost no more than the ends, and some beside
+    these, `costs` (V,) how much more than the least.
     """
 
     pinned: IntArray
@@ -75,35 +77,9 @@ class Ends:
     points: Array
     growth: Array
     closed: BoolArray
+    visited: Array
+    costs: Array
     better: Array | None = None
-
-
-def parabola_holds(
-    posterior: Posterior,
-    z: Array,
-    gradient: Array,
-    covariance: Array,
-    pinned: IntArray,
-    level: float,
-    settings: ProfileSettings = PROFILE,
-) -> bool:
-    """Whether the cost grows by `level` where the parabola of a covariance (d, d) says so.
-
-    That is at both ends of the intervals of `pinned` unknowns (q,), the others moving along; all
-    must be inside the limits. A search ends where hardly anything is left to gain: `gradient`
-    (d,), half that of the cost at z (d,), tells which side grows by how much more.
-    """
-    if not np.isfinite(covariance).all():
-        return False
-    deviations = np.sqrt(np.maximum(np.diagonal(covariance), TINY))
-    along = np.sqrt(level) * (covariance / deviations).T[pinned]
-    points = np.vstack([z[None], z - along, z + along])
-    if not ((points >= posterior.limits[0]) & (points <= posterior.limits[1])).all():
-        return False
-    costs = posterior.costs(points)
-    leaning = 2.0 * (points[1:] - z) @ gradient
-    growth = (costs[1:] - costs[0] - leaning) / level
-    return bool((np.abs(growth - 1.0) <= settings.like_parabola).all())
 
 
 def profile_ends(
@@ -181,6 +157,8 @@ class _Walk:
         self._middle = z + down if near else z
         self._least = float(found[0][0]) - (gain if near else 0.0)
         self._here = _Places.repeated(z[None], *found, lanes)
+        self._visited: list[Array] = []
+        self._costs: list[Array] = []
         # Any point of no more cost shows how far each unknown may go.
         self._furthest = _Places.repeated(z[None], *found, lanes)
 
@@ -201,9 +179,34 @@ class _Walk:
                 better = trial.points[lowest]
                 break
         self._closed[lanes] = False
+        beside, wide = self._beside()
         return Ends(
-            self._pinned, self._middle, self._here.points, self._growth, self._closed, better
+            self._pinned,
+            self._middle,
+            self._here.points,
+            self._growth,
+            self._closed,
+            np.concatenate([self._here.points, *beside, *self._visited]),
+            np.concatenate([self._growth, *wide, *self._costs]),
+            better,
         )
+
+    def _beside(self) -> tuple[list[Array], list[Array]]:
+        """Return points beside each end, and their costs: there the valley may be wider.
+
+        They lie along the axes of the cost's curvature, where it has grown by the level.
+        """
+        points, costs = [], []
+        for z, growth, hessian in zip(
+            self._here.points, self._growth, self._here.hessian, strict=True
+        ):
+            curvatures, axes = eigen(hessian)
+            curvatures = np.maximum(curvatures, TINY)
+            steps = np.minimum(np.sqrt(self._level / curvatures), self._settings.beside)
+            off = axes.T * steps[:, None]
+            points.append(np.clip(np.vstack([z - off, z + off]), *self._posterior.limits))
+            costs.append(growth + np.tile(curvatures * steps**2, 2))
+        return points, costs
 
     def _steps(self, lanes: IntArray) -> tuple[Array, Array, Array]:
         here = self._here
@@ -269,6 +272,8 @@ class _Walk:
         """Note which points of no more cost than the ends lie furthest, by each unknown."""
         allowed = np.flatnonzero(trial.squares <= self._least + self._level)
         if allowed.size:
+            self._visited.append(trial.points[allowed])
+            self._costs.append(np.maximum(trial.squares[allowed] - self._least, 0.0))
             places = self._side[:, None] * trial.points[allowed][:, self._pinned].T
             best = places.argmax(axis=1)
             every = np.arange(self._side.size)

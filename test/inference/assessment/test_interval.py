@@ -272,14 +272,15 @@ class TestEnlarged:
     def ends(points: Array, growth: Array) -> Ends:
         lanes = len(points)
         pinned = np.tile(np.arange(lanes // 2), 2)
-        return Ends(pinned, np.full(2, 0.5), points, growth, np.ones(lanes, dtype=np.bool_))
+        closed = np.ones(lanes, dtype=np.bool_)
+        return Ends(pinned, np.full(2, 0.5), points, growth, closed, points, growth)
 
     def test_where_the_parabola_holds_nothing_changes(self) -> None:
         covariance = np.array([[4e-3, 1e-3], [1e-3, 2e-3]])
         off = np.sqrt(3.84) * covariance / np.sqrt(np.diagonal(covariance))[:, None]
         points = 0.5 + np.vstack([-off, off])
         found = enlarged(covariance, self.ends(points, np.full(4, 3.84 * (1.0 + 1e-9))))
-        np.testing.assert_array_equal(found, covariance)
+        np.testing.assert_allclose(found, covariance, rtol=1e-9)
 
     def test_no_end_lies_further_than_the_cost_says(self) -> None:
         """Random ends, seeds 0 to 29; and the covariance never shrinks."""

@@ -6,13 +6,13 @@ from typing import Any
 import numpy as np
 import pytest
 from plants import LAG, lag_outputs, window_of
-from problems import Curve
+from problems import linear, rows_of
 from scipy.optimize import brentq, least_squares
 
 from obs_ros import Model, Record, Variable
 from obs_ros.core.deadline import Deadline
 from obs_ros.core.typing import Array
-from obs_ros.inference.assessment.profile import Ends, parabola_holds, profile_ends
+from obs_ros.inference.assessment.profile import Ends, profile_ends
 from obs_ros.inference.prior import Posterior, Prior
 from obs_ros.optimization.levenberg_marquardt import levenberg_marquardt
 
@@ -20,24 +20,10 @@ LEVEL = 3.84
 PROBE = 1e-6
 
 
-def problem(residuals: Callable[[Array], Any], d: int = 2) -> Any:
-    """The least squares of residuals(z (B, d)) -> rows (K, B), over the unit box."""
-
-    def curve(z: Array, _: Array) -> Array:
-        return np.asarray(residuals(z)).T
-
-    rows = len(residuals(np.full((1, d), 0.5)))
-    return Curve(curve, np.zeros(rows), np.zeros(rows), d)
-
-
 def ends_of(posterior: Any, z: Array, deadline: Deadline | None = None, reach: float = 1.0) -> Ends:
     pinned = np.arange(z.size)
     whole = np.full(z.size, reach)
     return profile_ends(posterior, z, pinned, whole, LEVEL, PROBE, deadline or Deadline())
-
-
-def holds(posterior: Any, z: Array, gradient: Array, covariance: Array) -> bool:
-    return parabola_holds(posterior, z, gradient, covariance, np.arange(z.size), LEVEL)
 
 
 def values(ends: Ends) -> Array:
@@ -49,16 +35,6 @@ def values(ends: Ends) -> Array:
 def optimum(posterior: Any, start: Array) -> Array:
     found = levenberg_marquardt(posterior, start[None], posterior.nodes, 100, Deadline())
     return np.asarray(found.z[0])
-
-
-def linear(seed: int = 0, d: int = 4) -> tuple[Any, Array, Array]:
-    """A problem linear in its unknowns, its optimum (d,) and covariance (d, d)."""
-    rng = np.random.default_rng([seed, 3])
-    design = 12.0 * rng.standard_normal((20, d))
-    noise = rng.standard_normal(20)
-    z = np.full(d, 0.5) + np.linalg.lstsq(design, noise, rcond=None)[0]
-    covariance = np.linalg.inv(design.T @ design)
-    return problem(lambda p: design @ (p - 0.5).T - noise[:, None], d), z, covariance
 
 
 class TestStraight:
@@ -84,44 +60,10 @@ class TestStraight:
         np.testing.assert_allclose(ends.middle, z, atol=1e-5)
         np.testing.assert_allclose(values(ends), values(exact), atol=1e-3)
 
-    def test_the_parabola_holds_where_it_is_the_cost(self) -> None:
-        posterior, z, covariance = linear()
-        zero = np.zeros(4)
-        assert holds(posterior, z, zero, covariance)
-        # The cost grows by the inverse of the factor: 20 % may be amiss.
-        assert holds(posterior, z, zero, 1.15 * covariance)
-        assert not holds(posterior, z, zero, 1.25 * covariance)
-        assert not holds(posterior, z, zero, 0.75 * covariance)
-        assert not holds(posterior, z, zero, np.full((4, 4), np.nan))
-
-    def test_it_holds_from_beside_the_optimum_where_the_gradient_says_so(self) -> None:
-        posterior, z, covariance = linear()
-        beside = z + 0.3 * np.sqrt(np.diagonal(covariance))
-        gradient = np.linalg.solve(covariance, beside - z)
-        assert holds(posterior, beside, gradient, covariance)
-        assert not holds(posterior, beside, np.zeros(4), covariance)
-
-    def test_it_does_not_where_it_leaves_the_box(self) -> None:
-        posterior, z, covariance = linear()
-        reach = np.sqrt(LEVEL * covariance[2, 2])
-        posterior.limits[1, 2] = z[2] + 1.01 * reach
-        assert holds(posterior, z, np.zeros(4), covariance)
-        posterior.limits[1, 2] = z[2] + 0.99 * reach
-        assert not holds(posterior, z, np.zeros(4), covariance)
-
-    def test_of_others_it_need_not_hold(self) -> None:
-        """Bent is the cost of the last unknown alone, on which the others do not lean."""
-        posterior = problem(lambda z: [(z[:, 0] - 0.5) / 0.05, (z[:, 1] - 0.5) ** 3 / 1e-4])
-        z, covariance = np.full(2, 0.5), np.diag([0.05, 0.05]) ** 2
-        for pinned, expected in (([0], True), ([1], False), ([0, 1], False), ([], True)):
-            places = np.array(pinned, dtype=np.int64)
-            found = parabola_holds(posterior, z, np.zeros(2), covariance, places, LEVEL)
-            assert found is expected
-
 
 def product(weak: float, strong: float = 0.01) -> Any:
     """Of a and b the product is known to `strong`, and a to `weak`: a hyperbola of low cost."""
-    return problem(lambda z: [(z[:, 0] * z[:, 1] - 0.25) / strong, (z[:, 0] - 0.5) / weak])
+    return rows_of(lambda z: [(z[:, 0] * z[:, 1] - 0.25) / strong, (z[:, 0] - 0.5) / weak])
 
 
 class TestBent:
@@ -142,9 +84,6 @@ class TestBent:
         )
         assert b[1] - 0.5 > 2.5 * (0.5 - b[0])  # it is bent
         np.testing.assert_allclose(ends.points[0, 1], 0.25 / (0.5 - half), atol=5e-3)
-        jacobian = np.array([[0.5 / strong, 0.5 / strong], [1.0 / weak, 0.0]])
-        covariance = np.linalg.inv(jacobian.T @ jacobian)
-        assert not holds(posterior, z, np.zeros(2), covariance)
 
     def test_at_a_bound_a_profile_is_open(self) -> None:
         """At b = 1 the cost has grown by (1/4)^2 / (strong^2 + weak^2), at a = 1 by that of a.
@@ -189,7 +128,7 @@ def two_valleys(tilt: float) -> Any:
         leaning = tilt * (b - 0.2) / 0.6 if tilt > 0.0 else tilt * (b - 0.8) / 0.6
         return [(a - middle) / 0.03, (b - 0.2) * (b - 0.8) / 0.06, leaning]
 
-    return problem(residuals)
+    return rows_of(residuals)
 
 
 class TestBranches:
@@ -218,7 +157,7 @@ class TestBranches:
             a, b = z.T
             return [(a - 0.4 - 0.5 * (b - 0.2)) / 0.03, (b - 0.2) * (b - 0.8) / ridge]
 
-        posterior, z = problem(residuals), np.array([0.4, 0.2])
+        posterior, z = rows_of(residuals), np.array([0.4, 0.2])
         alone = ends_of(posterior, z)
         assert alone.closed.all() and values(alone)[1, 1] < 0.5
         whole, pinned = np.ones(2), np.arange(2)
@@ -336,10 +275,24 @@ def test_without_parameters_there_are_no_ends() -> None:
 
 def test_along_a_flat_valley_the_middle_stays_where_the_search_has_ended() -> None:
     """Of a + b alone something is known: no step along a - b gains anything."""
-    posterior = problem(
+    posterior = rows_of(
         lambda z: [(z[:, 0] + z[:, 1] - 1.0) / 0.01, 1e-3 * (z[:, 0] - z[:, 1] - 5.0)]
     )
     z = np.array([0.7, 0.3])
     ends = ends_of(posterior, z)
     assert not ends.closed.any()
     np.testing.assert_allclose(ends.middle, z, atol=1e-3)
+
+
+def test_what_was_visited_costs_what_it_costs() -> None:
+    """Points on the way and beside the ends, of a cost that is known; none above the level."""
+    posterior, z, _ = linear(2)
+    ends = ends_of(posterior, z)
+    least = float(posterior.costs(z[None])[0])
+    assert ends.visited.shape == (ends.costs.size, 4)
+    np.testing.assert_allclose(ends.costs[:8], LEVEL)
+    inside = (ends.visited > 0.0).all(axis=1) & (ends.visited < 1.0).all(axis=1)
+    costs = posterior.costs(ends.visited[inside]) - least
+    # Beside an end they are those of the curvature there, without that of the slope.
+    on_the_way = ends.costs[inside] < LEVEL * (1.0 - 1e-6)
+    np.testing.assert_allclose(costs[on_the_way], ends.costs[inside][on_the_way], atol=1e-3)
