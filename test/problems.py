@@ -2,6 +2,7 @@
 
 from collections.abc import Callable
 from itertools import pairwise
+from typing import Any
 
 import numpy as np
 
@@ -95,3 +96,23 @@ def ripples_problem(truth: tuple[float, float] = (0.63, 0.3), sigma: float = 0.1
     s = np.linspace(0.0, 1.0, 300)
     noise = sigma * np.random.default_rng(5).standard_normal(s.size)
     return Curve(ripples, s, ripples(np.array([truth]), s)[0] + noise, 2)
+
+
+def rows_of(residuals: Callable[[Array], Any], d: int = 2) -> Curve:
+    """The least squares of residuals(z (B, d)) -> rows (K, B), over the unit box."""
+
+    def curve(z: Array, _: Array) -> Array:
+        return np.asarray(residuals(z)).T
+
+    rows = len(residuals(np.full((1, d), 0.5)))
+    return Curve(curve, np.zeros(rows), np.zeros(rows), d)
+
+
+def linear(seed: int = 0, d: int = 4) -> tuple[Curve, Array, Array]:
+    """A problem linear in its unknowns, its optimum (d,) and covariance (d, d)."""
+    rng = np.random.default_rng([seed, 3])
+    design = 12.0 * rng.standard_normal((20, d))
+    noise = rng.standard_normal(20)
+    z = np.full(d, 0.5) + np.linalg.lstsq(design, noise, rcond=None)[0]
+    covariance = np.linalg.inv(design.T @ design)
+    return rows_of(lambda p: design @ (p - 0.5).T - noise[:, None], d), z, covariance

@@ -24,6 +24,7 @@ from obs_ros.horizon.given_priors import under_given_priors
 from obs_ros.horizon.intervals import with_intervals
 from obs_ros.horizon.settings import POSING, EstimationSettings, check_process_noise, with_starts
 from obs_ros.horizon.warm_start import propagated
+from obs_ros.inference.assessment import profile_steps
 from obs_ros.inference.assessment.assemble import empty, report
 from obs_ros.inference.assessment.fit import root_mean_square
 from obs_ros.inference.assessment.informed_subspace import marginal_information
@@ -38,7 +39,6 @@ from obs_ros.inference.prior import Posterior, Prior
 from obs_ros.inference.window_state import WindowState
 from obs_ros.integration.backends import Kernels, check_backend, kernels_for
 from obs_ros.integration.grid import Grid
-from obs_ros.optimization import lm_linalg
 from obs_ros.optimization.levenberg_marquardt import LMSettings, Trail, levenberg_marquardt
 from obs_ros.optimization.memetic import MemeticSettings
 from obs_ros.optimization.methods import Method, method_for
@@ -111,7 +111,7 @@ class Solver:
         begin = time.perf_counter()
         _ = self.kernels
         self.unknowns.prepare()
-        lm_linalg.prepare()
+        profile_steps.prepare()
         if self.settings.process_noise != 'off':
             prepare_process_noise(self.kernels, self.unknowns)
         return time.perf_counter() - begin

@@ -233,3 +233,15 @@ def test_what_is_no_prior_is_refused(prior: Any, message: str) -> None:
 def test_on_a_log_scale_a_priors_mean_is_positive() -> None:
     with pytest.raises(ValueError, match=r'^k: prior mean -1.0 must be positive on a log scale$'):
         Variable('k', lower=0.5, upper=2.0, scale='log', prior=(-1.0, 0.5))
+
+
+@pytest.mark.parametrize('physical', ['none', 'lower', 'upper', 'both'])
+def test_bounds_that_a_plant_cannot_leave(physical: Any) -> None:
+    assert Variable('k', lower=0.0, physical=physical).physical == physical
+    assert Variable('k').physical == 'none'
+
+
+@pytest.mark.parametrize('physical', ['', 'Lower', 'yes', None, True, ['lower']])
+def test_what_is_no_such_bound_is_refused(physical: Any) -> None:
+    with pytest.raises(ValueError, match=r'k: physical .* is none of none, lower, upper, both'):
+        Variable('k', lower=0.0, physical=physical)

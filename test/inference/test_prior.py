@@ -194,3 +194,43 @@ def test_given_priors_are_independent_of_all_else() -> None:
     again = found.without_given(np.array([2]))
     np.testing.assert_allclose(again.precision[2], [0.0, 0.0, 12.0])
     assert again.given is not None and not again.given.any() and again.mean[2] == 0.5
+
+
+def test_boxes_are_the_part_that_is_no_knowledge() -> None:
+    """Along the diagonal a covariance is wider than the box, across it is not."""
+    along, across = np.array([1.0, 1.0]) / 2**0.5, np.array([1.0, -1.0]) / 2**0.5
+    covariance = np.outer(along, along) + 1e-3 * np.outer(across, across)
+    prior = Prior.of(BOTH, np.array([0.6, 0.3]), covariance)
+    assert prior.boxes is not None
+    expected = np.zeros((3, 3))
+    expected[1:, 1:] = 12.0 * np.outer(along, along)
+    np.testing.assert_allclose(prior.boxes, expected, atol=1e-9)
+    knowledge = prior.knowledge
+    assert knowledge.boxes is None and knowledge.knowledge is knowledge
+    np.testing.assert_array_equal(knowledge.mean, prior.mean)
+    precision = knowledge.precision[1:, 1:]
+    # Next to nothing is left along the diagonal: that of a deviation of ten boxes.
+    assert along @ precision @ along == pytest.approx(0.01)
+    assert across @ precision @ across == pytest.approx(1e3, rel=1e-4)
+    assert np.linalg.eigvalsh(knowledge.precision)[0] > 0.0
+
+
+def test_of_a_box_nothing_is_known() -> None:
+    prior = Prior.box(BOTH)
+    np.testing.assert_allclose(prior.boxes, np.diag([0.0, 12.0, 12.0]))
+    np.testing.assert_allclose(prior.knowledge.precision, 0.01 * np.eye(3))
+    narrow = Prior.of(BOTH, np.array([0.6, 0.3]), np.diag([1e-3, 2e-3]))
+    np.testing.assert_array_equal(narrow.boxes, np.zeros((3, 3)))
+    np.testing.assert_array_equal(narrow.knowledge.precision, narrow.precision)
+
+
+def test_given_priors_are_knowledge() -> None:
+    found = Prior.known(known(gain=(1.2, 0.1)), start=True)
+    np.testing.assert_allclose(found.boxes, np.diag([0.0, 0.0, 12.0]))
+    np.testing.assert_allclose(found.knowledge.precision, np.diag([0.01, 400.0, 0.01]))
+    again = found.without_given(np.array([1]))
+    np.testing.assert_allclose(again.boxes, np.diag([0.0, 12.0, 12.0]))
+    np.testing.assert_allclose(again.knowledge.precision, 0.01 * np.eye(3))
+    # One as wide as its box says no more than that.
+    wide = Prior.known(known(gain=(1.0, 50.0)), start=True)
+    np.testing.assert_allclose(wide.precision[1, 1], 12.0)

@@ -20,7 +20,8 @@ from obs_ros.core.estimate import QUANTILE
 from obs_ros.core.linear_algebra import scaled_inverse
 from obs_ros.core.typing import Array, BoolArray, IntArray
 from obs_ros.inference.assessment.identifiability import undetermined
-from obs_ros.inference.assessment.profile import PROFILE, Ends, parabola_holds, profile_ends
+from obs_ros.inference.assessment.parabola import parabola_holds
+from obs_ros.inference.assessment.profile import PROFILE, Ends, profile_ends
 from obs_ros.inference.jumps.hypothesis import Hypothesis, hypothesis_at
 from obs_ros.inference.jumps.piecewise import PiecewiseProblem
 from obs_ros.inference.parameterisation import Unknowns

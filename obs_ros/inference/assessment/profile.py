@@ -16,12 +16,12 @@ from typing import Self
 import numpy as np
 
 from obs_ros.core.deadline import Deadline
-from obs_ros.core.jit import accelerated
 from obs_ros.core.linear_algebra import eigen
 from obs_ros.core.typing import AnyArray, Array, BoolArray, IntArray
+from obs_ros.inference.assessment.profile_steps import change, profile_steps, to_optimum
 from obs_ros.inference.jumps.piecewise import PiecewiseProblem
 from obs_ros.inference.prior import Posterior
-from obs_ros.optimization.lm_linalg import TINY, solved
+from obs_ros.optimization.lm_linalg import TINY
 
 
 @dataclass(frozen=True)
@@ -29,8 +29,6 @@ class ProfileSettings:
     """Limits of the search for the ends of profiles.
 
     - `growth`: of the cost at the ends, in units of the noise: 95 % two-sided;
-    - `like_parabola`: share of that by which the cost may differ at the parabola's ends, whose
-      deviations then stand;
     - `iterations`: rollouts at most; an end that takes more is not told;
     - `tolerance`: share of the growth within which an end is found;
     - `first_reach`, `most_reach` (boxes): of a first step, and of any;
@@ -45,7 +43,6 @@ class ProfileSettings:
     """
 
     growth: float = 3.84
-    like_parabola: float = 0.2
     iterations: int = 60
     tolerance: float = 0.05
     first_reach: float = 0.1
@@ -84,34 +81,6 @@ class Ends:
     visited: Array
     costs: Array
     better: Array | None = None
-
-
-def parabola_holds(
-    posterior: Posterior | PiecewiseProblem,
-    z: Array,
-    gradient: Array,
-    covariance: Array,
-    pinned: IntArray,
-    level: float,
-    settings: ProfileSettings = PROFILE,
-) -> bool:
-    """Whether the cost grows by `level` where the parabola of a covariance (d, d) says so.
-
-    That is at both ends of the intervals of `pinned` unknowns (q,), the others moving along; all
-    must be inside the limits. A search ends where hardly anything is left to gain: `gradient`
-    (d,), half that of the cost at z (d,), tells which side grows by how much more.
-    """
-    if not np.isfinite(covariance).all():
-        return False
-    deviations = np.sqrt(np.maximum(np.diagonal(covariance), TINY))
-    along = np.sqrt(level) * (covariance / deviations).T[pinned]
-    points = np.vstack([z[None], z - along, z + along])
-    if not ((points >= posterior.limits[0]) & (points <= posterior.limits[1])).all():
-        return False
-    costs = posterior.costs(points)
-    leaning = 2.0 * (points[1:] - z) @ gradient
-    growth = (costs[1:] - costs[0] - leaning) / level
-    return bool((np.abs(growth - 1.0) <= settings.like_parabola).all())
 
 
 def profile_ends(
@@ -181,7 +150,9 @@ class _Walk:
         found = self._posterior.linearise(z[None], np.full((1, z.size), probe), posterior.nodes)
         # A search ends where hardly anything is left to gain: the rest of the way is foretold.
         free = np.zeros(z.size, dtype=np.bool_)
-        down = to_optimum(z, found[1][0], found[2][0], 0.0, -1, 0.0, posterior.limits, free)
+        down = to_optimum(
+            z, found[1][0], found[2][0], settings.damping, -1, 0.0, posterior.limits, free
+        )
         gain = -change(found[1][0], found[2][0], down)
         near = 0.0 <= gain < settings.better
         self._middle = z + down if near else z
@@ -325,113 +296,3 @@ class _Walk:
         self._damping[lanes] = self._settings.damping
         self._fresh[lanes] -= 1
         return lanes
-
-
-@accelerated
-def profile_steps(
-    z: Array,
-    squares: Array,
-    gradient: Array,
-    hessian: Array,
-    pinned: AnyArray,
-    side: Array,
-    radius: Array,
-    damping: Array,
-    least: float,
-    growth: float,
-    limits: Array,
-) -> tuple[Array, Array, Array]:
-    """Return steps (P, d), what the others may still gain (P,), and the cost foretold (P,).
-
-    From points z (P, d) with squares (P,), J'r (P, d) and J'J (P, d, d). Unknown `pinned` (P,)
-    moves to the `side` (P,) on which the profile has grown by `growth` above the `least`, the
-    others to their optimum inside the limits (2, d), with a `damping` (P,) of steps in boxes. No
-    unknown follows the pinned one by more than the `radius` (P,); that one waits as long as much is
-    to gain.
-    """
-    count, d = z.shape
-    step = np.zeros((count, d))
-    excess, foretold = np.zeros(count), np.zeros(count)
-    free = np.zeros(d, dtype=np.bool_)
-    for s in range(count):
-        k, g, curve = pinned[s], gradient[s], hessian[s]
-        down = to_optimum(z[s], g, curve, damping[s], k, 0.0, limits, free)
-        excess[s] = -change(g, curve, down)
-        lean = solved(curve, np.ones(d), damping[s], curve[k], free)
-        curvature, slope = curve[k, k], g[k]
-        for i in range(d):
-            slope += curve[k, i] * down[i]
-            if free[i]:
-                curvature -= curve[k, i] * lean[i]
-        gap = squares[s] - excess[s] - least - growth
-        root = slope * slope - curvature * gap
-        move = side[s]
-        if curvature > 0.0 and root > 0.0:
-            move = (-slope + side[s] * np.sqrt(root)) / curvature
-        elif curvature > 0.0 and gap > 0.0:  # the floor is above the level everywhere near
-            move = -slope / curvature
-        move = min(max(move, -radius[s]), radius[s])
-        move = min(max(z[s, k] + move, limits[0, k]), limits[1, k]) - z[s, k]
-        share = 0.0
-        along = down
-        if excess[s] < 0.5 * growth:
-            along = to_optimum(z[s], g, curve, damping[s], k, move, limits, free) - down
-            share = radius[s] / max(radius[s], np.abs(along).max())
-        for i in range(d):
-            aim = z[s, i] + down[i] + share * along[i]
-            step[s, i] = min(max(aim, limits[0, i]), limits[1, i]) - z[s, i]
-        foretold[s] = squares[s] + change(g, curve, step[s])
-    return step, excess, foretold
-
-
-@accelerated
-def to_optimum(
-    z: Array, gradient: Array, hessian: Array, damping: float, pinned: int, move: float,
-    limits: Array, free: BoolArray,
-) -> Array:  # fmt: skip
-    """Return the step (d,) of least cost in which one unknown makes this move, inside the limits.
-
-    With -1 none is `pinned`.
-    Those that would leave the limits stop there; `free` (d,) becomes those that do not.
-    """
-    d = z.size
-    step, scale = np.zeros(d), np.ones(d)
-    if pinned >= 0:
-        step[pinned] = move
-    for i in range(d):
-        outward = (z[i] <= limits[0, i] and gradient[i] > 0.0) or (
-            z[i] >= limits[1, i] and gradient[i] < 0.0
-        )
-        free[i] = i != pinned and not outward
-    for _ in range(d):
-        right = np.zeros(d)
-        for i in range(d):
-            right[i] = -gradient[i]
-            for j in range(d):
-                if not free[j]:
-                    right[i] -= hessian[i, j] * step[j]
-        found = solved(hessian, scale, damping, right, free)
-        inside = True
-        for i in range(d):
-            if not free[i]:
-                continue
-            step[i] = found[i]
-            aim = min(max(z[i] + found[i], limits[0, i]), limits[1, i])
-            if aim != z[i] + found[i]:
-                step[i] = aim - z[i]
-                free[i] = inside = False
-        if inside:
-            break
-    return step
-
-
-@accelerated
-def change(gradient: Array, hessian: Array, step: Array) -> float:
-    """Return by how much a step (d,) changes the cost, by the quadratic model."""
-    total = 0.0
-    for i in range(step.size):
-        pull = 2.0 * gradient[i]
-        for j in range(step.size):
-            pull += hessian[i, j] * step[j]
-        total += pull * step[i]
-    return total

@@ -1,11 +1,14 @@
 """Tests of obs_ros.inference.assessment.uncertainty."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from plants import INTEGRATOR, LAG, integrator_design, lag_outputs, square_wave, window_of
 
 from obs_ros import Outcome, Record, solve_window
 from obs_ros.core.residual_tests import inflation_by
+from obs_ros.inference.assessment.interval import Interval
 from obs_ros.inference.assessment.uncertainty import AtEnd, Deviations
 from obs_ros.inference.jumps.hypothesis import Hypothesis, hypothesis_at
 from obs_ros.inference.jumps.piecewise import PiecewiseProblem
@@ -41,6 +44,131 @@ def test_units_and_propagation_to_the_end() -> None:
     doubled = Deviations.of(hypothesis(), covariance, 4.0)
     np.testing.assert_allclose(doubled.state, 2.0 * found.state)
     np.testing.assert_allclose(doubled.parameters, 2.0 * found.parameters)
+
+
+COVARIANCE = np.diag([0.01, 0.02, 0.03]) ** 2
+END = float(integrator_design(T, U)[-1] @ list(TRUTH.values()))
+
+
+def interval(
+    gain: tuple[float, float, float] = (0.62, 0.65, 0.7),
+    drift: tuple[float, float, float] = (0.25, 0.3, 0.36),
+    states: tuple[float, float] = (END - 0.2, END + 0.1),
+) -> Interval:
+    """Lower end, middle and upper end of gain and drift, in boxes; the truth is in the middle."""
+    lower, middle, upper = np.array([gain, drift]).T
+    return Interval(lower, middle, upper, np.array(states)[:, None])
+
+
+class TestIntervals:
+    def test_without_profiles_they_are_those_of_the_deviations(self) -> None:
+        found = Deviations.of(hypothesis(), COVARIANCE, 1.0)
+        middle = np.array([END, 1.3, -0.4])
+        sd = np.concatenate([found.state, found.parameters])
+        np.testing.assert_allclose(found.lower, middle - 1.96 * sd, rtol=1e-3, atol=1e-6)
+        np.testing.assert_allclose(found.upper, middle + 1.96 * sd, rtol=1e-3, atol=1e-6)
+        assert found.interval(1) == (found.lower[1], found.upper[1])
+
+    def test_they_end_at_the_box(self) -> None:
+        best = hypothesis()
+        best.point[1] = 0.99
+        found = Deviations.of(best, COVARIANCE, 1.0)
+        assert found.upper[1] == 2.0
+        assert found.lower[1] == pytest.approx(1.98 - 1.96 * 0.04, abs=1e-3)
+
+    def test_with_profiles_the_larger_half_tells_the_deviation(self) -> None:
+        found = Deviations.of(hypothesis(), COVARIANCE, 1.0, interval=interval())
+        np.testing.assert_allclose(found.lower[1:], [1.24, -0.5])
+        np.testing.assert_allclose(found.upper[1:], [1.4, -0.28])
+        np.testing.assert_allclose(found.parameters, [0.1 / 1.96, 0.12 / 1.96], rtol=1e-4)
+        # In them the growth of the cost has counted already.
+        again = Deviations.of(hypothesis(), COVARIANCE, 4.0, interval=interval())
+        np.testing.assert_allclose(again.parameters, found.parameters)
+
+    def test_the_diagonal_of_the_joint_covariance_is_theirs(self) -> None:
+        correlated = COVARIANCE.copy()
+        correlated[1, 2] = correlated[2, 1] = 3e-4
+        best = hypothesis()
+        found = Deviations.of(best, correlated, 1.0, interval=interval())
+        sd = np.concatenate([found.state, found.parameters])
+        np.testing.assert_allclose(np.diagonal(found.joint), sd**2, rtol=1e-9)
+        # Correlations stay those of the linear sum.
+        plain = best.covariance[1:, 1:]
+        expected = plain[0, 1] / np.sqrt(plain[0, 0] * plain[1, 1])
+        assert found.joint[1, 2] / (sd[1] * sd[2]) == pytest.approx(expected, rel=1e-6)
+        assert np.linalg.eigvalsh(found.joint)[0] > -1e-12
+
+    def test_lower_and_upper_ends_lie_around_the_value(self) -> None:
+        """Random intervals, seeds 0 to 19."""
+        for seed in range(20):
+            off = np.random.default_rng(seed).uniform(0.0, 0.1, 4)
+            given = interval(
+                (0.65 - off[0], 0.65, 0.65 + off[1]), (0.3 - off[2], 0.3, 0.3 + off[3])
+            )
+            found = Deviations.of(hypothesis(), COVARIANCE, 1.0, interval=given)
+            value = np.array([END, 1.3, -0.4])
+            assert (found.lower <= value + 1e-6).all() and (value <= found.upper + 1e-6).all()
+
+    def test_where_a_profile_has_no_end_nothing_is_told(self) -> None:
+        given = interval(gain=(np.nan, 0.65, 0.7))
+        found = Deviations.of(hypothesis(), COVARIANCE, 1.0, interval=given)
+        np.testing.assert_allclose(found.parameters, [np.nan, 0.12 / 1.96], rtol=1e-4)
+        assert np.isnan(found.interval(1)).all()
+        assert found.interval(2) == pytest.approx((-0.5, -0.28))
+
+    def test_wider_than_four_tenths_of_the_box_neither(self) -> None:
+        for half, told in ((0.19, True), (0.2, False)):
+            given = interval(gain=(0.65 - half, 0.65, 0.65 + half))
+            found = Deviations.of(hypothesis(), COVARIANCE, 1.0, interval=given)
+            assert np.isfinite(found.parameters[0]) == told
+            assert np.isfinite(found.interval(1)).all() == told
+
+    def test_states_lie_between_those_at_the_ends(self) -> None:
+        best = hypothesis()
+        narrow = Deviations.of(best, COVARIANCE, 1.0, interval=interval(states=(END, END)))
+        plain = 1.96 * np.sqrt(
+            best.linearisation.state_jacobian[0] @ best.covariance
+            @ best.linearisation.state_jacobian[0]
+        )  # fmt: skip
+        # No less than what noise alone leaves there.
+        assert narrow.upper[0] - END == pytest.approx(plain, rel=1e-3)
+        wide = Deviations.of(
+            best, COVARIANCE, 1.0, interval=interval(states=(END - 0.1, END + 0.7))
+        )
+        assert wide.interval(0) == pytest.approx((END - max(plain, 0.1), END + 0.7), abs=1e-3)
+        assert wide.state[0] == pytest.approx(0.7 / 1.96, rel=1e-3)
+        assert wide.joint[0, 0] == pytest.approx(wide.state[0] ** 2, rel=1e-9)
+
+    def test_what_pushes_at_the_end_is_added_to_that(self) -> None:
+        end = AtEnd(np.diag([0.09, 0.0, 0.0]))
+        given = interval(states=(END - 1.0, END + 1.0))
+        found = Deviations.of(hypothesis(), COVARIANCE, 1.0, end, given)
+        expected = np.sqrt(1.0 + 1.96**2 * 0.09)
+        assert found.upper[0] - END == pytest.approx(expected, rel=1e-3)
+        assert END - found.lower[0] == pytest.approx(expected, rel=1e-3)
+
+    def test_on_a_log_scale_they_are_ratios(self) -> None:
+        gain = replace(INTEGRATOR.parameters[0], lower=0.2, upper=5.0, scale='log')
+        model = replace(INTEGRATOR, parameters=(gain, INTEGRATOR.parameters[1]))
+        objective = window_of(model, record(), SIGMA)
+        problem = PiecewiseProblem(objective, Prior.box(objective.unknowns))
+        best = hypothesis_at(problem, objective.unknowns.point(TRUTH))
+        middle = float(best.point[1])
+        given = interval(gain=(middle - 0.05, middle, middle + 0.05))
+        for one in (given, None):
+            covariance = np.diag([0.01, 0.05 / 1.96, 0.03]) ** 2
+            found = Deviations.of(best, covariance, 1.0, interval=one)
+            ratio = 25.0**0.05
+            assert found.interval(1) == pytest.approx((1.3 / ratio, 1.3 * ratio), rel=1e-4)
+            assert found.parameters[0] == pytest.approx(1.3 * (ratio - 1.0) / 1.96, rel=1e-3)
+
+    def test_what_is_given_has_no_length(self) -> None:
+        best = hypothesis(fixed={'gain': 1.3})
+        given = Interval(np.array([0.25]), np.array([0.3]), np.array([0.36]), np.zeros((2, 1)))
+        found = Deviations.of(best, np.diag([1e-4, 9e-4]), 1.0, interval=given)
+        assert found.interval(1) == (1.3, 1.3)
+        assert found.parameters[0] == 0.0
+        np.testing.assert_array_equal(found.joint[1], 0.0)
 
 
 def test_after_a_jump_it_is_the_value_at_the_end_that_counts() -> None:

@@ -1,0 +1,95 @@
+"""Tests of obs_ros.horizon.intervals."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from plants import LAG, lag_outputs, square_wave, window_of
+
+from obs_ros import Record
+from obs_ros.core.deadline import Deadline
+from obs_ros.horizon.intervals import with_intervals
+from obs_ros.horizon.stages import uncertainty_of
+from obs_ros.inference.assessment.informed_subspace import marginal_information
+from obs_ros.inference.assessment.interval import covariance_without_boxes
+from obs_ros.inference.assessment.uncertainty import Uncertainty
+from obs_ros.inference.jumps.hypothesis import hypothesis_at
+from obs_ros.inference.jumps.piecewise import PiecewiseProblem
+from obs_ros.inference.prior import Prior
+from obs_ros.optimization.acceptance import Acceptance
+from obs_ros.optimization.levenberg_marquardt import levenberg_marquardt
+from obs_ros.optimization.result import Effort, Found
+
+T = 0.2 * np.arange(41)
+ACCEPTED = Found(
+    np.full(3, 0.5), 1.0, converged=True, accepted=Acceptance.METHOD, effort=Effort(2, 'round')
+)
+
+
+def uncertainty(*, moving: bool, sigma: float, noise: float | None = None) -> Uncertainty:
+    """That of a lag whose input moves, or of a step response that is cut off."""
+    u = square_wave(T, 2.0) if moving else np.ones(T.size)
+    y = lag_outputs(T, u, 0.0, np.tile([1.5, 5.0], (T.size, 1)))
+    y += (noise or sigma) * np.random.default_rng(4).standard_normal(T.size)
+    objective = window_of(LAG, Record(T, u, y), sigma)
+    problem = PiecewiseProblem(objective, Prior.box(objective.unknowns))
+    start = objective.unknowns.point({'x': 0.0, 'k': 1.5, 'tau': 5.0})
+    found = levenberg_marquardt(problem, start[None], T.size, 100, Deadline())
+    return uncertainty_of(hypothesis_at(problem, found.z[0]))
+
+
+def test_a_rich_window_keeps_its_point_and_has_no_profiles() -> None:
+    before = uncertainty(moving=True, sigma=0.01)
+    found = with_intervals(before, ACCEPTED, Deadline())
+    assert found.hypothesis is before.hypothesis and found.interval is None
+    assert found.information is before.information and found.finished
+    expected = covariance_without_boxes(before.hypothesis)
+    np.testing.assert_array_equal(found.covariance, expected)
+
+
+def test_a_poor_one_has_the_point_without_boxes_and_their_intervals() -> None:
+    before = uncertainty(moving=False, sigma=0.3)
+    found = with_intervals(before, ACCEPTED, Deadline())
+    assert found.hypothesis is not before.hypothesis
+    assert found.hypothesis.squares < before.hypothesis.squares - 0.1
+    assert found.interval is not None and np.isfinite(found.interval.lower[0])
+    # What is handed on is about the point that is published.
+    expected = marginal_information(found.hypothesis, 1)
+    np.testing.assert_allclose(found.information, expected, rtol=1e-9)
+
+
+def test_where_deviations_are_withheld_nothing_is_done() -> None:
+    before = uncertainty(moving=False, sigma=0.3)
+    for one, found in (
+        (before, replace(ACCEPTED, accepted=None)),
+        (replace(before, finished=False), ACCEPTED),
+        (uncertainty(moving=False, sigma=0.01, noise=0.3), ACCEPTED),  # far from noise
+    ):
+        assert with_intervals(one, found, Deadline()) is one
+
+
+def test_without_time_it_is_not_finished() -> None:
+    found = with_intervals(uncertainty(moving=False, sigma=0.3), ACCEPTED, Deadline(0.0))
+    assert not found.finished
+
+
+@pytest.mark.parametrize('correlation', [0.0, 0.8])
+def test_colour_of_the_residual_widens_intervals(correlation: float) -> None:
+    """Noise that is known as white, and is not, has variances that count for more."""
+    draws = np.random.default_rng(6).standard_normal(T.size + 50)
+    noise = np.zeros_like(draws)
+    for k in range(1, draws.size):
+        noise[k] = correlation * noise[k - 1] + np.sqrt(1.0 - correlation**2) * draws[k]
+    u = np.ones(T.size)
+    y = lag_outputs(T, u, 0.0, np.tile([1.5, 9.0], (T.size, 1))) + 0.02 * noise[50:]
+    objective = window_of(LAG, Record(T, u, y), 0.02)
+    problem = PiecewiseProblem(objective, Prior.box(objective.unknowns))
+    start = objective.unknowns.point({'x': 0.0, 'k': 1.5, 'tau': 9.0})
+    z = levenberg_marquardt(problem, start[None], T.size, 100, Deadline()).z[0]
+    found = with_intervals(uncertainty_of(hypothesis_at(problem, z)), ACCEPTED, Deadline())
+    assert found.interval is not None
+    width = found.interval.upper[0] - found.interval.lower[0]
+    # A first-order width of k: the noise's own deviation, times 2 * 1.96.
+    plain = 2.0 * 1.96 * np.sqrt(covariance_without_boxes(found.hypothesis)[1, 1])
+    assert width / plain == pytest.approx(np.sqrt(found.fit.enlargement), rel=0.3)
+    assert (found.fit.enlargement > 1.5) == (correlation > 0.0)
