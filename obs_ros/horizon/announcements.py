@@ -59,12 +59,16 @@ class Kind(StrEnum):
 
 
 class _Window(NamedTuple):
-    """A window from `start` to `end` (s), and the parameters that moved in it."""
+    """A window from `start` to `end` (s), and the parameters that moved in it.
+
+    Of the `undated` ones nothing says when.
+    """
 
     start: float
     end: float
     kind: Kind
     moved: frozenset[str]
+    undated: frozenset[str] = frozenset()
 
 
 @dataclass
@@ -112,9 +116,10 @@ class Announcements:
         self._events = [event for event in self._events if event.found.time > oldest]
         self._windows = [window for window in self._windows if window.start > oldest][-KEPT:]
         decides = explained and not np.isnan(list(estimate.stddev.values())).all()
-        moved = frozenset(moving) | self._noted(estimate, beliefs, decides=decides)
+        undated = frozenset(moving)
+        moved = undated | self._noted(estimate, beliefs, decides=decides)
         kind = Kind.MOVED if moved else Kind.CALM if alone else Kind.ROUGH
-        self._windows.append(_Window(estimate.t0, estimate.t1, kind, moved))
+        self._windows.append(_Window(estimate.t0, estimate.t1, kind, moved, undated))
         # Without any other window nobody knows whether jumps are rare.
         begun = any(known.kind is not Kind.MOVED for known in self._windows)
         lately = self._lately()
@@ -167,7 +172,8 @@ class Announcements:
             chances = beliefs.chances(found)
             believed = chances.get(frozenset(), 0.0) < self.settings.doubt
             own = found in first.own
-            moved |= found.names if believed and own else frozenset()
+            if believed and own:
+                moved |= found.names - self._counted_before(found, beliefs)
             jump = shown.get(found.time)
             event = self._event_at(found, beliefs.duration)
             if event is None:
@@ -178,6 +184,17 @@ class Announcements:
                 event.found, event.jump = found, jump
             event.credible |= believed and decides and own
         return moved
+
+    def _counted_before(self, found: JumpFound, beliefs: Beliefs) -> frozenset[str]:
+        """Return what moved at some time in a window that ends where this one shows a jump begin.
+
+        A window that has begun after a jump takes it for its own start: both show one event.
+        """
+        early = self.settings.inside * beliefs.duration
+        if found.time > beliefs.start + early:
+            return frozenset()
+        near = (w for w in self._windows if w.start <= found.time <= w.end + early)
+        return frozenset().union(*(window.undated for window in near))
 
     def _event_at(self, found: JumpFound, duration: float) -> _Event | None:
         same = [event for event in self._events if same_event(event.found, found, duration)]

@@ -226,6 +226,19 @@ def test_jumps_in_most_windows_are_a_drift() -> None:
     assert len(news(story.window(250.0, {(jump(255.0, 'h'),): 1.0}))) == 1
 
 
+@pytest.mark.parametrize(('moving', 'announced'), [('h', True), ('l', False)])
+def test_a_jump_that_a_window_before_could_not_date_counts_once(
+    moving: str, announced: bool
+) -> None:
+    """The next one takes it for its own start, and announces it."""
+    story = Story()
+    story.calm(0.0, 10.0)
+    assert story.window(20.0, moving=(moving,), alone=False).drifting == ()
+    told = story.window(30.0, {(jump(30.2, 'h'),): 1.0})
+    assert bool(news(told)) == announced
+    assert bool(told.drifting) != announced
+
+
 def test_overlapping_windows_count_once() -> None:
     """A jump that stands in all of them is one."""
     story = Story()
