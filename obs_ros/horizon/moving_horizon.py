@@ -217,7 +217,7 @@ class MovingHorizon:
             uncertainty = with_intervals(uncertainty, solution.found, deadline)
         if uncertainty.skill is not None:
             uncertainty = compared(uncertainty, self.forecasts, self._scatter, solution.said)
-        self._alone |= determined_alone(uncertainty)
+        self._alone |= determined_alone(uncertainty, self._alone, deadline)
         return replace(
             uncertainty,
             jumps=jumps_shown(uncertainty, beliefs, solution.mixture.alternatives, record),

@@ -17,6 +17,7 @@ from obs_ros.horizon.solver import Solver
 from obs_ros.inference.assessment.contradiction import contradictions
 from obs_ros.inference.assessment.identifiability import undetermined
 from obs_ros.inference.assessment.informed_subspace import informed_information
+from obs_ros.inference.assessment.interval import determined
 from obs_ros.inference.assessment.uncertainty import Uncertainty
 from obs_ros.inference.jumps.hypothesis import Hypothesis, hypothesis_at
 from obs_ros.inference.jumps.jump_search import JumpSearch
@@ -154,19 +155,29 @@ def is_uninformative(uncertainty: Uncertainty) -> bool:
     return bool((np.diagonal(uncertainty.covariance)[steady] > STAGES.nothing_new * before).all())
 
 
-def determined_alone(uncertainty: Uncertainty) -> BoolArray:
+def determined_alone(uncertainty: Uncertainty, known: BoolArray, deadline: Deadline) -> BoolArray:
     """Return which parameters (q,) a window determines without any that came before.
 
-    A window with a jump inside says so of none.
+    A window with a jump inside says so of none. Where profiles were needed, the parabola tells
+    nothing of its own: unless all that it tells is `known` (q,), profiles are followed anew.
     """
-    best = uncertainty.hypothesis
+    best, interval = uncertainty.hypothesis, uncertainty.interval
     unknowns = best.problem.objective.unknowns
-    n = unknowns.n_states
+    n, limit = unknowns.n_states, undetermined(unknowns)[unknowns.n_states :]
     if best.problem.events:
-        return np.zeros(unknowns.dimension - n, dtype=np.bool_)
-    box = Prior.box(unknowns).precision[n:, n:]
-    variances = np.diagonal(scaled_inverse(uncertainty.information + box))
-    return np.asarray(np.sqrt(variances) < undetermined(unknowns)[n:])
+        return np.zeros(limit.size, dtype=np.bool_)
+    box = Prior.box(unknowns)
+    variances = np.diagonal(scaled_inverse(uncertainty.information + box.precision[n:, n:]))
+    told = np.asarray(np.sqrt(variances) < limit)
+    if interval is None:
+        return told
+    told &= interval.told(unknowns)
+    if best.problem.prior.boxes is not None or not (told & ~known).any():
+        return told
+    own = determined(under(box, best, deadline), uncertainty.fit.enlargement, deadline)
+    if own.interval is None:
+        return told & (np.sqrt(np.diagonal(own.covariance)[n:]) < limit)
+    return told & own.interval.told(unknowns)
 
 
 def continued_jumps(

@@ -75,9 +75,9 @@ def test_a_window_at_rest_is_uninformative_and_keeps_its_prior() -> None:
         posed, found = fitted(window(moving=moving, prior=prior))
         _, explanation = stages.explain(posed, found, None, Deadline())
         uncertainty = stages.uncertainty_of(explanation.hypothesis)
-        informed.append(
-            (stages.is_uninformative(uncertainty), stages.determined_alone(uncertainty))
-        )
+        none = np.zeros(2, dtype=np.bool_)
+        alone = stages.determined_alone(uncertainty, none, Deadline())
+        informed.append((stages.is_uninformative(uncertainty), alone))
         if not moving:
             np.testing.assert_allclose(uncertainty.hypothesis.point[1:], mean, atol=1e-3)
             np.testing.assert_allclose(np.diag(uncertainty.covariance)[1:], [1e-4, 4e-4], rtol=0.05)

@@ -69,6 +69,11 @@ class Interval:
     upper: Array
     states: Array
 
+    def told(self, unknowns: Unknowns) -> BoolArray:
+        """Return which parameters (q,) have two ends, not too far apart to be determined."""
+        limit = WIDEST * undetermined(unknowns)[unknowns.n_states :]
+        return np.asarray(self.upper - self.lower <= limit)
+
     def widened(self, factors: Array) -> 'Interval':
         """Return intervals whose parts beside the middle are factors (q,) as long."""
         middle = self.middle

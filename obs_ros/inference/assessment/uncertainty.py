@@ -17,7 +17,7 @@ from obs_ros.core.residual_tests import inflation
 from obs_ros.core.typing import Array, BoolArray
 from obs_ros.inference.assessment.fit import Fit
 from obs_ros.inference.assessment.identifiability import undetermined, undetermined_states
-from obs_ros.inference.assessment.interval import WIDEST, Interval
+from obs_ros.inference.assessment.interval import Interval
 from obs_ros.inference.assessment.structure import Structure
 from obs_ros.inference.jumps.hypothesis import Hypothesis
 from obs_ros.inference.parameterisation import Unknowns
@@ -279,7 +279,7 @@ def _parameters(
     ends, known = z + QUANTILE * np.array([-boxes, boxes]), boxes <= limit
     if interval is not None:
         ends[:, first:], z[first:] = (interval.lower, interval.upper), interval.middle
-        known[first:] = interval.upper - interval.lower <= WIDEST * limit[first:]
+        known[first:] = interval.told(unknowns)
     values, sides = unknowns.given[n:].copy(), np.tile(unknowns.given[n:], (2, 1))
     places, told = unknowns.index[first:] - n, np.ones(len(values), dtype=np.bool_)
     values[places] = unknowns.scale.values(z)[first:]
