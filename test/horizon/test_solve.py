@@ -284,7 +284,7 @@ class TestWhatIsEstimated:
     def test_bounds_hold_and_are_told(self) -> None:
         found = solve_window('three_tank', tank_record(), bounds={'p1': (0.1, 0.5)})
         assert found.parameters['p1'] == 0.5
-        assert found.outcome is Outcome.NOT_IDENTIFIABLE
+        assert found.outcome is Outcome.AT_BOUND
         assert 'p1 is at its upper bound 0.5' in found.message
 
     def test_narrow_bounds_are_like_a_fixed_value(self) -> None:

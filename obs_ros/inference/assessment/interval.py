@@ -23,6 +23,7 @@ from obs_ros.inference.assessment.identifiability import undetermined
 from obs_ros.inference.assessment.parabola import parabola_holds
 from obs_ros.inference.assessment.profile import PROFILE, Ends, profile_ends
 from obs_ros.inference.jumps.hypothesis import Hypothesis, hypothesis_at
+from obs_ros.inference.jumps.piecewise import PiecewiseProblem
 from obs_ros.inference.parameterisation import Unknowns
 from obs_ros.inference.prior import BOX_VARIANCE, Posterior
 from obs_ros.optimization.levenberg_marquardt import Starts, levenberg_marquardt
@@ -93,35 +94,46 @@ def determined(
     """Return what a window says of its unknowns, which the boxes bound, but do not pull.
 
     `inflation` of the variances counts for the growth of the cost. A `movable` point goes to the
-    optimum without the boxes where these pull, and to a better one that a profile meets. Jumps are
-    followed to first order.
+    optimum without the boxes where these pull, and to a better one that is met; one with jumps
+    stays.
     """
     level = PROFILE.growth * max(1.0, inflation)
-    problem = replace(best.problem, prior=best.problem.prior.knowledge)
-    unknowns = problem.objective.unknowns
-    pinned = np.arange(unknowns.n_states, unknowns.dimension)
+    movable = movable and not best.problem.events
     for attempt in range(INTERVAL.optima):
-        if movable and not best.problem.events and _pull(best) > INTERVAL.pulled:
+        if movable and _pull(best) > INTERVAL.pulled:
             best = _polished(best, best.point, deadline)
         covariance = covariance_without_boxes(best)
-        if best.problem.events or not np.isfinite(covariance).all():
+        if not np.isfinite(covariance).all():
             break
-        posterior = Posterior(problem.objective, problem.prior)
+        posterior, pinned = _posterior(best), _parameters(best)
         gradient = _gradient(best)
         if parabola_holds(posterior, best.point, gradient, covariance, pinned, level):
             break
-        optima = _other_optima(posterior, best.point, deadline)
-        least = float(posterior.costs(best.point[None])[0])
-        lower = optima.squares[0] < least - PROFILE.better
-        if lower and movable and attempt + 1 < INTERVAL.optima:
-            best = _polished(best, optima.z[0], deadline)
-            continue
-        ends = _ends(posterior, best, level, deadline, optima.z)
+        others = np.empty((0, best.point.size))
+        if isinstance(posterior, Posterior):
+            optima = _other_optima(posterior, best.point, deadline)
+            others, least = optima.z, float(posterior.costs(best.point[None])[0])
+            lower = optima.squares[0] < least - PROFILE.better
+            if lower and movable and attempt + 1 < INTERVAL.optima:
+                best = _polished(best, optima.z[0], deadline)
+                continue
+        ends = _ends(posterior, best, level, deadline, others)
         if ends.better is None or not movable or attempt + 1 == INTERVAL.optima:
             interval = _interval(best, ends)
             return Determined(best, enlarged(covariance, ends), interval)
         best = _polished(best, ends.better, deadline)
     return Determined(best, covariance)
+
+
+def _posterior(best: Hypothesis) -> Posterior | PiecewiseProblem:
+    """Return the cost without boxes; points of a window without jumps are rolled out together."""
+    problem = replace(best.problem, prior=best.problem.prior.knowledge)
+    return problem if problem.events else Posterior(problem.objective, problem.prior)
+
+
+def _parameters(best: Hypothesis) -> IntArray:
+    """Return the places (q,) of the parameters at the end."""
+    return best.layout.final(best.point)[best.problem.objective.unknowns.n_states :]
 
 
 def _other_optima(posterior: Posterior, z: Array, deadline: Deadline) -> Starts:
@@ -154,45 +166,57 @@ def enlarged(covariance: Array, ends: Ends) -> Array:
 
 
 def _ends(
-    posterior: Posterior, best: Hypothesis, level: float, deadline: Deadline, others: Array
+    posterior: Posterior | PiecewiseProblem,
+    best: Hypothesis,
+    level: float,
+    deadline: Deadline,
+    others: Array,
 ) -> Ends:
     unknowns = best.problem.objective.unknowns
-    pinned = np.arange(unknowns.n_states, unknowns.dimension)
-    reach = WIDEST * undetermined(unknowns)[pinned]
+    reach = WIDEST * undetermined(unknowns)[unknowns.n_states :]
     probe = best.problem.settings.probe_step
+    pinned = _parameters(best)
     return profile_ends(posterior, best.point, pinned, reach, level, probe, deadline, others)
 
 
 def _interval(best: Hypothesis, ends: Ends) -> Interval:
     """Return the intervals between the ends of profiles; a physical bound may be such an end."""
-    unknowns = best.problem.objective.unknowns
+    problem = best.problem
     lanes = np.arange(ends.pinned.size)
-    values = ends.points[lanes, ends.pinned]
-    told = np.where(ends.closed | _at_physical_bound(unknowns, ends.pinned, values), values, np.nan)
-    q = lanes.size // 2
+    values, q = ends.points[lanes, ends.pinned], lanes.size // 2
+    bounded = _at_physical_bound(problem.objective.unknowns, values)
+    told = np.where(ends.closed | bounded, values, np.nan)
     points = np.vstack([best.point[None], ends.points])
-    last = np.flatnonzero(best.problem.objective.grid.measured)[-1]
-    states = best.problem.roll(points)[0][last]
+    last = np.flatnonzero(problem.objective.grid.measured)[-1]
+    if problem.events:
+        states = np.array([problem.trajectory(point)[0][last] for point in points]).T
+    else:
+        states = problem.roll(points)[0][last]
     states = np.where(np.isfinite(states), states, states[:, :1])
     middle = ends.middle[ends.pinned[:q]]
     return Interval(told[:q], middle, told[q:], np.array([states.min(axis=1), states.max(axis=1)]))
 
 
-def _at_physical_bound(unknowns: Unknowns, places: IntArray, values: Array) -> BoolArray:
-    """Return which ends (E,) lie at a bound that the plant cannot leave.
+def _at_physical_bound(unknowns: Unknowns, values: Array) -> BoolArray:
+    """Return which ends (2 q,) of the parameters lie at a bound that the plant cannot leave.
 
     The lower ends come first. Bounds that the user gives in place of the model's are a guess.
     """
-    found, q = np.zeros(places.size, dtype=np.bool_), places.size // 2
-    for i, (k, value) in enumerate(zip(places, values, strict=True)):
-        variable, side = unknowns.model.variables[unknowns.index[k]], int(i >= q)
-        own = (
-            unknowns.scale.lower[k] == variable.lower
-            if i < q
-            else (unknowns.scale.upper[k] == variable.upper)
+    first, found = unknowns.n_states, np.zeros(values.size, dtype=np.bool_)
+    scale, limits = unknowns.scale, unknowns.limits
+    for i, (lower, upper) in enumerate(values.reshape(2, -1).T):
+        k, variable = first + i, unknowns.model.variables[unknowns.index[first + i]]
+        physical = variable.physical
+        found[i] = (
+            physical in ('both', 'lower')
+            and scale.lower[k] == variable.lower
+            and lower == limits[0, k]
         )
-        physical = variable.physical in ('both', ('lower', 'upper')[side])
-        found[i] = physical and own and value == unknowns.limits[side, k]
+        found[values.size // 2 + i] = (
+            physical in ('both', 'upper')
+            and scale.upper[k] == variable.upper
+            and upper == limits[1, k]
+        )
     return found
 
 
@@ -207,9 +231,9 @@ def _pull(best: Hypothesis) -> float:
 
 
 def _gradient(best: Hypothesis) -> Array:
-    """Return half the gradient (d,) of the cost without boxes."""
-    prior = best.problem.prior.knowledge
-    pull = prior.precision @ (best.point - prior.mean)
+    """Return half the gradient (D,) of the cost without boxes."""
+    problem, point = replace(best.problem, prior=best.problem.prior.knowledge), best.point
+    pull = problem.precision(point) @ (point - problem.mean(point))
     return np.asarray(best.linearisation.jacobian.T @ best.linearisation.residual + pull)
 
 

@@ -9,6 +9,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from obs_ros.core.typing import Array, IntArray
+from obs_ros.inference.jumps.piecewise import PiecewiseProblem
 from obs_ros.inference.prior import Posterior
 from obs_ros.optimization.lm_linalg import TINY
 
@@ -27,7 +28,7 @@ PARABOLA = ParabolaSettings()
 
 
 def parabola_holds(
-    posterior: Posterior,
+    posterior: Posterior | PiecewiseProblem,
     z: Array,
     gradient: Array,
     covariance: Array,

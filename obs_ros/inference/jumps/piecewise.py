@@ -117,6 +117,21 @@ class PiecewiseProblem:
             columns += [np.array([[0.0], [1.0]]), z[:, list(event)]]
         return np.hstack(columns)
 
+    @property
+    def nodes(self) -> int:
+        """Number of nodes of the window, K."""
+        return self.objective.nodes
+
+    def costs(self, z: Array) -> Array:
+        """Return the cost (B,) of every point (B, D): squares of residuals and priors."""
+        costs = []
+        with np.errstate(all='ignore'):  # the model may diverge
+            for point in z:
+                r = self.rows(point[None])[:, 0] - self._measured[2]
+                off = point - self.mean(point)
+                costs.append(r @ r + off @ self.precision(point) @ off)
+        return np.array(costs)
+
     def count(self, nodes: int) -> int:
         """See `Objective.count`."""
         return self.objective.count(nodes)
