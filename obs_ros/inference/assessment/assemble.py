@@ -52,13 +52,10 @@ def report(
         p = end.parameters[:, None]
     path = states if end is None or end.path is None else end.path
     last = int(np.flatnonzero(grid.measured)[-1])
-    fit = Fit.of(
-        objective,
-        squares,
-        residuals,
-        noise_known=window.noise_known,
-        correlation=0.0 if uncertainty is None else uncertainty.correlation,
-    )
+    if uncertainty is None:
+        fit = Fit.of(objective, squares, residuals, noise_known=window.noise_known)
+    else:
+        fit = replace(uncertainty.fit, noise_known=window.noise_known)
     fit = replace(fit, trimmed=bool(window.outliers))
     known = _knowledge(objective, found, uncertainty, fit, states[last], p[:, 0])
     outcome, message = judged(

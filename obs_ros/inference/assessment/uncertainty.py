@@ -7,6 +7,7 @@ unknowns, as freezing them makes intervals far too short; clip an interval to th
 """
 
 from dataclasses import dataclass, replace
+from functools import cached_property
 
 import numpy as np
 
@@ -123,7 +124,7 @@ class Uncertainty:
         scale = self.hypothesis.problem.objective.grid.scale
         return np.asarray(scale / np.sqrt(inflation(self.correlation)))
 
-    @property
+    @cached_property
     def fit(self) -> Fit:
         """The hypothesis's residual beside the noise, given or learned."""
         best = self.hypothesis
