@@ -7,13 +7,14 @@ import numpy as np
 import pytest
 from plants import LAG, lag_outputs, window_of
 from problems import linear, rows_of
-from scipy.optimize import brentq, least_squares
+from scipy.optimize import brentq, least_squares, minimize
 
 from obs_ros import Model, Record, Variable
 from obs_ros.core.deadline import Deadline
 from obs_ros.core.typing import Array
 from obs_ros.inference.assessment.interval import enlarged
 from obs_ros.inference.assessment.profile import Ends, profile_ends
+from obs_ros.inference.jumps.piecewise import PiecewiseProblem
 from obs_ros.inference.prior import Posterior, Prior
 from obs_ros.optimization.levenberg_marquardt import levenberg_marquardt
 
@@ -264,6 +265,33 @@ class TestPlants:
         np.testing.assert_array_equal(ends.closed, [False, True])
         assert 4.0 * ends.points[1, 0] == pytest.approx(upper, abs=2e-3)
         assert ends.points[0, 0] == 0.0
+
+
+def test_of_parameters_that_jump_it_is_the_value_at_the_end() -> None:
+    """k jumps in mid-window. At an end no other point costs less, by scipy's simplex."""
+    t, sigma = 0.2 * np.arange(61), 0.02
+    u = np.ones(t.size)
+    p = np.tile([1.5, 5.0], (t.size, 1))
+    p[30:, 0] = 2.4
+    y = lag_outputs(t, u, 0.0, p) + sigma * np.random.default_rng(3).standard_normal(t.size)
+    objective = window_of(LAG, Record(t, u, y), sigma)
+    rows = PiecewiseProblem(objective, Prior.box(objective.unknowns).knowledge, ((1,),))
+    before = objective.unknowns.point({'x': 0.0, 'k': 1.5, 'tau': 5.0})
+    z = optimum(rows, np.append(before, [0.5, (2.4 - 0.2) / 4.8]))
+    pinned = rows.layout.final(z)[1:]
+    assert pinned.tolist() == [4, 2]
+    ends = profile_ends(rows, z, pinned, np.ones(2), LEVEL, PROBE, Deadline())
+    assert ends.closed.all()
+    least = float(rows.costs(z[None])[0])
+    for point, k in zip(ends.points, ends.pinned, strict=True):
+
+        def cost(others: Array, point: Array = point, k: int = k) -> float:
+            whole = np.insert(others, k, point[k])
+            inside = (whole > rows.limits[0]).all() and (whole < rows.limits[1]).all()
+            return float(rows.costs(whole[None])[0]) if inside else np.inf
+
+        found = minimize(cost, np.delete(point, k), method='Nelder-Mead', options={'maxiter': 200})
+        assert found.fun - least == pytest.approx(LEVEL, abs=0.15)
 
 
 def test_without_parameters_there_are_no_ends() -> None:
