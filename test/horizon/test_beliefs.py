@@ -8,9 +8,8 @@ from obs_ros.core.deadline import Deadline
 from obs_ros.horizon.arrival_cost import Lineal
 from obs_ros.horizon.beliefs import Beliefs, believed
 from obs_ros.horizon.found_jumps import JumpFound, Size
-from obs_ros.inference.jumps.hypothesis import hypothesis_at
+from obs_ros.inference.assessment.interval import covariance_without_boxes
 from obs_ros.inference.jumps.mixture import Mixture
-from obs_ros.inference.jumps.piecewise import PiecewiseProblem
 from obs_ros.inference.prior import Prior
 
 WINDOW = record(0.0)
@@ -54,7 +53,7 @@ def test_a_lineage_that_the_window_contradicts_ends() -> None:
     assert (only.jumps, only.weight) == ((), 1.0)
     alone = still(WINDOW, lineal(0.1, DRIFT).prior)
     np.testing.assert_allclose(only.hypothesis.point, alone.point, atol=5e-4)  # of 0.01, its sd
-    assert found.components(None, 1.0) == []
+    assert found.components(1.0) == []
 
 
 def test_one_lineage_leaves_the_mixture_as_it_is() -> None:
@@ -76,19 +75,8 @@ def test_jumps_of_a_window_are_known_with_their_rivals() -> None:
     assert {places: chance for chance, places, _ in known.chances} == pytest.approx({
         frozenset({2}): 0.7, frozenset(): 0.3
     })  # fmt: skip
-    (component,) = found.components(None, 2.0)
+    (component,) = found.components(2.0)
     assert component.weight == 0.3 and component.jumps == ()
     np.testing.assert_allclose(component.mean, without.point[1:])
-    np.testing.assert_allclose(component.covariance, 2.0 * without.covariance[1:, 1:])
-
-
-def test_what_is_held_is_held_in_all_lineages() -> None:
-    """Along a direction that the window does not inform, a component keeps its prior."""
-    best = hypothesis_at(
-        PiecewiseProblem(STILL.problem.objective, lineal(1.0, DRIFT).prior), STILL.point
-    )
-    mixture = Mixture((best, best), np.array([0.6, 0.4]))
-    found = believed(mixture, [], 0.0, 10.0, Deadline())
-    (component,) = found.components(np.diag([1.0, 0.0]), 1.0)
-    assert component.covariance[1, 1] == pytest.approx(SPREAD[1, 1], rel=1e-6)
-    assert component.covariance[0, 0] < SPREAD[0, 0]
+    expected = 2.0 * covariance_without_boxes(without)[1:, 1:]
+    np.testing.assert_allclose(component.covariance, expected, rtol=1e-9)
