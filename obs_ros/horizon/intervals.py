@@ -13,14 +13,16 @@ from obs_ros.optimization.result import Found
 def with_intervals(uncertainty: Uncertainty, found: Found, deadline: Deadline) -> Uncertainty:
     """Return the uncertainty without the pull of boxes, and intervals by profiles where needed.
 
-    Where deviations are withheld anyway there is nothing to find.
+    Where deviations are withheld anyway there is nothing to find. A profile is one of the
+    likelihood: it tells nothing of a window that noise alone does not explain.
     """
     fit = uncertainty.fit
     if not is_told(uncertainty, found, fit):
         return uncertainty
     before = uncertainty.hypothesis
     movable = uncertainty.process_noise is None
-    known = determined(before, fit.enlargement, deadline, movable=movable)
+    profiled = fit.is_noise and uncertainty.skill is None
+    known = determined(before, fit.enlargement, deadline, movable=movable, profiled=profiled)
     information = uncertainty.information
     if known.hypothesis is not before:
         states = before.problem.objective.unknowns.n_states

@@ -1,6 +1,7 @@
 """The cost that a search minimises: how far a candidate's outputs are from the measured ones."""
 
 from dataclasses import dataclass, field, replace
+from functools import cached_property
 from typing import Literal, get_args
 
 import numpy as np
@@ -82,7 +83,7 @@ class Objective:
         """Number of measured values at the first `nodes` nodes."""
         return self.grid.measured_values(nodes)
 
-    @property
+    @cached_property
     def signal(self) -> float:
         """Mean square of the measured outputs about their means, in units of their scales."""
         total = 0.0

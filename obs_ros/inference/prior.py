@@ -57,8 +57,11 @@ class Prior:
     @classmethod
     def box(cls, unknowns: Unknowns) -> 'Prior':
         """Return the prior of parameters that may lie anywhere in their boxes."""
-        variances = box_variances(unknowns)
-        return cls.of(unknowns, np.full(variances.size, 0.5), np.diag(variances))
+        n, variances = unknowns.n_states, box_variances(unknowns)
+        states = np.full(n, 1.0 / STATE_SD**2)
+        boxes = np.diag(np.append(np.zeros(n), 1.0 / variances))
+        precision = np.diag(np.append(states, 1.0 / variances))
+        return cls(np.full(unknowns.dimension, 0.5), precision, boxes=boxes)
 
     @classmethod
     def known(cls, unknowns: Unknowns, *, start: bool, jumped: IntArray = NOWHERE) -> 'Prior':

@@ -89,13 +89,18 @@ class Determined:
 
 
 def determined(
-    best: Hypothesis, inflation: float, deadline: Deadline, *, movable: bool = True
+    best: Hypothesis,
+    inflation: float,
+    deadline: Deadline,
+    *,
+    movable: bool = True,
+    profiled: bool = True,
 ) -> Determined:
     """Return what a window says of its unknowns, which the boxes bound, but do not pull.
 
     `inflation` of the variances counts for the growth of the cost. A `movable` point goes to the
     optimum without the boxes where these pull, and to a better one that is met; one with jumps
-    stays.
+    stays. Without `profiled` the covariance stands for all intervals.
     """
     level = PROFILE.growth * max(1.0, inflation)
     movable = movable and not best.problem.events
@@ -103,7 +108,7 @@ def determined(
         if movable and _pull(best) > INTERVAL.pulled:
             best = _polished(best, best.point, deadline)
         covariance = covariance_without_boxes(best)
-        if not np.isfinite(covariance).all():
+        if not (profiled and np.isfinite(covariance).all()):
             break
         posterior, pinned = _posterior(best), _parameters(best)
         gradient = _gradient(best)

@@ -48,7 +48,8 @@ def without_outliers(
     """
     residuals = _residuals(window, z)
     found = suspects(residuals, noise_known=window.noise_known)
-    found &= np.abs(residuals) > OUTLIERS.least * np.sqrt(window.objective.signal)
+    if found.any():
+        found &= np.abs(residuals) > OUTLIERS.least * np.sqrt(window.objective.signal)
     if not found.any():
         return None
     start = z
