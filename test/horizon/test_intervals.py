@@ -6,15 +6,18 @@ import numpy as np
 import pytest
 from plants import LAG, lag_outputs, square_wave, window_of
 
-from obs_ros import Record
+from obs_ros import Outcome, Record, solve_window
 from obs_ros.core.deadline import Deadline
+from obs_ros.core.prior_knowledge import with_knowledge
 from obs_ros.horizon.intervals import with_intervals
 from obs_ros.horizon.stages import uncertainty_of
+from obs_ros.inference.assessment.contradiction import contradictions
 from obs_ros.inference.assessment.informed_subspace import marginal_information
 from obs_ros.inference.assessment.interval import covariance_without_boxes
-from obs_ros.inference.assessment.uncertainty import Uncertainty
+from obs_ros.inference.assessment.uncertainty import Deviations, Uncertainty
 from obs_ros.inference.jumps.hypothesis import hypothesis_at
 from obs_ros.inference.jumps.piecewise import PiecewiseProblem
+from obs_ros.inference.parameterisation import Unknowns
 from obs_ros.inference.prior import Prior
 from obs_ros.optimization.acceptance import Acceptance
 from obs_ros.optimization.levenberg_marquardt import levenberg_marquardt
@@ -74,8 +77,8 @@ def test_without_time_it_is_not_finished() -> None:
 
 
 @pytest.mark.parametrize('correlation', [0.0, 0.8])
-def test_colour_of_the_residual_widens_intervals(correlation: float) -> None:
-    """Noise that is known as white, and is not, has variances that count for more."""
+def test_a_window_that_noise_does_not_explain_has_no_profiles(correlation: float) -> None:
+    """Noise that is known as white, and is not, is no likelihood: the covariance stands."""
     draws = np.random.default_rng(6).standard_normal(T.size + 50)
     noise = np.zeros_like(draws)
     for k in range(1, draws.size):
@@ -87,9 +90,45 @@ def test_colour_of_the_residual_widens_intervals(correlation: float) -> None:
     start = objective.unknowns.point({'x': 0.0, 'k': 1.5, 'tau': 9.0})
     z = levenberg_marquardt(problem, start[None], T.size, 100, Deadline()).z[0]
     found = with_intervals(uncertainty_of(hypothesis_at(problem, z)), ACCEPTED, Deadline())
-    assert found.interval is not None
-    width = found.interval.upper[0] - found.interval.lower[0]
-    # A first-order width of k: the noise's own deviation, times 2 * 1.96.
-    plain = 2.0 * 1.96 * np.sqrt(covariance_without_boxes(found.hypothesis)[1, 1])
-    assert width / plain == pytest.approx(np.sqrt(found.fit.enlargement), rel=0.3)
     assert (found.fit.enlargement > 1.5) == (correlation > 0.0)
+    assert (found.interval is None) == (correlation > 0.0)
+    if correlation:
+        expected = covariance_without_boxes(found.hypothesis)
+        np.testing.assert_array_equal(found.covariance, expected)
+
+
+def test_at_rest_wide_priors_are_all_that_is_known() -> None:
+    """Point and deviations are those of the posterior, whatever noise does to the initial state."""
+    unknowns = Unknowns.of(with_knowledge(LAG, None, {'k': (2.0, 1.2), 'tau': (5.0, 4.5)}))
+    for seed in range(6):
+        y = 0.05 * np.random.default_rng(seed).standard_normal(T.size)
+        objective = replace(window_of(LAG, Record(T, np.zeros(T.size), y), 0.05), unknowns=unknowns)
+        problem = PiecewiseProblem(objective, Prior.known(unknowns, start=True))
+        start = unknowns.point({'x': 0.0, 'k': 2.0, 'tau': 5.0})
+        z = levenberg_marquardt(problem, start[None], T.size, 100, Deadline()).z[0]
+        before = uncertainty_of(hypothesis_at(problem, z))
+        found = with_intervals(before, ACCEPTED, Deadline())
+        assert found.hypothesis is before.hypothesis  # no box pulls
+        x, k, tau = unknowns.scale.values(found.hypothesis.point)
+        assert x == pytest.approx(0.0, abs=0.05)
+        assert k == pytest.approx(2.0, abs=1e-3)
+        assert tau == pytest.approx(5.0, abs=1.5)
+        deviations = np.sqrt(np.diagonal(found.covariance))[1:] * unknowns.scale.width[1:]
+        assert deviations[0] == pytest.approx(1.2, rel=0.01)
+        assert 3.5 < deviations[1] < 8.0
+        # Of neither is it told where it lies: both intervals would be wider than the box allows.
+        told = Deviations.of(found.hypothesis, found.covariance, 1.0, None, found.interval)
+        assert np.isnan(told.parameters).all()
+        assert contradictions(found.hypothesis) == []
+
+
+def test_narrow_priors_at_rest_are_published_as_they_are() -> None:
+    priors = {'k': (2.0, 0.2), 'tau': (5.0, 0.5)}
+    y = 0.05 * np.random.default_rng(2).standard_normal(T.size)
+    found = solve_window(LAG, Record(T, np.zeros(T.size), y), noise={'y': 0.05}, priors=priors)
+    assert found.outcome is Outcome.CONVERGED
+    for name, (mean, deviation) in priors.items():
+        assert found.parameters[name] == pytest.approx(mean, abs=0.1 * deviation)
+        assert found.stddev[name] == pytest.approx(deviation, rel=0.02)
+        ends = (mean - 1.96 * deviation, mean + 1.96 * deviation)
+        assert found.interval[name] == pytest.approx(ends, abs=0.1 * deviation)

@@ -7,8 +7,9 @@ from plants import LAG, lag_outputs, square_wave, window_of
 from obs_ros import Record
 from obs_ros.core.deadline import Deadline
 from obs_ros.core.prior_knowledge import with_knowledge
-from obs_ros.horizon.scatter import SCATTER, Alone, Scatter, raised
+from obs_ros.horizon.scatter import SCATTER, Alone, Scatter, raised, widened
 from obs_ros.inference.assessment.informed_subspace import marginal_information
+from obs_ros.inference.assessment.interval import Interval
 from obs_ros.inference.assessment.uncertainty import Uncertainty
 from obs_ros.inference.jumps.hypothesis import hypothesis_at
 from obs_ros.inference.jumps.piecewise import PiecewiseProblem
@@ -137,3 +138,14 @@ def test_a_window_alone_is_without_given_priors_too() -> None:
     expected, found = Alone.of(free, 1.0), Alone.of(pulled, 1.0)
     np.testing.assert_allclose(found.deviation, expected.deviation, rtol=0.05)
     assert (np.abs(found.mean - expected.mean) < 0.3 * expected.deviation).all()
+
+
+def test_intervals_widen_with_the_scatter_and_never_shrink() -> None:
+    lower, middle, upper = np.array([[0.2, 0.3, 0.5], [0.1, 0.5, 0.9], [0.3, 0.4, 0.6]]).T
+    interval = Interval(lower, middle, upper, np.zeros((2, 1)))
+    found = widened(interval, np.array([2.0, 0.5, np.nan]))
+    assert found is not None
+    np.testing.assert_allclose(found.lower, [0.1, 0.1, 0.3])
+    np.testing.assert_allclose(found.upper, [0.7, 0.9, 0.6])
+    assert widened(interval, None) is interval
+    assert widened(None, np.ones(3)) is None

@@ -193,20 +193,19 @@ class _Walk:
         )
 
     def _beside(self) -> tuple[list[Array], list[Array]]:
-        """Return points beside each end, and their costs: there the valley may be wider.
+        """Return points beside each end, where a valley may be wider, and their costs.
 
-        They lie along the axes of the cost's curvature, where it has grown by the level.
+        They lie along the axes of the curvature, as far as that alone would cost the level.
         """
-        points, costs = [], []
-        for z, growth, hessian in zip(
-            self._here.points, self._growth, self._here.hessian, strict=True
-        ):
+        points, costs, here, limits = [], [], self._here, self._posterior.limits
+        lanes = zip(here.points, self._growth, here.gradient, here.hessian, strict=True)
+        for z, growth, g, hessian in lanes:
             curvatures, axes = eigen(hessian)
-            curvatures = np.maximum(curvatures, TINY)
-            steps = np.minimum(np.sqrt(self._level / curvatures), self._settings.beside)
-            off = axes.T * steps[:, None]
-            points.append(np.clip(np.vstack([z - off, z + off]), *self._posterior.limits))
-            costs.append(growth + np.tile(curvatures * steps**2, 2))
+            steps = np.sqrt(self._level / np.maximum(curvatures, TINY))
+            off = axes.T * np.minimum(steps, self._settings.beside)[:, None]
+            points.append(np.clip(np.vstack([z - off, z + off]), *limits))
+            off = points[-1] - z
+            costs.append(growth + 2.0 * off @ g + ((off @ hessian) * off).sum(axis=1))
         return points, costs
 
     def _steps(self, lanes: IntArray) -> tuple[Array, Array, Array]:
@@ -246,7 +245,10 @@ class _Walk:
         gone = at_limit | (np.abs(at - self._start[k]) > self._most[lanes])
         left = ~(at_level | (straight & (floor < level) & gone))
         ended = lanes[at_level]
-        self._here.points[ended] = np.clip(self._here.points[ended] + step[at_level], *limits)
+        end = np.clip(self._here.points[ended] + step[at_level], *limits)
+        moved = (end - self._here.points[ended])[:, :, None]
+        self._here.gradient[ended] += (self._here.hessian[ended] @ moved)[:, :, 0]
+        self._here.points[ended] = end
         self._growth[ended], self._closed[ended] = level, True
         return lanes[left], step[left], foretold[left]
 

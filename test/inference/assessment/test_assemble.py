@@ -12,6 +12,7 @@ from obs_ros import Estimate, Outcome, Record
 from obs_ros.core.estimate import Jump
 from obs_ros.core.typing import Array
 from obs_ros.inference.assessment.assemble import empty, report
+from obs_ros.inference.assessment.interval import Interval
 from obs_ros.inference.assessment.uncertainty import AtEnd, Uncertainty
 from obs_ros.inference.jumps.hypothesis import hypothesis_at
 from obs_ros.inference.jumps.piecewise import PiecewiseProblem
@@ -298,3 +299,35 @@ def test_an_empty_estimate_has_every_name_and_no_value() -> None:
         assert list(mapping) == names
         assert np.isnan(list(mapping.values())).all()
     assert np.isnan([found.interval[name] for name in found.stddev]).all()
+
+
+@pytest.mark.parametrize(('push', 'outcome'), [
+    (1.0, Outcome.AT_BOUND), (0.0, Outcome.AT_BOUND), (0.999, Outcome.NOT_IDENTIFIABLE),
+])  # fmt: skip
+def test_of_what_lies_at_a_bound_that_is_said(push: float, outcome: Outcome) -> None:
+    """Its profile has no end there: it is not determined, but the bound is the reason."""
+    z = np.array([0.7, 0.4, 0.5, push])
+    window = problem(z=z, noise_known=True)
+    best = hypothesis_at(PiecewiseProblem(window.objective, window.prior), z)
+    ends = (np.nan, 0.1) if push < 0.5 else (0.9, np.nan)
+    lower, upper = np.array([(0.45, 0.55), ends]).T
+    interval = Interval(lower, z[2:], upper, best.linearisation.state[None].repeat(2, 0))
+    information = np.diag([1e3, 1e3])
+    uncertainty = Uncertainty(best, best.covariance, information, interval=interval)
+    found = report(window, replace(FOUND, z=z), uncertainty, in_time=True, solve_time=0.1)
+    assert found.outcome is outcome
+    assert np.isnan(found.stddev['push']) and np.isnan(found.interval['push']).all()
+    assert found.interval['stiffness'] == pytest.approx((0.2 + 0.45 * 1.8, 0.2 + 0.55 * 1.8))
+    assert ('push is at its' in found.message) == (outcome is Outcome.AT_BOUND)
+
+
+def test_what_is_not_determined_elsewhere_is_said_before_a_bound() -> None:
+    z = np.array([0.7, 0.4, 0.5, 1.0])
+    window = problem(z=z, noise_known=True)
+    best = hypothesis_at(PiecewiseProblem(window.objective, window.prior), z)
+    ends = np.array([np.nan, 0.9]), z[2:], np.array([np.nan, np.nan])
+    interval = Interval(*ends, best.linearisation.state[None].repeat(2, 0))
+    uncertainty = Uncertainty(best, best.covariance, np.diag([1.0, 1e3]), interval=interval)
+    found = report(window, replace(FOUND, z=z), uncertainty, in_time=True, solve_time=0.1)
+    assert found.outcome is Outcome.NOT_IDENTIFIABLE
+    assert 'stiffness' in found.message

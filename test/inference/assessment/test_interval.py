@@ -312,3 +312,35 @@ class TestEnlarged:
         told = np.isfinite(found.interval.upper)
         half = (found.interval.upper - found.interval.middle)[told]
         assert (half <= 1.97 * np.sqrt(np.diagonal(found.covariance)[1:][told])).all()
+
+
+class TestJumps:
+    def jumped(self, sigma: float, span: float) -> Hypothesis:
+        """A step response of whose lag k jumps from 1.5 to 2.4 in mid-window."""
+        t = np.linspace(0.0, span, 61)
+        p = np.tile([K, 5.0], (t.size, 1))
+        p[30:, 0] = 2.4
+        y = lag_outputs(t, np.ones(t.size), 0.0, p)
+        y += sigma * np.random.default_rng(3).standard_normal(t.size)
+        objective = window_of(LAG, Record(t, np.ones(t.size), y), sigma)
+        problem = PiecewiseProblem(objective, Prior.box(objective.unknowns), ((1,),))
+        before = objective.unknowns.point({'x': 0.0, 'k': K, 'tau': 5.0})
+        start = np.append(before, [0.5, (2.4 - 0.2) / 4.8])
+        found = levenberg_marquardt(problem, start[None], t.size, 100, Deadline())
+        return hypothesis_at(problem, found.z[0])
+
+    def test_a_well_fed_window_has_no_profiles(self) -> None:
+        best = self.jumped(0.003, 40.0)
+        found = determined(best, 1.0, Deadline())
+        assert found.hypothesis is best and found.interval is None
+        np.testing.assert_array_equal(found.covariance, covariance_without_boxes(best))
+
+    def test_intervals_are_those_after_the_jump_and_the_point_stays(self) -> None:
+        best = self.jumped(0.04, 10.0)
+        found = determined(best, 1.0, Deadline())
+        assert found.hypothesis is best and found.interval is not None
+        lower, upper = found.interval.lower[0], found.interval.upper[0]
+        assert lower < best.point[4] < upper
+        assert lower < (2.4 - 0.2) / 4.8 < upper
+        assert not lower < best.point[1] < upper  # that is the one before
+        assert upper - best.point[4] > 1.3 * (best.point[4] - lower)
