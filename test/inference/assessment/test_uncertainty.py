@@ -22,8 +22,8 @@ def test_jumps_at_two_times_look_like_a_ramp() -> None:
     place = int(one.layout.times[0])
     events = one.problem.events * 2
     problem = PiecewiseProblem(one.problem.objective, one.problem.prior, events)
-    tail = one.point[place:]
-    two = hypothesis_at(problem, np.concatenate([one.point, tail + [0.1, 0.0]]))
+    later = one.point[place:] + [0.1, 0.0]
+    two = hypothesis_at(problem, np.concatenate([one.point, later]))
     assert uncertainty(two).drifting
 
 
