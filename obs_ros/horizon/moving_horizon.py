@@ -30,7 +30,7 @@ from obs_ros.horizon.earlier import Earlier
 from obs_ros.horizon.forecasts import Forecasts
 from obs_ros.horizon.gaussian_sum import SUM, Component, moments, reduced
 from obs_ros.horizon.intervals import with_intervals
-from obs_ros.horizon.probation import Probation, without_stuck
+from obs_ros.horizon.probation import Probation, withheld_by_push, without_stuck
 from obs_ros.horizon.ramps import drift_ahead
 from obs_ros.horizon.scatter import Scatter
 from obs_ros.horizon.solution import SOLUTION, Solution, level_of, solved
@@ -119,10 +119,11 @@ class MovingHorizon:
         warm = solver.warm_start(record, self._previous)
         level = self._level if self._unsearched < SOLUTION.unsearched else None
         known = self._arrival_cost.given_prior(posed.start, first=self._first)
+        usual = self._process_noise.usual
         earlier = Earlier(
             warm,
             self._explained,
-            self._process_noise.pooled,
+            self._process_noise.pooled if usual else None,
             self._process_noise.settled,
             level,
             known,
@@ -151,12 +152,16 @@ class MovingHorizon:
         estimate = replace(estimate, figures=figures_of(uncertainty))
         explained = alone = False
         if solution.found.accepted and solution.finished:
-            explained = self._learn(uncertainty, solution, beliefs)
+            pushed = solution.disturbed is not None and not uncertainty.walking
+            self._process_noise.note(pushed)
+            explained = self._learn(uncertainty, solution, beliefs, odd=pushed and not usual)
             alone = solution.disturbed is None and uncertainty.skill is None
             alone = explained and (alone or bool(uncertainty.walking))
             if solution.window.noise_known:
                 given = bool(np.isfinite(self._given).all())
                 estimate = self._probation.judge(estimate, alone, uncertainty.skill, given=given)
+            if pushed and not usual:
+                estimate = withheld_by_push(estimate)
         moving = (*uncertainty.moving, *uncertainty.walking)
         estimate = self._announcements.announced(
             estimate, beliefs, explained=explained, alone=alone, moving=moving
@@ -241,10 +246,13 @@ class MovingHorizon:
             correlation=correlation,
         )
 
-    def _learn(self, uncertainty: Uncertainty, solution: Solution, beliefs: Beliefs) -> bool:
+    def _learn(
+        self, uncertainty: Uncertainty, solution: Solution, beliefs: Beliefs, *, odd: bool
+    ) -> bool:
         """Remember what an accepted window says; one that nothing explains teaches nothing.
 
-        Returns whether it was explained.
+        An `odd` one has process noise that earlier ones had not: it hands nothing on. Returns
+        whether it was explained.
         """
         best, fits, other = uncertainty.hypothesis, uncertainty.fit, solution.disturbed
         objective = best.problem.objective
@@ -259,11 +267,11 @@ class MovingHorizon:
         # What a state at its bound leaves is no noise: there the model may not hold.
         elif not states_at_bound(unknowns.model, best.trajectory[0]):
             left = variances_left(best.trajectory[1], grid, best.point.size)
-            odd = fits.too_large or fits.too_small
-            (self._noise.doubt if odd else self._noise.accept)(left, fits.colour)
+            wrong_size = fits.too_large or fits.too_small
+            (self._noise.doubt if wrong_size else self._noise.accept)(left, fits.colour)
         self._explained = best if explained and not fits.too_large else None
-        if not explained:
-            return False
+        if not explained or odd:
+            return explained
         start, end = float(grid.t[0]), float(grid.t[-1])
         near = SUM.same_time * (end - start)
         self._arrival_cost.update_jumps(beliefs.known_jumps(unknowns), start, end, near)

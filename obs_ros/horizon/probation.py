@@ -102,6 +102,19 @@ class Probation:
         )
 
 
+def withheld_by_push(estimate: Estimate) -> Estimate:
+    """Return an estimate with process noise that earlier windows had not, without deviations.
+
+    What pushes the states all at once may be a jump that was not found.
+    """
+    return _withheld(
+        estimate,
+        Outcome.APPROXIMATE if estimate.outcome is Outcome.CONVERGED else estimate.outcome,
+        'look for a fault, or a parameter that jumped: process noise explains this window, which '
+        'earlier ones did not have; standard deviations follow when it stays',
+    )
+
+
 def _withheld(estimate: Estimate, outcome: Outcome, why: str) -> Estimate:
     """Return the estimate without jumps and deviations, and why."""
     message = f'{why} ({estimate.message})'

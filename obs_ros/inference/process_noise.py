@@ -43,6 +43,7 @@ class ProcessNoiseSettings:
       integrated out may be less likely along them;
     - `tolerance`: of -2 log likelihood in a round;
     - `settled`: windows whose walks tell what a jump is;
+    - `usual`: latest windows, of which half must have had process noise for it to be expected;
     - `polish`: iterations of the local search for the candidate in a round.
     """
 
@@ -55,6 +56,7 @@ class ProcessNoiseSettings:
     restricted: float = 2.0
     tolerance: float = 0.01
     settled: int = 4
+    usual: int = 6
     polish: int = 20
 
 
@@ -108,11 +110,21 @@ class LearnedProcessNoise:
     def __init__(self, remembered: int = LEARNING.remembered) -> None:
         self._recent: deque[ProcessNoise] = deque(maxlen=remembered)
         self._sound: deque[bool] = deque(maxlen=remembered)
+        self._had: deque[bool] = deque(maxlen=SETTINGS.usual)
 
     def add(self, found: ProcessNoise, sound: bool = True) -> None:
         """Remember the process noise of a window; `sound` if nothing else is left to explain."""
         self._recent.append(found)
         self._sound.append(sound)
+
+    def note(self, had: bool) -> None:
+        """Note whether a window had process noise."""
+        self._had.append(had)
+
+    @property
+    def usual(self) -> bool:
+        """Whether half of the latest windows, or more, had process noise; also if there is none."""
+        return 2 * sum(self._had) >= len(self._had)
 
     @property
     def settled(self) -> bool:
