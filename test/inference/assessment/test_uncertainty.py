@@ -22,7 +22,7 @@ def test_jumps_at_two_times_look_like_a_ramp() -> None:
     place = int(one.layout.times[0])
     events = one.problem.events * 2
     problem = PiecewiseProblem(one.problem.objective, one.problem.prior, events)
-    later = one.point[place:] + [0.1, 0.0]
+    later = one.point[place:] + np.array([0.1, 0.0])
     two = hypothesis_at(problem, np.concatenate([one.point, later]))
     assert uncertainty(two).drifting
 
