@@ -227,7 +227,7 @@ class MovingHorizon:
         return replace(
             uncertainty,
             jumps=jumps_shown(uncertainty, beliefs, solution.mixture.alternatives, record),
-            excess=excess(solution.mixture.about(uncertainty.hypothesis), uncertainty.covariance),
+            excess=excess(solution.mixture.about(uncertainty.hypothesis), uncertainty.straight),
             determined_alone=self._alone.copy(),
         )
 

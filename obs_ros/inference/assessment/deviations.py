@@ -5,6 +5,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from obs_ros.core.estimate import QUANTILE
+from obs_ros.core.linear_algebra import eigen
 from obs_ros.core.model import Model
 from obs_ros.core.typing import Array, BoolArray
 from obs_ros.inference.assessment.identifiability import undetermined, undetermined_states
@@ -35,11 +36,12 @@ class Deviations:
         """Return those of the mixture of a hypothesis and others that explain as much.
 
         `excess` (n + q, n + q) is the second moment in excess of the hypothesis's own covariance,
-        see `Uncertainty`. What is no longer determined by then is withheld.
+        see `Uncertainty`. Rivals that are surer than the hypothesis do not make it surer: where the
+        excess is negative it counts as none. What is no longer determined by then is withheld.
         """
         unknowns, n = hypothesis.problem.objective.unknowns, self.state.size
         rows = _in_units(hypothesis)
-        extra = rows @ excess @ rows.T
+        extra = _positive_part(rows @ excess @ rows.T, np.diagonal(self.joint))
         limit = np.full(n + self.parameters.size, np.inf)
         limit[:n] = undetermined_states(unknowns)
         limit[unknowns.index[unknowns.n_states :]] = (
@@ -199,6 +201,14 @@ def walked_deviations(unknowns: Unknowns, parameters: Array, joint: Array) -> Ar
     own = deviations[places - n]
     deviations[places - n] = np.where(own <= limit, own, np.nan)
     return np.asarray(deviations)
+
+
+def _positive_part(matrix: Array, variances: Array) -> Array:
+    """Return a symmetric matrix (D, D), in units of variances (D,), without what is negative."""
+    scale = np.sqrt(np.maximum(variances, TINY))
+    values, vectors = eigen(matrix / np.outer(scale, scale))
+    vectors = vectors * scale[:, None]
+    return np.asarray((vectors * np.maximum(values, 0.0)) @ vectors.T)
 
 
 def _in_units(hypothesis: Hypothesis) -> Array:

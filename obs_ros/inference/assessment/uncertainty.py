@@ -80,6 +80,11 @@ class Uncertainty:
         return len(self.hypothesis.problem.events) > 1
 
     @property
+    def straight(self) -> Array:
+        """Covariance (D, D) beside the profiles, which tell the bent part where there are some."""
+        return self.covariance if self.interval is None else self.hypothesis.covariance
+
+    @property
     def walking(self) -> tuple[str, ...]:
         """Names of the parameters that walk through the window though the model does not say so."""
         model = self.hypothesis.problem.objective.unknowns.model

@@ -312,3 +312,14 @@ def test_beside_others_that_explain_as_much_deviations_hold_them_too() -> None:
     # Above a tenth of the box nothing is determined any more.
     wide = alone.beside(best, np.diag([0.0, 0.0, 0.1]) ** 2)
     assert np.isnan(wide.parameters).tolist() == [False, True]
+
+
+def test_rivals_that_are_surer_make_nothing_surer() -> None:
+    """Their excess is negative: an interval may shrink by that to nothing."""
+    best = hypothesis()
+    alone = Deviations.of(best, np.diag([0.001, 0.02, 0.03]) ** 2, 1.0)
+    found = alone.beside(best, np.diag([-1.0, -0.01, 0.0004]))
+    np.testing.assert_allclose(found.state, alone.state)
+    np.testing.assert_allclose(found.lower[:2], alone.lower[:2])
+    np.testing.assert_allclose(found.parameters, [0.04, 2.0 * (0.03**2 + 0.02**2) ** 0.5])
+    assert np.linalg.eigvalsh(found.joint).min() > -1e-12
