@@ -10,10 +10,10 @@ import numpy as np
 from obs_ros.cli.model_trial import Trial
 from obs_ros.core.model import Model, Variable
 from obs_ros.core.typing import Array
+from obs_ros.inference.assessment.deviations import Deviations
 from obs_ros.inference.assessment.identifiability import advice, weak_directions
 from obs_ros.inference.assessment.informed_subspace import informed_information
 from obs_ros.inference.assessment.interval import covariance_without_boxes
-from obs_ros.inference.assessment.uncertainty import Deviations
 from obs_ros.inference.jumps.hypothesis import hypothesis_at
 from obs_ros.inference.jumps.piecewise import PiecewiseProblem
 from obs_ros.inference.objective import Objective

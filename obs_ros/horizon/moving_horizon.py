@@ -38,9 +38,10 @@ from obs_ros.horizon.solver import Solver, TooFewSamples
 from obs_ros.horizon.stages import determined_alone, is_uninformative, recall, uncertainty_of
 from obs_ros.inference.assessment.assemble import empty, report
 from obs_ros.inference.assessment.contradiction import contradictions
+from obs_ros.inference.assessment.deviations import parameters_at_end
 from obs_ros.inference.assessment.informed_subspace import marginal_information
 from obs_ros.inference.assessment.outcome import is_confirmed, states_at_bound
-from obs_ros.inference.assessment.uncertainty import Uncertainty, parameters_at_end
+from obs_ros.inference.assessment.uncertainty import Uncertainty
 from obs_ros.inference.jumps.hypothesis import Hypothesis
 from obs_ros.inference.jumps.mixture import excess
 from obs_ros.inference.noise import Noise, variances_left

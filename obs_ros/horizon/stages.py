@@ -172,7 +172,8 @@ def determined_alone(uncertainty: Uncertainty, known: BoolArray, deadline: Deadl
     if interval is None:
         return told
     told &= interval.told(unknowns)
-    if best.problem.prior.boxes is not None or not (told & ~known).any():
+    unaided = np.array_equal(best.problem.prior.precision, box.precision)
+    if unaided or not (told & ~known).any():
         return told
     own = determined(under(box, best, deadline), uncertainty.fit.enlargement, deadline)
     if own.interval is None:

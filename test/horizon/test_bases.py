@@ -14,8 +14,9 @@ from obs_ros.horizon.forecasts import Basis
 from obs_ros.horizon.moving_horizon import MovingHorizon
 from obs_ros.horizon.settings import EstimationSettings
 from obs_ros.horizon.solver import Solver
+from obs_ros.inference.assessment.deviations import Deviations
 from obs_ros.inference.assessment.informed_subspace import marginal_information
-from obs_ros.inference.assessment.uncertainty import Deviations, Uncertainty
+from obs_ros.inference.assessment.uncertainty import Uncertainty
 from obs_ros.inference.jumps.hypothesis import hypothesis_at
 from obs_ros.inference.jumps.piecewise import PiecewiseProblem
 

@@ -12,9 +12,10 @@ from obs_ros.core.prior_knowledge import with_knowledge
 from obs_ros.horizon.intervals import with_intervals
 from obs_ros.horizon.stages import uncertainty_of
 from obs_ros.inference.assessment.contradiction import contradictions
+from obs_ros.inference.assessment.deviations import Deviations
 from obs_ros.inference.assessment.informed_subspace import marginal_information
 from obs_ros.inference.assessment.interval import covariance_without_boxes
-from obs_ros.inference.assessment.uncertainty import Deviations, Uncertainty
+from obs_ros.inference.assessment.uncertainty import Uncertainty
 from obs_ros.inference.jumps.hypothesis import hypothesis_at
 from obs_ros.inference.jumps.piecewise import PiecewiseProblem
 from obs_ros.inference.parameterisation import Unknowns

@@ -10,6 +10,7 @@ from obs_ros.core.model import Model, Variable, names
 from obs_ros.core.record import Record
 from obs_ros.core.typing import Array
 from obs_ros.inference.assessment.contradiction import contradictions
+from obs_ros.inference.assessment.deviations import Deviations
 from obs_ros.inference.assessment.fit import Fit, root_mean_square
 from obs_ros.inference.assessment.identifiability import advice, weak_directions
 from obs_ros.inference.assessment.outcome import (
@@ -20,7 +21,7 @@ from obs_ros.inference.assessment.outcome import (
     states_at_bound,
     unknowns_at_bound,
 )
-from obs_ros.inference.assessment.uncertainty import Deviations, Uncertainty
+from obs_ros.inference.assessment.uncertainty import Uncertainty
 from obs_ros.inference.objective import Objective
 from obs_ros.inference.outliers import words
 from obs_ros.inference.prior import BOX_VARIANCE

@@ -42,7 +42,10 @@ class IntervalSettings:
     - `scan`: iterations of a search for other optima;
     - `parts`: of an unknown's box, from the middles of which other optima are sought;
     - `least_growth`: of the cost at a point, below which it counts as that: a valley is as long as
-      it has been followed.
+      it has been followed;
+    - `rival`: growth of the cost, in units of the noise, up to which another optimum may be the
+      true one, 99.9 % two-sided: in bent valleys the end of the interval is no wall;
+    - `far`: times as far as a parabola through an end, from which on it is another optimum.
     """
 
     pulled: float = 0.1
@@ -51,6 +54,8 @@ class IntervalSettings:
     scan: int = 30
     parts: int = 3
     least_growth: float = 1.0
+    rival: float = 10.83
+    far: float = 3.0
 
 
 INTERVAL = IntervalSettings()
@@ -130,6 +135,8 @@ def determined(
         ends = _ends(posterior, best, level, deadline, others)
         if ends.better is None or not movable or attempt + 1 == INTERVAL.optima:
             interval = _interval(best, ends)
+            if isinstance(posterior, Posterior):
+                interval, ends = _beside_rivals(interval, ends, optima, least, level)
             return Determined(best, enlarged(covariance, ends), interval)
         best = _polished(best, ends.better, deadline)
     return Determined(best, covariance)
@@ -155,6 +162,28 @@ def _other_optima(posterior: Posterior, z: Array, deadline: Deadline) -> Starts:
     rows = np.arange(len(starts))
     starts[rows, np.repeat(pinned, places.size)] = np.tile(places, pinned.size)
     return levenberg_marquardt(posterior, starts, posterior.nodes, INTERVAL.scan, deadline)
+
+
+def _beside_rivals(
+    interval: Interval, ends: Ends, optima: Starts, least: float, level: float
+) -> tuple[Interval, Ends]:
+    """Return intervals, and what profiles met, with other optima that may be the true one.
+
+    `least` is the cost of the optimum, `level` its growth at the ends.
+    """
+    growth = np.maximum(optima.squares - least, 0.0)
+    rivals = growth <= INTERVAL.rival * level / PROFILE.growth
+    z, growth, middle = optima.z[rivals], growth[rivals], interval.middle
+    off = z[:, ends.pinned[: middle.size]] - middle
+    reach = INTERVAL.far * np.sqrt(growth / level)[:, None]
+    above = np.where(off > reach * (interval.upper - middle), off, 0.0)
+    below = np.where(-off > reach * (middle - interval.lower), off, 0.0)
+    far = ((above > 0.0) | (below < 0.0)).any(axis=1) & (growth > level)
+    lower = np.minimum(interval.lower, middle + below[far].min(axis=0, initial=0.0))
+    upper = np.maximum(interval.upper, middle + above[far].max(axis=0, initial=0.0))
+    visited = np.concatenate([ends.visited, z[far]])
+    ends = replace(ends, visited=visited, costs=np.append(ends.costs, growth[far]))
+    return replace(interval, lower=lower, upper=upper), ends
 
 
 def enlarged(covariance: Array, ends: Ends) -> Array:
