@@ -3,6 +3,7 @@
 from dataclasses import replace
 
 from obs_ros.core.deadline import Deadline
+from obs_ros.horizon.disturbance import DisturbedWindow
 from obs_ros.inference.assessment.informed_subspace import marginal_information
 from obs_ros.inference.assessment.interval import determined
 from obs_ros.inference.assessment.outcome import is_told
@@ -10,14 +11,18 @@ from obs_ros.inference.assessment.uncertainty import Uncertainty
 from obs_ros.optimization.result import Found
 
 
-def with_intervals(uncertainty: Uncertainty, found: Found, deadline: Deadline) -> Uncertainty:
+def with_intervals(
+    uncertainty: Uncertainty, other: DisturbedWindow | None, found: Found, deadline: Deadline
+) -> Uncertainty:
     """Return the uncertainty without the pull of boxes, and intervals by profiles where needed.
 
     Where deviations are withheld anyway there is nothing to find. A profile is one of the
-    likelihood: it tells nothing of a window that noise alone does not explain.
+    likelihood: it tells nothing of a window that noise alone does not explain. An `other` model
+    that has a covariance of its own, as output error has, keeps it.
     """
     fit = uncertainty.fit
-    if not is_told(uncertainty, found, fit):
+    own = other is not None and other.covariance is not None
+    if own or not is_told(uncertainty, found, fit):
         return uncertainty
     before = uncertainty.hypothesis
     movable = uncertainty.process_noise is None

@@ -219,8 +219,7 @@ class MovingHorizon:
         )
         uncertainty = uncertainty if other is None else other.added_to(uncertainty)
         uncertainty = assessed(uncertainty, self._solver.settings.process_noise)
-        if other is None or other.covariance is None:
-            uncertainty = with_intervals(uncertainty, solution.found, deadline)
+        uncertainty = with_intervals(uncertainty, other, solution.found, deadline)
         if uncertainty.skill is not None:
             uncertainty = compared(uncertainty, self.forecasts, self._scatter, solution.said)
         self._alone |= determined_alone(uncertainty, self._alone, deadline)

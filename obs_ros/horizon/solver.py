@@ -175,7 +175,7 @@ class Solver:
             uncertainty = Uncertainty(best, best.covariance, information, finished=not late)
             uncertainty = uncertainty if other is None else other.added_to(uncertainty)
             uncertainty = assessed(uncertainty, self.settings.process_noise)
-            uncertainty = with_intervals(uncertainty, found, deadline)
+            uncertainty = with_intervals(uncertainty, other, found, deadline)
         return report(
             window,
             found,

@@ -44,7 +44,7 @@ def uncertainty(*, moving: bool, sigma: float, noise: float | None = None) -> Un
 
 def test_a_rich_window_keeps_its_point_and_has_no_profiles() -> None:
     before = uncertainty(moving=True, sigma=0.01)
-    found = with_intervals(before, ACCEPTED, Deadline())
+    found = with_intervals(before, None, ACCEPTED, Deadline())
     assert found.hypothesis is before.hypothesis and found.interval is None
     assert found.information is before.information and found.finished
     expected = covariance_without_boxes(before.hypothesis)
@@ -53,7 +53,7 @@ def test_a_rich_window_keeps_its_point_and_has_no_profiles() -> None:
 
 def test_a_poor_one_has_the_point_without_boxes_and_their_intervals() -> None:
     before = uncertainty(moving=False, sigma=0.3)
-    found = with_intervals(before, ACCEPTED, Deadline())
+    found = with_intervals(before, None, ACCEPTED, Deadline())
     assert found.hypothesis is not before.hypothesis
     assert found.hypothesis.squares < before.hypothesis.squares - 0.1
     assert found.interval is not None and np.isfinite(found.interval.lower[0])
@@ -69,11 +69,11 @@ def test_where_deviations_are_withheld_nothing_is_done() -> None:
         (replace(before, finished=False), ACCEPTED),
         (uncertainty(moving=False, sigma=0.01, noise=0.3), ACCEPTED),  # far from noise
     ):
-        assert with_intervals(one, found, Deadline()) is one
+        assert with_intervals(one, None, found, Deadline()) is one
 
 
 def test_without_time_it_is_not_finished() -> None:
-    found = with_intervals(uncertainty(moving=False, sigma=0.3), ACCEPTED, Deadline(0.0))
+    found = with_intervals(uncertainty(moving=False, sigma=0.3), None, ACCEPTED, Deadline(0.0))
     assert not found.finished
 
 
@@ -90,7 +90,7 @@ def test_a_window_that_noise_does_not_explain_has_no_profiles(correlation: float
     problem = PiecewiseProblem(objective, Prior.box(objective.unknowns))
     start = objective.unknowns.point({'x': 0.0, 'k': 1.5, 'tau': 9.0})
     z = levenberg_marquardt(problem, start[None], T.size, 100, Deadline()).z[0]
-    found = with_intervals(uncertainty_of(hypothesis_at(problem, z)), ACCEPTED, Deadline())
+    found = with_intervals(uncertainty_of(hypothesis_at(problem, z)), None, ACCEPTED, Deadline())
     assert (found.fit.enlargement > 1.5) == (correlation > 0.0)
     assert (found.interval is None) == (correlation > 0.0)
     if correlation:
@@ -108,7 +108,7 @@ def test_at_rest_wide_priors_are_all_that_is_known() -> None:
         start = unknowns.point({'x': 0.0, 'k': 2.0, 'tau': 5.0})
         z = levenberg_marquardt(problem, start[None], T.size, 100, Deadline()).z[0]
         before = uncertainty_of(hypothesis_at(problem, z))
-        found = with_intervals(before, ACCEPTED, Deadline())
+        found = with_intervals(before, None, ACCEPTED, Deadline())
         assert found.hypothesis is before.hypothesis  # no box pulls
         x, k, tau = unknowns.scale.values(found.hypothesis.point)
         assert x == pytest.approx(0.0, abs=0.05)

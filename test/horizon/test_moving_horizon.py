@@ -643,3 +643,20 @@ def test_a_ramp_is_told_as_a_drift_and_announced_as_no_jump() -> None:
         assert ('k drifts: give `walk.k: ' in estimate.message) == bool(estimate.drifting)
     assert not jumps and drifting[0] == () and ('k',) in drifting
     assert np.abs(off).max() < 4.0
+
+
+def test_process_noise_out_of_nothing_is_withheld_and_hands_nothing_on() -> None:
+    """After windows that noise alone explains, a push may be a jump that was not found."""
+    record = lag_run(240.0, STEADY, seed=3)
+    rng = np.random.default_rng(31)
+    late = record.t > 150.0
+    push = np.zeros_like(record.t)
+    drive = 0.3 * np.sqrt(0.1) * rng.standard_normal(late.sum())
+    push[late] = lfilter([1.0], [1.0, -np.exp(-0.1 / 5.0)], drive)
+    found = run(replace(record, y=record.y[:, 0] + push), period=DURATION)
+    calm, first, rest = found[:5], found[5], found[-1]
+    assert all(np.isfinite([*one.stddev.values()]).all() and not one.walks for one in calm)
+    assert first.walks['x'] > 0.1 and np.isnan([*first.stddev.values()]).all()
+    assert 'process noise explains this window, which earlier ones did not have' in first.message
+    # As soon as it is usual it is believed.
+    assert rest.walks['x'] > 0.1 and np.isfinite([*rest.stddev.values()]).all()

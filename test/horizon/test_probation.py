@@ -1,9 +1,17 @@
+import dataclasses
+
 import numpy as np
 import pytest
 from plants import tank_record
 
 from obs_ros.core.estimate import Estimate, Outcome
-from obs_ros.horizon.probation import EARNED, SKILLED, Probation, without_stuck
+from obs_ros.horizon.probation import (
+    EARNED,
+    SKILLED,
+    Probation,
+    withheld_by_push,
+    without_stuck,
+)
 from obs_ros.models.three_tank import THREE_TANK
 
 
@@ -110,3 +118,12 @@ def test_noise_that_nobody_gave_is_not_contradicted():
     probation, estimate = Probation(), found(10.0)
     assert probation.judge(estimate, False, 0.9, given=False) is estimate
     assert probation.judge(estimate, True, given=False) is estimate, 'nor doubted afterwards'
+
+
+def test_process_noise_out_of_nothing_takes_deviations_and_confidence():
+    doubted = withheld_by_push(found(10.0))
+    assert doubted.outcome is Outcome.APPROXIMATE
+    assert np.isnan([*doubted.stddev.values(), *doubted.initial_stddev.values()]).all()
+    assert doubted.message.startswith('look for a fault') and doubted.message.endswith('(as told)')
+    at_bound = dataclasses.replace(found(10.0), outcome=Outcome.NOT_IDENTIFIABLE)
+    assert withheld_by_push(at_bound).outcome is Outcome.NOT_IDENTIFIABLE

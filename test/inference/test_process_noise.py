@@ -69,3 +69,16 @@ def test_a_parameter_that_walks_though_the_model_does_not_say_so_drifts() -> Non
     assert noise.words(THREE_TANK) == 'p2 drifts: give `walk.p2: 0.03`'
     walking = with_knowledge(THREE_TANK, {'p2': 0.01}, {})
     assert noise.drifting(walking) == () and noise.words(walking) == ''
+
+
+def test_process_noise_is_usual_where_half_of_the_latest_windows_have_it() -> None:
+    learned = LearnedProcessNoise()
+    assert learned.usual, 'nothing is known yet'
+    learned.note(True)
+    learned.note(False)
+    assert learned.usual
+    learned.note(False)
+    assert not learned.usual
+    for _ in range(6):
+        learned.note(True)
+    assert learned.usual, 'windows long ago count no more'
