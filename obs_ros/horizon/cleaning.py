@@ -45,6 +45,14 @@ def refitted(window: WindowState, found: Found, deadline: Deadline) -> tuple[Win
     return _accepted(window, found, deadline, POSTERIOR)
 
 
+def without_the_same(posed: WindowState, window: WindowState) -> WindowState:
+    """Return a posed window without the outliers that another of the same samples is without."""
+    if len(window.outliers) == len(posed.outliers):
+        return posed
+    gone = (posed.objective.grid.weight > 0.0) & (window.objective.grid.weight == 0.0)
+    return replace(posed.without(gone), outliers=window.outliers)
+
+
 def _accepted(
     window: WindowState, found: Found, deadline: Deadline, problem: Posed
 ) -> tuple[WindowState, Found]:

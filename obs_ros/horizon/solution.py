@@ -12,7 +12,7 @@ import numpy as np
 from obs_ros.core.deadline import Deadline
 from obs_ros.core.typing import Array
 from obs_ros.horizon.arrival_cost import contradicts_prior
-from obs_ros.horizon.cleaning import rescaled_to_residuals
+from obs_ros.horizon.cleaning import rescaled_to_residuals, without_the_same
 from obs_ros.horizon.disturbance import (
     DisturbedWindow,
     continue_process_noise,
@@ -160,7 +160,7 @@ def _searched(
     if mode == 'auto' and _in_vain(window, found, best):
         best = hypothesis_at(PiecewiseProblem(window.objective, window.prior), found.z)
         explanation = Explanation(Mixture.only(best), explanation.finished)
-    posed = _without_the_same(posed, window)
+    posed = without_the_same(posed, window)
     mixture, finished = explanation.mixture, explanation.finished
     solution = Solution(posed, window, found, mixture, finished, plain=best)
     for _ in range(2):
@@ -172,7 +172,7 @@ def _searched(
             late = not tried and untried(window, best, mode, deadline)
             return replace(solution, finished=solution.finished and not late)
         window, other = steadied(window, other, given, deadline, mode=mode)
-        solution = replace(solution, posed=_without_the_same(solution.posed, window)).by(other)
+        solution = replace(solution, posed=without_the_same(solution.posed, window)).by(other)
         if not contradicts_prior(other.hypothesis, earlier.known):
             return solution
         window = replace(window, prior=earlier.known or Prior.box(solver.unknowns))
@@ -223,14 +223,6 @@ def _continued(
         searched=False,
     )  # fmt: skip
     return solution.by(other)
-
-
-def _without_the_same(posed: WindowState, window: WindowState) -> WindowState:
-    """Return a posed window without the outliers that another of the same samples is without."""
-    if len(window.outliers) == len(posed.outliers):
-        return posed
-    gone = (posed.objective.grid.weight > 0.0) & (window.objective.grid.weight == 0.0)
-    return replace(posed.without(gone), outliers=window.outliers)
 
 
 def _as_before(window: WindowState, other: DisturbedWindow, earlier: Earlier) -> bool:

@@ -17,7 +17,8 @@ import numpy as np
 from obs_ros.core.linear_algebra import scaled_inverse
 from obs_ros.core.residual_tests import inflation_by
 from obs_ros.core.typing import Array
-from obs_ros.inference.jumps.piecewise import Layout, Linearisation, PiecewiseProblem
+from obs_ros.inference.jumps.layout import Layout
+from obs_ros.inference.jumps.piecewise import Linearisation, PiecewiseProblem
 from obs_ros.inference.prior import BOX_VARIANCE
 from obs_ros.optimization.lm_linalg import TINY
 
