@@ -121,14 +121,9 @@ class MovingHorizon:
         known = self._arrival_cost.given_prior(posed.start, first=self._first)
         usual = self._process_noise.usual
         earlier = Earlier(
-            warm,
-            self._explained,
-            self._process_noise.pooled if usual else None,
-            self._process_noise.settled,
-            level,
-            known,
-            self._plain,
-        )
+            warm, self._explained, self._process_noise.pooled if usual else None,
+            self._process_noise.settled, level, known, self._plain,
+        )  # fmt: skip
         solution = solved(posed, solver, earlier, self._given, rng, deadline)
         if solution is None:
             return solver.diverged(posed)
