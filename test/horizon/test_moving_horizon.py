@@ -647,7 +647,7 @@ def test_a_ramp_is_told_as_a_drift_and_announced_as_no_jump() -> None:
 
 def test_process_noise_out_of_nothing_is_withheld_and_hands_nothing_on() -> None:
     """After windows that noise alone explains, a push may be a jump that was not found."""
-    record = lag_run(240.0, STEADY, seed=3)
+    record = lag_run(300.0, STEADY, seed=3)
     rng = np.random.default_rng(31)
     late = record.t > 150.0
     push = np.zeros_like(record.t)
