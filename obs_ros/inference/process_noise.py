@@ -123,8 +123,8 @@ class LearnedProcessNoise:
 
     @property
     def usual(self) -> bool:
-        """Whether half of the latest windows, or more, had process noise; also if there is none."""
-        return 2 * sum(self._had) >= len(self._had)
+        """Whether half of the latest windows, or more, had process noise, one calm one aside."""
+        return 2 * sum(self._had) >= len(self._had) - 1
 
     @property
     def settled(self) -> bool:
