@@ -40,7 +40,7 @@ class IntervalSettings:
     - `polish`: iterations of a search from near an optimum;
     - `optima`: starts at most, each from a better optimum than the one before;
     - `scan`: iterations of a search for other optima;
-    - `parts`: of an unknown's box, from the middles of which other optima are sought;
+    - `parts`: of a parameter's box, from the middles of which other optima are sought;
     - `least_growth`: of the cost at a point, below which it counts as that: a valley is as long as
       it has been followed;
     - `rival`: growth of the cost, in units of the noise, up to which another optimum may be the
@@ -154,10 +154,10 @@ def _parameters(best: Hypothesis) -> IntArray:
 
 
 def _other_optima(posterior: Posterior, z: Array, deadline: Deadline) -> Starts:
-    """Return optima from starts all over the boxes, one unknown moved at a time."""
+    """Return optima from starts all over the boxes of the parameters, one moved at a time."""
     unknowns = posterior.objective.unknowns
     places = (np.arange(INTERVAL.parts) + 0.5) / INTERVAL.parts
-    pinned = np.arange(unknowns.dimension)
+    pinned = np.arange(unknowns.n_states, unknowns.dimension)
     starts = np.repeat(z[None], pinned.size * places.size, axis=0)
     rows = np.arange(len(starts))
     starts[rows, np.repeat(pinned, places.size)] = np.tile(places, pinned.size)
