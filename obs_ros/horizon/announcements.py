@@ -33,7 +33,8 @@ class AnnouncementSettings:
     - `odds`, `majority`: of another set against the one announced, and its probability, from which
       on the evidence has turned: below, noise of one window turns it back again;
     - `inside`: share of a window that must lie before a jump for the window to decide on it;
-    - `rare`: share of the windows of late that may have jumped, beside the first; more are a drift;
+    - `rare`: share of the windows of late that may have jumped; more are a drift, unless they are
+      no more than the `fewest`: two faults in a row are none;
     - `exact`: share of the windows of late that noise alone, or a jump, explains, below which a
       jump must be as clear as beside process noise;
     - `lately`: windows that are counted.
@@ -46,6 +47,7 @@ class AnnouncementSettings:
     inside: float = 0.125
     doubt_pushed: float = 2e-9
     rare: float = 1.0 / 3.0
+    fewest: int = 2
     exact: float = 2.0 / 3.0
     lately: int = 9
 
@@ -124,7 +126,9 @@ class Announcements:
         begun = any(known.kind is not Kind.MOVED for known in self._windows)
         lately = self._lately()
         kinds = [window.kind for window in lately]
-        often = kinds.count(Kind.MOVED) > max(1.0, self.settings.rare * len(lately))
+        often = kinds.count(Kind.MOVED) > max(
+            self.settings.fewest, self.settings.rare * len(lately)
+        )
         drifting = self._drifting(lately, beliefs.duration) if often else ()
         self.rates = self.rates if often else {}
         estimate = replace(estimate, drifting=tuple(dict.fromkeys((*estimate.drifting, *drifting))))
