@@ -83,6 +83,11 @@ class Solution:
         """The best one."""
         return self.mixture.best
 
+    @property
+    def dropped(self) -> bool:
+        """Whether the window was explained without earlier ones, which contradict it."""
+        return self.said == DROPPED
+
     def by(self, disturbed: DisturbedWindow) -> 'Solution':
         """Return the solution with process noise."""
         best = disturbed.hypothesis
