@@ -31,6 +31,7 @@ class DatingSettings:
     - `iterations`: of the fit of a first part;
     - `back`: parts before its end, in which the jump is sought: a small one shows late;
     - `sizes`: values after the jump, spread over the box;
+    - `promising`: share of the squares without a jump, that a scan must fall below to be pursued;
     - `starts`: of different parameters, those of the least squares, that are solved.
     """
 
@@ -39,6 +40,7 @@ class DatingSettings:
     iterations: int = 15
     back: int = 6
     sizes: int = 32
+    promising: float = 0.5
     starts: int = 3
 
 
@@ -48,7 +50,8 @@ DATING = DatingSettings()
 def dated(still: Hypothesis, deadline: Deadline) -> Iterator[Start]:
     """Yield starts with one jump of one parameter each, the most promising first.
 
-    There is none where earlier windows know no parameter. `still` is the hypothesis without jumps.
+    There is none where earlier windows know no parameter, or explain no part. `still` is the
+    hypothesis without jumps.
     """
     problem, unknowns = still.problem, still.problem.objective.unknowns
     parameters, n = may_jump(unknowns), unknowns.n_states
@@ -56,6 +59,8 @@ def dated(still: Hypothesis, deadline: Deadline) -> Iterator[Start]:
     if not parameters or not (variances < DATING.known * box_variances(unknowns)).any():
         return
     part, z = _explained(still, deadline)
+    if part == 0:
+        return
     first = max(0, part - DATING.back)
     shares = (np.arange(first, part + 1) + 0.5) / DATING.parts
     values = np.linspace(0.0, 1.0, DATING.sizes + 2)[1:-1]
@@ -63,6 +68,8 @@ def dated(still: Hypothesis, deadline: Deadline) -> Iterator[Start]:
     squares = np.array([_scanned(still, z, time, parameters, values) for time in times])
     least = squares.min(axis=(0, 2))
     for i in np.argsort(least)[: DATING.starts]:
+        if not least[i] < DATING.promising * still.squares:
+            return
         time, size = np.unravel_index(np.argmin(squares[:, i]), squares[:, i].shape)
         point = np.concatenate([z, [times[time], values[size]]])
         yield Start(replace(problem, events=((parameters[i],),)), point, ())
@@ -74,17 +81,17 @@ def _explained(still: Hypothesis, deadline: Deadline) -> tuple[int, Array]:
     posterior = Posterior(problem.objective, problem.prior)
     n = problem.objective.unknowns.n_states
     best = np.concatenate([still.point[:n], problem.prior.mean[n:d]])
-    lowest, highest = 0, DATING.parts
+    lowest, highest, part = 0, DATING.parts, 1
     while highest - lowest > 1:
-        part = (lowest + highest) // 2
-        nodes = max(d, posterior.nodes * part // DATING.parts)
+        nodes = max(d + 1, posterior.nodes * part // DATING.parts)
         fit = levenberg_marquardt(posterior, best[None], nodes, DATING.iterations, deadline)
         if like_noise(float(fit.squares[0]), posterior.count(nodes)):
             lowest, best = part, fit.z[0]
+        elif part == 1:
+            break
         else:
             highest = part
-            # No part explained yet: the states, at least, are those of the shortest.
-            best = fit.z[0] if lowest == 0 else best
+        part = (lowest + highest) // 2
     return lowest, best
 
 

@@ -85,15 +85,16 @@ class JumpSearch:
     def _begin_dated(self) -> bool:
         """Begin anew with a jump dated by the samples before it, where none found explains enough.
 
-        Returns whether there is one that beats what was found; the search has a budget of its own.
+        Returns whether there is one that beats what was found: it earns as many rollouts again.
         """
         corrected = self._objective.grid.injection is not None
         if corrected or self._deadline.passed or self.explained(self.best.squares):
             return False
         starts = list(dated(self.tried[0], self._deadline))
-        self._begun = self._objective.evaluations
+        begun, self._begun = self._begun, self._objective.evaluations
         winner = _most_probable([self.best, *self._solved(starts)])
         if not beats(winner, self.best, self._correlation):
+            self._begun = begun
             return False
         self.best = winner
         return True
