@@ -149,13 +149,15 @@ class MovingHorizon:
         if solution.found.accepted and solution.finished:
             pushed = solution.disturbed is not None and not uncertainty.walking
             self._process_noise.note(pushed)
-            explained = self._learn(uncertainty, solution, beliefs, odd=pushed and not usual)
+            # A parameter that walks is a ramp, unless it was elsewhere when the window began.
+            odd = not usual and (pushed or (solution.disturbed is not None and solution.dropped))
+            explained = self._learn(uncertainty, solution, beliefs, odd=odd)
             alone = solution.disturbed is None and uncertainty.skill is None
             alone = explained and (alone or bool(uncertainty.walking))
             if solution.window.noise_known:
                 given = bool(np.isfinite(self._given).all())
                 estimate = self._probation.judge(estimate, alone, uncertainty.skill, given=given)
-            if pushed and not usual:
+            if odd:
                 estimate = withheld_by_push(estimate)
         moving = (*uncertainty.moving, *uncertainty.walking)
         estimate = self._announcements.announced(

@@ -83,6 +83,11 @@ class Solution:
         """The best one."""
         return self.mixture.best
 
+    @property
+    def dropped(self) -> bool:
+        """Whether the window was explained without earlier ones, which contradict it."""
+        return self.said == DROPPED
+
     def by(self, disturbed: DisturbedWindow) -> 'Solution':
         """Return the solution with process noise."""
         best = disturbed.hypothesis
@@ -217,12 +222,9 @@ def _continued(
     if not other.is_noise:
         found = replace(other.found, accepted=Acceptance.AS_BEFORE)
         other = replace(other, found=found)
-    mixture, finished = Mixture.only(plain), not deadline.passed
-    solution = Solution(
-        window, plain_window, other.found, mixture, finished, plain=plain, said=said,
-        searched=False,
-    )  # fmt: skip
-    return solution.by(other)
+    only, finished = Mixture.only(plain), not deadline.passed
+    solution = Solution(window, plain_window, other.found, only, finished, plain=plain, said=said)
+    return replace(solution, searched=False).by(other)
 
 
 def _as_before(window: WindowState, other: DisturbedWindow, earlier: Earlier) -> bool:

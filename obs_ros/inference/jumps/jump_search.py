@@ -2,8 +2,10 @@
 
 It is greedy, one jump at a time: moves are screened to first order, the most promising are solved
 exactly, and the hypothesis of least -2 log evidence is kept if it beats the best so far. Jumps that
-a later one makes needless go again. At the end each is exchanged for that of every other parameter,
-left out, and joined by another, so that those that explain the window as well are weighed.
+a later one makes needless go again. Where those leave more than noise, the search begins anew with
+a jump dated by the samples before it; see `dating`. At the end each is exchanged for that of every
+other parameter, left out, and joined by another, so that those that explain the window as well are
+weighed.
 """
 
 import math
@@ -14,6 +16,7 @@ import numpy as np
 from obs_ros.core.deadline import Deadline
 from obs_ros.core.residual_tests import independent_share, inflation, like_noise
 from obs_ros.core.typing import Array
+from obs_ros.inference.jumps.dating import dated
 from obs_ros.inference.jumps.hypothesis import Hypothesis, beats, hypothesis_at
 from obs_ros.inference.jumps.mixture import Mixture
 from obs_ros.inference.jumps.moves import (
@@ -58,6 +61,18 @@ class JumpSearch:
 
     def run(self) -> Hypothesis:
         """Return the best hypothesis: jumps are added as long as that beats the one without."""
+        self._add_jumps()
+        if self._begin_dated():
+            self._add_jumps()
+        if not self.futile:
+            exchanged = self._solved(with_one_exchanged(self.best))
+            self.best = _most_probable([self.best, *exchanged])
+            beside = self._solved(self._untried_beside(self.best))
+            self.best = _most_probable([self.best, *beside])
+        return self.best
+
+    def _add_jumps(self) -> None:
+        """Add jumps to the best hypothesis, one at a time."""
         while self.best.jumps < self.settings.most_jumps and not self._over:
             base = self.best
             moves = promising_moves(base, self._hopeful)
@@ -66,12 +81,23 @@ class JumpSearch:
             if not beats(winner, base, self._correlation):
                 break
             self.best = self._without_needless(winner)
-        if not self.futile:
-            exchanged = self._solved(with_one_exchanged(self.best))
-            self.best = _most_probable([self.best, *exchanged])
-            beside = self._solved(self._untried_beside(self.best))
-            self.best = _most_probable([self.best, *beside])
-        return self.best
+
+    def _begin_dated(self) -> bool:
+        """Begin anew with a jump dated by the samples before it, where none found explains enough.
+
+        Returns whether there is one that beats what was found: it earns as many rollouts again.
+        """
+        corrected = self._objective.grid.injection is not None
+        if corrected or self._deadline.passed or self.explained(self.best.squares):
+            return False
+        starts = list(dated(self.tried[0], self._deadline))
+        begun, self._begun = self._begun, self._objective.evaluations
+        winner = _most_probable([self.best, *self._solved(starts)])
+        if not beats(winner, self.best, self._correlation):
+            self._begun = begun
+            return False
+        self.best = winner
+        return True
 
     def mixture(self) -> Mixture:
         """Return the best hypothesis and those that explain the window nearly as well."""
