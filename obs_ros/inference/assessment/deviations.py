@@ -54,12 +54,14 @@ class Deviations:
         middle = np.append(hypothesis.linearisation.state, unknowns.given[n:])
         places = unknowns.index[unknowns.n_states :]
         middle[places] = unknowns.scale.values(z)[unknowns.n_states :]
+        sides = middle + longer * (np.array([self.lower, self.upper]) - middle)
+        sides[:, n:] = _inside_bounds(unknowns, sides[:, n:])
         return replace(
             self,
             state=np.where(sd <= limit, sd, np.nan)[:n],
             parameters=np.where(sd <= limit, sd, np.nan)[n:],
-            lower=middle - longer * (middle - self.lower),
-            upper=middle + longer * (self.upper - middle),
+            lower=sides[0],
+            upper=sides[1],
             joint=self.joint + extra,
         )
 
@@ -115,6 +117,7 @@ class Deviations:
             values = end.parameters
             walked = walked_deviations(unknowns, values, joint)
             sides, known = values + QUANTILE * np.array([-walked, walked]), np.isfinite(walked)
+            sides = _inside_bounds(unknowns, sides)
         spread = np.sqrt(np.maximum(np.diagonal(joint), 0.0))
         middle = np.append(hypothesis.linearisation.state, values)
         lower, upper = middle - QUANTILE * spread, middle + QUANTILE * spread
@@ -166,6 +169,18 @@ def _parameters(
     sides[:, places] = unknowns.scale.values(np.clip(ends, *unknowns.limits))[:, first:]
     told[places] = known[first:]
     return values, sides, told
+
+
+def _inside_bounds(unknowns: Unknowns, sides: Array) -> Array:
+    """Return ends of intervals (2, q) of the parameters, none beyond a bound."""
+    n, first = len(unknowns.model.states), unknowns.n_states
+    places = unknowns.index[first:] - n
+    bounded = np.isfinite(unknowns.limits[:, first:])
+    lower = np.where(bounded[0], unknowns.scale.lower[first:], -np.inf)
+    upper = np.where(bounded[1], unknowns.scale.upper[first:], np.inf)
+    found = sides.copy()
+    found[:, places] = np.clip(sides[:, places], lower, upper)
+    return found
 
 
 def parameters_at_end(uncertainty: Uncertainty) -> tuple[Array, Array, bool]:

@@ -202,6 +202,11 @@ def test_parameters_that_walk_are_those_at_the_end() -> None:
     rows = jacobian @ covariance @ jacobian.T + end.covariance[1:, 1:]
     np.testing.assert_allclose(found.joint[1:, 1:], rows)
     np.testing.assert_allclose(found.parameters, np.sqrt(np.diagonal(rows)))
+    # No interval leads beyond a bound; the longer side is the deviation's.
+    near = replace(end, parameters=np.array([1.99, 0.2]))
+    found = Deviations.of(hypothesis(), covariance, 1.0, near)
+    assert found.upper[1] == 2.0 and found.lower[1] < 1.98
+    np.testing.assert_allclose(found.parameters, np.sqrt(np.diagonal(rows)))
 
 
 def test_above_a_tenth_of_the_box_it_is_withheld() -> None:
@@ -312,6 +317,10 @@ def test_beside_others_that_explain_as_much_deviations_hold_them_too() -> None:
     # Above a tenth of the box nothing is determined any more.
     wide = alone.beside(best, np.diag([0.0, 0.0, 0.1]) ** 2)
     assert np.isnan(wide.parameters).tolist() == [False, True]
+    # None leads beyond a bound.
+    best.point[1] = 0.98
+    near = Deviations.of(best, np.diag([0.001, 0.01, 0.03]) ** 2, 1.0).beside(best, excess)
+    assert near.upper[1] == 2.0 and near.lower[1] < 1.96
 
 
 def test_rivals_that_are_surer_make_nothing_surer() -> None:
