@@ -1,9 +1,8 @@
-"""Table 7: the time that jump search and informed subspace add to a warm window."""
+"""Table 7: the time that jump search and intervals add to a warm window."""
 
 import contextlib
 from collections.abc import Callable, Mapping, Sequence
 from functools import partial
-from typing import Any
 from unittest import mock
 
 import numpy as np
@@ -25,10 +24,10 @@ from obs_ros.inference.jumps.jump_search import JumpSearch
 
 Solve = Callable[[int, Record], Estimate]
 
-FULL, NO_JUMPS, NO_SUBSPACE, BARE, PLAIN = (
-    'with jump search and informed subspace',
+FULL, NO_JUMPS, NO_INTERVALS, BARE, PLAIN = (
+    'with jump search and intervals',
     'without jump search',
-    'without informed subspace',
+    'without intervals',
     'without both',
     '`solve_window` with `previous`',
 )
@@ -51,8 +50,8 @@ def timed(run: Run) -> Mapping[str, Array]:
     ways = {
         FULL: sequence(run),
         NO_JUMPS: sequence(run, jumps=False),
-        NO_SUBSPACE: sequence(run, subspace=False),
-        BARE: sequence(run, jumps=False, subspace=False),
+        NO_INTERVALS: sequence(run, intervals=False),
+        BARE: sequence(run, jumps=False, intervals=False),
         PLAIN: chain(run),
     }
     records = run.records(run.plant.period)
@@ -63,7 +62,7 @@ def timed(run: Run) -> Mapping[str, Array]:
     return dict(zip(ways, np.array(times[1:]).T, strict=True))
 
 
-def sequence(run: Run, *, jumps: bool = True, subspace: bool = True) -> Solve:
+def sequence(run: Run, *, jumps: bool = True, intervals: bool = True) -> Solve:
     """Return a solver of windows in sequence, with one stage or both put out of action."""
     windows = MovingHorizon(Solver.of(run.plant.model))
 
@@ -73,16 +72,20 @@ def sequence(run: Run, *, jumps: bool = True, subspace: bool = True) -> Solve:
                 changed.enter_context(
                     mock.patch.object(JumpSearch, 'run', lambda own, **_: own.best)
                 )
-            if not subspace:
-                changed.enter_context(
-                    mock.patch('obs_ros.horizon.moving_horizon.hold_uninformed', ungated)
-                )
+            if not intervals:
+                for stage, without in (
+                    ('uncertainty_of', by_the_parabola),
+                    ('with_intervals', lambda uncertainty, *_: uncertainty),
+                ):
+                    changed.enter_context(
+                        mock.patch(f'obs_ros.horizon.moving_horizon.{stage}', without)
+                    )
             return windows.solve(record, random_generator(0, i), Deadline(None))
 
     return solve
 
 
-def ungated(best: Hypothesis, *_: Any, **__: Any) -> Uncertainty:
+def by_the_parabola(best: Hypothesis) -> Uncertainty:
     """Return the uncertainty of a window as if it told everything."""
     states = best.problem.objective.unknowns.n_states
     return Uncertainty(best, best.covariance, marginal_information(best, states))
