@@ -9,7 +9,7 @@ from dataclasses import dataclass, field
 
 import numpy as np
 import pytest
-from plants import exact
+from plants import exact, tank_outputs
 
 from obs_ros import Estimate, Model, Record, Variable, solve_window
 from obs_ros.core.deadline import Deadline
@@ -107,3 +107,17 @@ def test_windows_in_sequence() -> None:
     assert count.published >= 300
     assert count.share >= 0.93
     assert max(count.errors) < 5.0
+
+
+def test_a_valve_of_empty_tanks_is_determined() -> None:
+    """Levels at their bound of 0 begin at a kink, where walks along profiles go to and fro."""
+    noise = {'h1': 0.01, 'h2': 0.01}
+    t = np.arange(0.0, 201.0)
+    y = tank_outputs(t, (0.0, 0.0, 60.0), (1.0, 1.0, 1.0), 1.0)
+    for seed in range(12):
+        spoiled = y + 0.01 * np.random.default_rng([seed, 0]).standard_normal(y.shape)
+        record = Record(t, np.full((t.size, 2), 30.0), spoiled)
+        found = solve_window(
+            'three_tank', record, noise=noise, seed=seed, fixed={'p1': 1.0, 'p3': 1.0}
+        )
+        assert abs(found.parameters['p2'] - 1.0) < 6.0 * found.stddev['p2'] < 1e-3, seed

@@ -11,14 +11,18 @@ profile reaches the level, and the others to their optimum there.
 """
 
 from dataclasses import dataclass
-from typing import Self
 
 import numpy as np
 
 from obs_ros.core.deadline import Deadline
 from obs_ros.core.linear_algebra import eigen
-from obs_ros.core.typing import AnyArray, Array, BoolArray, IntArray
-from obs_ros.inference.assessment.profile_steps import change, profile_steps, to_optimum
+from obs_ros.core.typing import Array, BoolArray, IntArray
+from obs_ros.inference.assessment.profile_steps import (
+    Places,
+    change,
+    profile_steps,
+    to_optimum,
+)
 from obs_ros.inference.jumps.piecewise import PiecewiseProblem
 from obs_ros.inference.prior import Posterior
 from obs_ros.optimization.lm_linalg import TINY
@@ -30,7 +34,9 @@ class ProfileSettings:
 
     - `growth`: of the cost at the ends, in units of the noise: 95 % two-sided;
     - `iterations`: rollouts at most; an end that takes more is not told;
-    - `tolerance`: share of the growth within which an end is found;
+    - `tolerance`: share of the growth within which an end is found, and `wait`: the one that the
+      others may still gain as the pinned one moves on. At a kink a walk goes to and fro: after each
+      `patience` rollouts as much again is allowed, up to `loosest`, and the wait is longer;
     - `first_reach`, `most_reach` (boxes): of a first step, and of any;
     - `damping`: of the others' first steps, an information per box squared, and its factors
       `less_damping` and `more_damping` after a good step and a bad one;
@@ -45,6 +51,9 @@ class ProfileSettings:
     growth: float = 3.84
     iterations: int = 60
     tolerance: float = 0.05
+    patience: int = 10
+    loosest: float = 0.2
+    wait: float = 0.5
     first_reach: float = 0.1
     most_reach: float = 0.3
     damping: float = 1.0
@@ -105,26 +114,6 @@ def profile_ends(
     return walk.run(deadline)
 
 
-@dataclass
-class _Places:
-    """One point (L, d) for each lane, with its squares (L,), J'r (L, d) and J'J (L, d, d)."""
-
-    points: Array
-    squares: Array
-    gradient: Array
-    hessian: Array
-
-    @classmethod
-    def repeated(cls, z: Array, squares: Array, gradient: Array, hessian: Array, n: int) -> Self:
-        """Return the same point z (1, d) for n lanes."""
-        return cls(*(np.repeat(each, n, axis=0) for each in (z, squares, gradient, hessian)))
-
-    def put(self, lanes: AnyArray, other: '_Places', rows: AnyArray) -> None:
-        """Take some rows of others as the points of some lanes."""
-        self.points[lanes], self.squares[lanes] = other.points[rows], other.squares[rows]
-        self.gradient[lanes], self.hessian[lanes] = other.gradient[rows], other.hessian[rows]
-
-
 class _Walk:
     """All ends of the profiles of one window, on their way: a lane for each end."""
 
@@ -140,6 +129,7 @@ class _Walk:
     ) -> None:
         self._posterior, self._settings = posterior, settings
         self._level, self._probe, self._start = level, probe, z
+        self._tolerance, self._wait = settings.tolerance, settings.wait
         lanes = 2 * pinned.size
         self._pinned, self._most = np.tile(pinned, 2), np.tile(reach, 2)
         self._side = np.repeat([-1.0, 1.0], pinned.size)
@@ -157,16 +147,19 @@ class _Walk:
         near = 0.0 <= gain < settings.better
         self._middle = z + down if near else z
         self._least = float(found[0][0]) - (gain if near else 0.0)
-        self._here = _Places.repeated(z[None], *found, lanes)
+        self._here = Places.repeated(z[None], *found, lanes)
         self._visited: list[Array] = []
         self._costs: list[Array] = []
         # Any point of no more cost shows how far each unknown may go.
-        self._furthest = _Places.repeated(z[None], *found, lanes)
+        self._furthest = Places.repeated(z[None], *found, lanes)
 
     def run(self, deadline: Deadline) -> Ends:
         """Walk until every end is found, or given up."""
         lanes, better = np.arange(self._side.size), None
-        for _ in range(self._settings.iterations):
+        for k in range(self._settings.iterations):
+            looser = self._settings.tolerance * (1 + k // self._settings.patience)
+            self._tolerance = min(looser, self._settings.loosest)
+            self._wait = self._settings.wait / (1 + k // self._settings.patience)
             lanes, step, foretold = self._settled(lanes, *self._steps(lanes))
             if not lanes.size:
                 lanes = self._begun_anew()
@@ -221,26 +214,27 @@ class _Walk:
             self._damping[lanes],
             self._least,
             self._level,
+            self._wait,
             self._posterior.limits,
         )
 
-    def _linearised(self, points: Array) -> _Places:
+    def _linearised(self, points: Array) -> Places:
         steps = np.full_like(points, self._probe)
         found = self._posterior.linearise(points, steps, self._posterior.nodes)
         fine = np.isfinite(found[0]) & np.isfinite(found[2]).all(axis=(1, 2))
-        return _Places(points, np.where(fine, found[0], np.inf), *found[1:])
+        return Places(points, np.where(fine, found[0], np.inf), *found[1:])
 
     def _settled(
         self, lanes: IntArray, step: Array, excess: Array, foretold: Array
     ) -> tuple[IntArray, Array, Array]:
         """Take out the lanes that are over; return the others with their steps."""
-        s, limits, level = self._settings, self._posterior.limits, self._level
+        limits, level = self._posterior.limits, self._level
         k, side = self._pinned[lanes], self._side[lanes]
         at = self._here.points[lanes, k]
         floor = self._here.squares[lanes] - excess - self._least
         self._growth[lanes] = np.maximum(floor, 0.0)
-        straight = excess <= s.tolerance * level
-        at_level = straight & (np.abs(floor - level) <= s.tolerance * level)
+        straight = excess <= self._tolerance * level
+        at_level = straight & (np.abs(floor - level) <= self._tolerance * level)
         at_limit = np.where(side > 0.0, at >= limits[1, k], at <= limits[0, k])
         gone = at_limit | (np.abs(at - self._start[k]) > self._most[lanes])
         left = ~(at_level | (straight & (floor < level) & gone))
@@ -252,11 +246,14 @@ class _Walk:
         self._growth[ended], self._closed[ended] = level, True
         return lanes[left], step[left], foretold[left]
 
-    def _move(self, lanes: IntArray, trial: _Places, step: Array, foretold: Array) -> None:
+    def _move(self, lanes: IntArray, trial: Places, step: Array, foretold: Array) -> None:
         """Take the trials that are near what was foretold, and adapt reach and damping."""
         s, level = self._settings, self._level
-        ceiling = np.maximum(self._here.squares[lanes], self._least + level) + s.beyond * level
-        taken = trial.squares <= ceiling
+        before = self._here.squares[lanes]
+        ceiling = np.maximum(before, self._least + level) + s.beyond * level
+        # While the pinned one waits, the others go down: at a kink they would go to and fro.
+        waits = step[np.arange(lanes.size), self._pinned[lanes]] == 0.0
+        taken = trial.squares <= np.where(waits, before, ceiling)
         good = taken & (np.abs(trial.squares - foretold) <= s.foretold * level)
         self._here.put(lanes[taken], trial, taken)
         moved = np.abs(step).max(axis=1)
@@ -271,7 +268,7 @@ class _Walk:
         """Note how far points (B, d) lie that cost no more than the ends."""
         self._note(self._linearised(points))
 
-    def _note(self, trial: _Places) -> None:
+    def _note(self, trial: Places) -> None:
         """Note which points of no more cost than the ends lie furthest, by each unknown."""
         allowed = np.flatnonzero(trial.squares <= self._least + self._level)
         if allowed.size:

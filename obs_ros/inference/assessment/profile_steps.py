@@ -6,6 +6,8 @@ of a step is s + 2 g' step + step' H step.
 """
 
 import functools
+from dataclasses import dataclass
+from typing import Self
 
 import numpy as np
 
@@ -13,6 +15,26 @@ from obs_ros.core.jit import accelerated
 from obs_ros.core.typing import AnyArray, Array, BoolArray
 from obs_ros.optimization import lm_linalg
 from obs_ros.optimization.lm_linalg import solved
+
+
+@dataclass
+class Places:
+    """One point (L, d) for each lane, with its squares (L,), J'r (L, d) and J'J (L, d, d)."""
+
+    points: Array
+    squares: Array
+    gradient: Array
+    hessian: Array
+
+    @classmethod
+    def repeated(cls, z: Array, squares: Array, gradient: Array, hessian: Array, n: int) -> Self:
+        """Return the same point z (1, d) for n lanes."""
+        return cls(*(np.repeat(each, n, axis=0) for each in (z, squares, gradient, hessian)))
+
+    def put(self, lanes: AnyArray, other: 'Places', rows: AnyArray) -> None:
+        """Take some rows of others as the points of some lanes."""
+        self.points[lanes], self.squares[lanes] = other.points[rows], other.squares[rows]
+        self.gradient[lanes], self.hessian[lanes] = other.gradient[rows], other.hessian[rows]
 
 
 @functools.cache
@@ -23,7 +45,7 @@ def prepare() -> None:
     free, pinned = np.zeros(1, dtype=np.bool_), np.zeros(1, dtype=np.int64)
     down = to_optimum(a, a, one, 0.0, -1, 0.0, limits, free)
     change(a, one, down)
-    profile_steps(one, a, one, one[None], pinned, a, a, a, 0.0, 1.0, limits)
+    profile_steps(one, a, one, one[None], pinned, a, a, a, 0.0, 1.0, 0.5, limits)
 
 
 @accelerated
@@ -38,6 +60,7 @@ def profile_steps(
     damping: Array,
     least: float,
     growth: float,
+    wait: float,
     limits: Array,
 ) -> tuple[Array, Array, Array]:
     """Return steps (P, d), what the others may still gain (P,), and the cost foretold (P,).
@@ -45,8 +68,8 @@ def profile_steps(
     From points z (P, d) with squares (P,), J'r (P, d) and J'J (P, d, d). Unknown `pinned` (P,)
     moves to the `side` (P,) on which the profile has grown by `growth` above the `least`, the
     others to their optimum inside the limits (2, d), with a `damping` (P,) of steps in boxes. No
-    unknown follows the pinned one by more than the `radius` (P,); that one waits as long as much is
-    to gain.
+    unknown follows the pinned one by more than the `radius` (P,); that one waits as long as a share
+    `wait` of the growth is to gain.
     """
     count, d = z.shape
     step = np.zeros((count, d))
@@ -73,7 +96,7 @@ def profile_steps(
         move = min(max(z[s, k] + move, limits[0, k]), limits[1, k]) - z[s, k]
         share = 0.0
         along = down
-        if excess[s] < 0.5 * growth:
+        if excess[s] < wait * growth:
             along = to_optimum(z[s], g, curve, damping[s], k, move, limits, free) - down
             share = radius[s] / max(radius[s], np.abs(along).max())
         for i in range(d):

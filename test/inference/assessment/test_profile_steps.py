@@ -90,7 +90,7 @@ def steps(
     return profile_steps(
         np.tile(z, (d, 1)), squares, gradient, hessian, np.arange(d), np.full(d, side),
         np.full(d, most['radius']), np.full(d, most['damping']), most['least'], most['growth'],
-        limits,
+        0.5, limits,
     )  # fmt: skip
 
 
