@@ -3,11 +3,26 @@
 import numpy as np
 from scipy.stats import beta
 
+from obs_ros import Estimate
 from obs_ros.core.typing import Array, BoolArray
 
 COVERED = 1.96  # standard deviations, 95 %
 CONFIDENT = 3.0  # standard deviations, and
 SMALL = 0.02  # box: an error above both is confidently wrong
+
+
+def published_interval(estimate: Estimate, name: str) -> tuple[float, float]:
+    """Return the published 95 % interval of a parameter or end state, NaN where none is given.
+
+    That is of its deviation where the estimate, of another tree, has no intervals.
+    """
+    published = getattr(estimate, 'interval', {})
+    if name in published:
+        lower, upper = published[name]
+        return (lower, upper) if np.isfinite([lower, upper]).all() else (np.nan, np.nan)
+    value = {**estimate.parameters, **estimate.state}[name]
+    half = COVERED * estimate.stddev[name]
+    return value - half, value + half
 
 
 def covered(error: Array, sd: Array) -> BoolArray:

@@ -6,7 +6,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from benchmarks.intervals import COVERED
+from benchmarks.intervals import published_interval
 from benchmarks.judge import Judge
 from benchmarks.runner import timed
 from benchmarks.zoo.experiments import EXPERIMENTS, Drawn, Experiment, run
@@ -115,7 +115,9 @@ def beside_truth(experiment: Experiment, drawn: Drawn, estimates: Sequence[Estim
     ends = drawn.x[experiment.samples - 1 :: experiment.samples]
     truth = np.hstack([np.tile(drawn.p, (len(ends), 1)), ends])
     values = np.array([[values_of(estimate)[v] for v in known] for estimate in estimates])
-    intervals = np.array([[interval(estimate, v) for v in known] for estimate in estimates])
+    intervals = np.array(
+        [[published_interval(estimate, v) for v in known] for estimate in estimates]
+    )
     starts = range(0, drawn.record.t.size, experiment.samples)
     squares = [
         likelihood_of(experiment, drawn.window(first, experiment.samples)).squares(
@@ -139,16 +141,3 @@ def beside_truth(experiment: Experiment, drawn: Drawn, estimates: Sequence[Estim
 def values_of(estimate: Estimate) -> dict[str, float]:
     """Return parameters and end state by name."""
     return {**estimate.parameters, **estimate.state}
-
-
-def interval(estimate: Estimate, name: str) -> tuple[float, float]:
-    """Return the published 95 % interval of a parameter or end state.
-
-    That is of its deviation where the estimate has no intervals.
-    """
-    published = getattr(estimate, 'interval', None)
-    if published:
-        lower, upper = published[name]
-        return lower, upper
-    value, sd = values_of(estimate)[name], estimate.stddev[name]
-    return value - COVERED * sd, value + COVERED * sd

@@ -136,11 +136,11 @@ def believed(
     weights = probabilities(np.array([evidence for _, _, evidence in solved]))
     least = mixture.best.problem.settings.least_weight
     order = [k for k in np.argsort(-weights) if weights[k] >= least]
-    every = []
+    total, every = weights[order].sum(), []
     for k in order:
         found, before, _ = solved[k]
         own = tuple(jumps_of(found, found.covariance))
-        every.append(Belief(float(weights[k] / weights[order].sum()), found, (*before, *own), own))
+        every.append(Belief(float(weights[k] / total), found, (*before, *own), own))
     still = float(sum(w for w, (h, _, _) in zip(weights, solved, strict=True) if not h.jumps))
     return Beliefs(tuple(every), start, duration, still)
 

@@ -8,7 +8,9 @@ import numpy as np
 
 from obs_ros.core.deadline import Deadline
 from obs_ros.core.residual_tests import like_noise
+from obs_ros.core.typing import Array
 from obs_ros.inference.jumps.outlying import without_outliers
+from obs_ros.inference.jumps.piecewise import PiecewiseProblem
 from obs_ros.inference.noise import variances_left
 from obs_ros.inference.window_state import WindowState
 from obs_ros.optimization.acceptance import Acceptance
@@ -38,10 +40,8 @@ def cleaned(
 
 def refitted(window: WindowState, found: Found, deadline: Deadline) -> tuple[WindowState, Found]:
     """Return a window that outliers were left out of, and its optimum near the one found."""
-    solved = levenberg_marquardt(
-        window.posterior, found.z[None], window.objective.nodes, POLISH, deadline
-    )
-    found = replace(found, z=solved.z[0], cost=float(solved.squares[0]))
+    z, squares = polished(window.posterior, found.z, deadline)
+    found = replace(found, z=z, cost=squares)
     return _accepted(window, found, deadline, POSTERIOR)
 
 
@@ -71,9 +71,16 @@ def in_own_scale(
 ) -> tuple[WindowState, Found]:
     """Return the window in units of what the fit leaves, and its optimum there."""
     window, found = rescaled_to_residuals(window, found)
-    posed, nodes = problem(window), window.objective.nodes
-    solved = levenberg_marquardt(posed, found.z[None], nodes, POLISH, deadline)
-    return window, replace(found, z=solved.z[0], cost=float(solved.squares[0]))
+    z, squares = polished(problem(window), found.z, deadline)
+    return window, replace(found, z=z, cost=squares)
+
+
+def polished(
+    problem: Problem | PiecewiseProblem, start: Array, deadline: Deadline
+) -> tuple[Array, float]:
+    """Return the optimum (D,) near a start (D,), and its squares."""
+    solved = levenberg_marquardt(problem, start[None], problem.nodes, POLISH, deadline)
+    return solved.z[0], float(solved.squares[0])
 
 
 def rescaled_to_residuals(window: WindowState, found: Found) -> tuple[WindowState, Found]:

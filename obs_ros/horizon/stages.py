@@ -12,7 +12,7 @@ from obs_ros.core.deadline import Deadline
 from obs_ros.core.linear_algebra import scaled_inverse
 from obs_ros.core.residual_tests import independent_share, inflation
 from obs_ros.core.typing import Array, BoolArray
-from obs_ros.horizon.cleaning import POLISH, cleaned, in_own_scale
+from obs_ros.horizon.cleaning import cleaned, in_own_scale, polished
 from obs_ros.horizon.solver import Solver
 from obs_ros.inference.assessment.contradiction import contradictions
 from obs_ros.inference.assessment.identifiability import undetermined
@@ -25,7 +25,7 @@ from obs_ros.inference.jumps.mixture import Mixture
 from obs_ros.inference.jumps.outlying import without_outliers
 from obs_ros.inference.jumps.piecewise import PiecewiseProblem, may_jump
 from obs_ros.inference.noise import variances_left
-from obs_ros.inference.prior import Posterior, Prior
+from obs_ros.inference.prior import Prior
 from obs_ros.inference.window_state import WindowState
 from obs_ros.optimization.acceptance import Acceptance
 from obs_ros.optimization.levenberg_marquardt import levenberg_marquardt
@@ -37,7 +37,6 @@ from obs_ros.optimization.result import Effort, Found
 class StageSettings:
     """Limits of the stages.
 
-    - `polish`: iterations of a local search that starts near its optimum;
     - `excess`: standard deviations of the squares above which a warm start alone is not believed;
     - `price_of_recall`: squares that a fit may lose under the prior of another window; a larger
       loss shows that it is far from linear there;
@@ -45,7 +44,6 @@ class StageSettings:
       window.
     """
 
-    polish: int = POLISH
     excess: float = 5.0
     price_of_recall: float = 20.0
     nothing_new: float = 0.95
@@ -139,7 +137,7 @@ def recall(uncertainty: Uncertainty, prior: Prior | None, deadline: Deadline) ->
     if prior is None:
         return uncertainty
     problem = PiecewiseProblem(best.problem.objective, prior, best.problem.events)
-    other = hypothesis_at(problem, _polished(problem, best.point, deadline)[0])
+    other = hypothesis_at(problem, polished(problem, best.point, deadline)[0])
     if other.cost < best.cost + STAGES.price_of_recall:
         return uncertainty_of(other)
     return uncertainty
@@ -192,23 +190,14 @@ def continued_jumps(
     if not events:
         return None
     problem = PiecewiseProblem(window.objective, window.prior, events)
-    z, squares = _polished(problem, np.clip(point, *problem.limits), deadline)
+    z, squares = polished(problem, np.clip(point, *problem.limits), deadline)
     return hypothesis_at(problem, z) if np.isfinite(squares) else None
-
-
-def _polished(
-    problem: Posterior | PiecewiseProblem, start: Array, deadline: Deadline
-) -> tuple[Array, float]:
-    """Return the optimum (D,) near a start (D,), and its squares."""
-    nodes = problem.objective.nodes
-    solved = levenberg_marquardt(problem, start[None], nodes, STAGES.polish, deadline)
-    return solved.z[0], float(solved.squares[0])
 
 
 def under(prior: Prior, best: Hypothesis, deadline: Deadline) -> Hypothesis:
     """Return the hypothesis of the same jumps under another prior."""
     problem = replace(best.problem, prior=prior)
-    return hypothesis_at(problem, _polished(problem, best.point, deadline)[0], best.earlier)
+    return hypothesis_at(problem, polished(problem, best.point, deadline)[0], best.earlier)
 
 
 def _from_warm(
@@ -277,4 +266,4 @@ def _in_own_noise(
     left = variances_left(best.trajectory[1], grid, best.point.size)
     window = window.rescaled(np.sqrt(left) / grid.scale)
     problem = PiecewiseProblem(window.objective, best.problem.prior, best.problem.events)
-    return window, hypothesis_at(problem, _polished(problem, best.point, deadline)[0], best.earlier)
+    return window, hypothesis_at(problem, polished(problem, best.point, deadline)[0], best.earlier)

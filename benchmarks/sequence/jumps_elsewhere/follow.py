@@ -5,7 +5,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from benchmarks.intervals import COVERED
+from benchmarks.intervals import COVERED, published_interval
 from benchmarks.runner import timed
 from benchmarks.sequence.jumps_elsewhere.scenes import Run, Scene, run_of
 from benchmarks.sequence.plants import Change
@@ -111,7 +111,7 @@ def beside_truth(run: Run, estimates: Sequence[Estimate], seconds: Array) -> Fol
     width = np.array([v.upper - v.lower for v in variables])
     values = np.array([[{**e.parameters, **e.state}[v.name] for v in variables] for e in estimates])
     low, high = np.moveaxis(
-        np.array([[interval(e, v.name) for v in variables] for e in estimates]), 2, 0
+        np.array([[published_interval(e, v.name) for v in variables] for e in estimates]), 2, 0
     )
     factor = np.ptp(run.p, axis=0) if not run.changes else np.zeros(run.p.shape[1])
     return Followed(
@@ -131,17 +131,6 @@ def beside_truth(run: Run, estimates: Sequence[Estimate], seconds: Array) -> Fol
         pushed=np.array([any(walk > 0.0 for walk in e.walks.values()) for e in estimates]),
         seconds=seconds,
     )
-
-
-def interval(estimate: Estimate, name: str) -> tuple[float, float]:
-    """Return the published 95 % interval, or that of the deviation; NaN where none is given."""
-    published = getattr(estimate, 'interval', {})
-    if name in published:
-        low, high = published[name]
-        return (low, high) if np.isfinite(low) and np.isfinite(high) else (np.nan, np.nan)
-    value = {**estimate.parameters, **estimate.state}[name]
-    half = COVERED * estimate.stddev[name]
-    return value - half, value + half
 
 
 def said_of(jump: Jump) -> Said:

@@ -59,6 +59,7 @@ def report(
         fit = replace(uncertainty.fit, noise_known=window.noise_known)
     fit = replace(fit, trimmed=bool(window.outliers))
     known = _knowledge(objective, found, uncertainty, fit, states[last], p[:, 0])
+    bounded = at_bound(unknowns, final)
     outcome, message = judged(
         Findings(
             found=found,
@@ -68,9 +69,7 @@ def report(
             in_time=in_time,
             squares=objective.is_least_squares,
             # Of what lies at a bound, that is what is to be said.
-            undetermined=tuple(
-                name for name in known.undetermined if name not in at_bound(unknowns, final)
-            ),
+            undetermined=tuple(name for name in known.undetermined if name not in bounded),
             unidentified=known.said,
             bounds=unknowns_at_bound(unknowns, final),
             resting=states_at_bound(model, states),

@@ -115,9 +115,10 @@ def determined(
     level = PROFILE.growth * max(1.0, inflation)
     movable = movable and not best.problem.events
     for attempt in range(INTERVAL.optima):
-        if movable and _pull(best) > INTERVAL.pulled:
-            best = _polished(best, best.point, deadline)
         covariance = covariance_without_boxes(best)
+        if movable and _pull(best, covariance) > INTERVAL.pulled:
+            best = _polished(best, best.point, deadline)
+            covariance = covariance_without_boxes(best)
         if not (profiled and np.isfinite(covariance).all()):
             break
         posterior, pinned = _posterior(best), _parameters(best)
@@ -142,9 +143,14 @@ def determined(
     return Determined(best, covariance)
 
 
+def _without_boxes(best: Hypothesis) -> PiecewiseProblem:
+    """Return the problem of a hypothesis with what is known beyond the boxes."""
+    return replace(best.problem, prior=best.problem.prior.knowledge)
+
+
 def _posterior(best: Hypothesis) -> Posterior | PiecewiseProblem:
     """Return the cost without boxes; points of a window without jumps are rolled out together."""
-    problem = replace(best.problem, prior=best.problem.prior.knowledge)
+    problem = _without_boxes(best)
     return problem if problem.events else Posterior(problem.objective, problem.prior)
 
 
@@ -259,26 +265,26 @@ def _at_physical_bound(unknowns: Unknowns, values: Array) -> BoolArray:
     return found
 
 
-def _pull(best: Hypothesis) -> float:
-    """Return the squares that the optimum without boxes gains, to first order."""
+def _pull(best: Hypothesis, covariance: Array) -> float:
+    """Return the squares that the optimum without boxes gains, by its covariance (d, d)."""
     prior = best.problem.prior
     if prior.boxes is None:
         return 0.0
     pull = prior.boxes @ (best.point - prior.mean)
-    gain = pull @ covariance_without_boxes(best) @ pull
+    gain = pull @ covariance @ pull
     return float(gain) if np.isfinite(gain) else 0.0
 
 
 def _gradient(best: Hypothesis) -> Array:
     """Return half the gradient (D,) of the cost without boxes."""
-    problem, point = replace(best.problem, prior=best.problem.prior.knowledge), best.point
+    problem, point = _without_boxes(best), best.point
     pull = problem.precision(point) @ (point - problem.mean(point))
     return np.asarray(best.linearisation.jacobian.T @ best.linearisation.residual + pull)
 
 
 def covariance_without_boxes(best: Hypothesis) -> Array:
     """Return the covariance (D, D) of the point by samples and knowledge, to first order."""
-    problem = replace(best.problem, prior=best.problem.prior.knowledge)
+    problem = _without_boxes(best)
     jacobian = best.linearisation.jacobian
     information = jacobian.T @ jacobian + problem.precision(best.point)
     times = problem.layout.times
@@ -288,8 +294,6 @@ def covariance_without_boxes(best: Hypothesis) -> Array:
 
 def _polished(best: Hypothesis, start: Array, deadline: Deadline) -> Hypothesis:
     """Return the hypothesis at the optimum without boxes near a start (d,)."""
-    problem = replace(best.problem, prior=best.problem.prior.knowledge)
-    posterior = Posterior(problem.objective, problem.prior)
-    nodes = problem.objective.nodes
-    found = levenberg_marquardt(posterior, start[None], nodes, INTERVAL.polish, deadline)
+    posterior = _posterior(best)
+    found = levenberg_marquardt(posterior, start[None], posterior.nodes, INTERVAL.polish, deadline)
     return hypothesis_at(best.problem, found.z[0], best.earlier)
