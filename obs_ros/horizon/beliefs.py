@@ -16,7 +16,7 @@ from obs_ros.core.record import Record
 from obs_ros.core.typing import Array
 from obs_ros.horizon.arrival_cost import KnownJump, Lineal
 from obs_ros.horizon.found_jumps import JumpFound, jumps_of, together
-from obs_ros.horizon.gaussian_sum import Component, Lineage, same_event, set_at
+from obs_ros.horizon.gaussian_sum import SUM, Component, Lineage, same_event, set_at
 from obs_ros.horizon.stages import under
 from obs_ros.inference.assessment.interval import covariance_without_boxes
 from obs_ros.inference.assessment.uncertainty import Uncertainty
@@ -134,8 +134,7 @@ def believed(
         ]
         return Beliefs(tuple(every), start, duration, mixture.still)
     weights = probabilities(np.array([evidence for _, _, evidence in solved]))
-    least = mixture.best.problem.settings.least_weight
-    order = [k for k in np.argsort(-weights) if weights[k] >= least]
+    order = [k for k in np.argsort(-weights) if weights[k] >= SUM.least_weight]
     total, every = weights[order].sum(), []
     for k in order:
         found, before, _ = solved[k]

@@ -80,15 +80,15 @@ def jumps_of(best: Hypothesis, covariance: Array) -> Iterator[JumpFound]:
             sizes[unknowns.names[jump.parameter]] = size
         yield JumpFound(time, _root(variance), sizes)
     if best.earlier:
-        # Some time since the last window known; the size is against the mean that it handed on.
-        gap = prior.gap * duration
+        # Some time since a window would have shown it; the size is against the mean handed on.
+        unseen = best.unseen * duration
         sizes = {
             unknowns.names[i]: Size.of(
                 unknowns, i, np.array([prior.mean[i], point[i]]), np.diag([0.0, covariance[i, i]])
             )
             for i in best.earlier
         }
-        yield JumpFound(start - 0.5 * gap, gap / np.sqrt(12.0), sizes)
+        yield JumpFound(start - 0.5 * unseen, unseen / np.sqrt(12.0), sizes)
 
 
 def together(names: Iterable[str]) -> str:

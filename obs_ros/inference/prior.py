@@ -24,7 +24,8 @@ NOWHERE = np.zeros(0, dtype=np.int64)
 class Prior:
     """A normal distribution of the unknowns: mean (d,) and precision (d, d), in boxes.
 
-    - `gap`: its age in windows; with 0, no jump before the window is considered;
+    - `gap`: its age in windows; None where no window handed it on: then no jump before this
+      window is considered;
     - `given` (d,): precision beyond that of the boxes by priors that the user gives, 0 where there
       is none; the precision has nothing else in such a row. None: there is none at all;
     - `boxes` (d, d): part of the precision that says no more than that parameters lie in their
@@ -33,12 +34,14 @@ class Prior:
 
     mean: Array
     precision: Array
-    gap: float = 0.0
+    gap: float | None = None
     given: Array | None = None
     boxes: Array | None = None
 
     @classmethod
-    def of(cls, unknowns: Unknowns, mean: Array, covariance: Array, gap: float = 0.0) -> 'Prior':
+    def of(
+        cls, unknowns: Unknowns, mean: Array, covariance: Array, gap: float | None = None
+    ) -> 'Prior':
         """Return the prior for parameters of this mean (q,) and covariance (q, q), in boxes.
 
         No direction is known less than that it lies in its box.

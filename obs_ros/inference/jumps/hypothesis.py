@@ -64,6 +64,11 @@ class Hypothesis:
         return residuals
 
     @property
+    def unseen(self) -> float:
+        """Time (windows) before this window in which its earlier jumps went unseen."""
+        return _unseen(self.problem, self.point, self.covariance, self.earlier)
+
+    @property
     def jumps(self) -> int:
         """Number of jumps of single parameters."""
         return len(self.earlier) + sum(map(len, self.problem.events))
@@ -87,13 +92,17 @@ def hypothesis_at(
     information = linearisation.jacobian.T @ linearisation.jacobian + known
     narrowing = np.linalg.slogdet(information)[1] - np.linalg.slogdet(known)[1]
     squares = linearisation.residual @ linearisation.residual + off @ precision @ off
-    cost = float(squares) + _penalty(problem, earlier)
+    covariance = scaled_inverse(information)
+    cost = float(squares) + _penalty(problem)
+    if earlier:
+        unseen = _unseen(problem, point, covariance, earlier)
+        cost += problem.settings.earlier_penalty(unseen) * len(earlier)
     return Hypothesis(
         problem=problem,
         earlier=earlier,
         point=point,
         linearisation=linearisation,
-        covariance=scaled_inverse(information),
+        covariance=covariance,
         cost=cost,
         neg2_log_evidence=cost + float(narrowing),
     )
@@ -121,10 +130,24 @@ def beats(rival: Hypothesis, best: Hypothesis, correlation: float) -> bool:
     return discounted(rival, inflation) < discounted(best, inflation)
 
 
-def _penalty(problem: PiecewiseProblem, earlier: tuple[int, ...]) -> float:
-    """Return -2 log of the prior odds of a hypothesis against that without jumps."""
-    settings = problem.settings
-    penalty = settings.earlier_penalty(problem.prior.gap) * len(earlier) if earlier else 0.0
+def _unseen(
+    problem: PiecewiseProblem, point: Array, covariance: Array, earlier: tuple[int, ...]
+) -> float:
+    """Return the time (windows) before a window in which jumps of some parameters went unseen.
+
+    The window before would have shown them as well as this one does.
+    """
+    places, prior = list(earlier), problem.prior
+    if not places:
+        return 0.0
+    size = point[places] - prior.mean[places]
+    visible = float(size @ scaled_inverse(covariance[np.ix_(places, places)]) @ size)
+    return problem.settings.unseen(prior.gap or 0.0, visible)
+
+
+def _penalty(problem: PiecewiseProblem) -> float:
+    """Return -2 log of the prior odds of the jumps inside a window against none."""
+    settings, penalty = problem.settings, 0.0
     for event in problem.events:
         penalty += settings.jump_penalty + settings.further_penalty * (len(event) - 1)
     return penalty

@@ -51,7 +51,6 @@ class JumpSearch:
         self._deadline = deadline
         self._objective, settings = still.problem.objective, still.problem.settings
         self._begun = self._objective.evaluations
-        self._hopeful = settings.hopeful if known is None else settings.hopeful_after_known
         self.settings = settings
 
     @property
@@ -75,7 +74,7 @@ class JumpSearch:
         """Add jumps to the best hypothesis, one at a time."""
         while self.best.jumps < self.settings.most_jumps and not self._over:
             base = self.best
-            moves = promising_moves(base, self._hopeful)
+            moves = promising_moves(base)
             rivals = self._solved(start for move in moves for start in move.start(base))
             winner = _most_probable([base, *rivals])
             if not beats(winner, base, self._correlation):

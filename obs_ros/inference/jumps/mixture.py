@@ -42,23 +42,25 @@ class Mixture:
         """Return the mixture of `best` and the best of each other set of parameters tried.
 
         Squares count for less where the least residual is more correlated than noise of this lag-1
-        `correlation`, as in the search. At the kinks of a model determinants mean little: one with
-        more jumps must also have the lesser cost.
+        `correlation`, as in the search. At the kinks of a model determinants mean little: they
+        gain nothing for one with more jumps.
         """
         settings = best.problem.settings
         others = {
             h.parameters: h
             for h in sorted(tried, key=lambda h: -h.neg2_log_evidence)
-            if np.isfinite(h.neg2_log_evidence)
-            and h.parameters != best.parameters
-            and not (h.jumps > best.jumps and h.cost > best.cost)
+            if np.isfinite(h.neg2_log_evidence) and h.parameters != best.parameters
         }
         if not others or not np.isfinite(best.neg2_log_evidence):
             return cls.only(best)
         every = (best, *others.values())
         least = min(every, key=lambda h: h.squares)
         inflation = inflation_by(least.trajectory[1], correlation)
-        weights = probabilities(np.array([discounted(h, inflation) for h in every]))
+        evidence = np.array([discounted(h, inflation) for h in every])
+        cost = np.array([h.cost - h.squares * (1.0 - 1.0 / inflation) for h in every])
+        more = np.array([h.jumps > best.jumps for h in every])
+        evidence[more] = np.maximum(evidence, evidence[0] + cost - cost[0])[more]
+        weights = probabilities(evidence)
         counts = np.flatnonzero(weights >= settings.least_weight)
         order = [0, *sorted(counts[counts > 0].tolist(), key=lambda k: -float(weights[k]))]
         kept = weights[order]
@@ -73,7 +75,7 @@ class Mixture:
     @property
     def alternatives(self) -> list[Hypothesis]:
         """Those with other sets of parameters that explain the window nearly as well."""
-        least = self.weights[0] * np.exp(-0.5 * self.best.problem.settings.similar)
+        least = self.weights[0] * self.best.problem.settings.least_weight
         return [
             h for h, w in zip(self.hypotheses[1:], self.weights[1:], strict=True) if w > least
         ]  # fmt: skip

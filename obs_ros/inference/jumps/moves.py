@@ -10,7 +10,7 @@ import numpy as np
 from obs_ros.core.typing import Array
 from obs_ros.inference.jumps.hypothesis import Hypothesis
 from obs_ros.inference.jumps.piecewise import PiecewiseProblem, may_jump
-from obs_ros.inference.jumps.screening import gain_of_earlier_jump, screen, values_at, widened
+from obs_ros.inference.jumps.screening import screen, screen_earlier, values_at, widened
 from obs_ros.optimization.lm_linalg import TINY
 
 
@@ -85,25 +85,21 @@ class JoinedJump:
 
 @dataclass(frozen=True)
 class EarlierJump:
-    """One parameter jumped between the last window known and this one."""
+    """One parameter jumped before this window, where nothing showed it."""
 
     score: float
     parameter: int
 
     @classmethod
-    def screened(
-        cls, base: Hypothesis, parameters: list[int], hopeful: float
-    ) -> Iterator['EarlierJump']:
-        """Yield the jump of each parameter, where a prior that is not believed could pay.
-
-        It can give back no more than it costs now.
-        """
-        prior = base.problem.prior
-        off = base.point[: base.layout.dimension] - prior.mean
-        price = base.problem.settings.earlier_penalty(prior.gap)
-        if not base.problem.events and off @ prior.precision @ off > price + hopeful:
-            for parameter in (i for i in parameters if i not in base.earlier):
-                yield cls(gain_of_earlier_jump(base, parameter) - price, parameter)
+    def screened(cls, base: Hypothesis, parameters: list[int]) -> Iterator['EarlierJump']:
+        """Yield the jump of each parameter that has not jumped before the window yet."""
+        if base.problem.events or base.problem.prior.gap is None:
+            return
+        gains, squares = screen_earlier(base, parameters)
+        for parameter, gain, visible in zip(parameters, gains, squares, strict=True):
+            if parameter not in base.earlier:
+                unseen = base.problem.settings.unseen(base.problem.prior.gap, visible)
+                yield cls(gain - base.problem.settings.earlier_penalty(unseen), parameter)
 
     def start(self, base: Hypothesis) -> Iterator[Start]:
         """Yield the one start, under a prior that is as wide as the parameter's box."""
@@ -115,21 +111,21 @@ class EarlierJump:
 Move = NewJump | JoinedJump | EarlierJump
 
 
-def promising_moves(base: Hypothesis, hopeful: float) -> list[Move]:
+def promising_moves(base: Hypothesis) -> list[Move]:
     """Return the moves that are worth an exact solution, the best first.
 
-    They score more than `hopeful`, and not too much less than the best.
+    They may count beside the base, and score not too much less than the best.
     """
     parameters, settings = may_jump(base.problem.objective.unknowns), base.problem.settings
     if not parameters:
         return []
     found: list[Move] = [
         *NewJump.screened(base, parameters),
-        *EarlierJump.screened(base, parameters, hopeful),
+        *EarlierJump.screened(base, parameters),
         *JoinedJump.screened(base, parameters),
     ]
     found.sort(key=lambda move: -move.score)
-    worst = max(hopeful, found[0].score - settings.rival_margin)
+    worst = max(-settings.reach, found[0].score - settings.rival_margin)
     return [move for move in found[: settings.rivals] if move.score > worst]
 
 

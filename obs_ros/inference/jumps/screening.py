@@ -23,6 +23,8 @@ from obs_ros.inference.jumps.hypothesis import Hypothesis
 from obs_ros.inference.parameterisation import Unknowns
 from obs_ros.inference.prior import Prior, box_variances
 
+LEAST_LEFT = 1e-12  # of the determinant, that a wider prior leaves: below is rounding
+
 
 class Screening(NamedTuple):
     """Gains (T, J) in -2 log evidence, penalties apart, and sizes (T, J) in boxes."""
@@ -63,21 +65,26 @@ def screen(base: Hypothesis, times: Array, parameters: Sequence[int]) -> Screeni
     return Screening(gains.reshape(times.size, d), (-slope / height).reshape(times.size, d))
 
 
-def gain_of_earlier_jump(base: Hypothesis, parameter: int) -> float:
-    """Return the gain, penalty apart, of a prior that lets one parameter have jumped before."""
-    narrow, unknowns = base.problem.prior, base.problem.objective.unknowns
-    hessian = base.linearisation.jacobian.T @ base.linearisation.jacobian
-    off = base.point[: unknowns.dimension] - narrow.mean
-    pull = narrow.precision @ off
-    values = []
-    for prior in (narrow, widened(narrow, unknowns, parameter)):
-        gradient = prior.precision @ off - pull
-        information = hessian + prior.precision
-        saved = gradient @ scaled_inverse(information) @ gradient
-        squares = off @ prior.precision @ off - saved
-        log_det = np.linalg.slogdet(information)[1]
-        values.append(squares + log_det - np.linalg.slogdet(prior.precision)[1])
-    return float(values[0] - values[1])
+def screen_earlier(base: Hypothesis, parameters: Sequence[int]) -> tuple[Array, Array]:
+    """Screen jumps of each parameter (J,) before the window, which widen the prior of one.
+
+    Returns gains (J,) in -2 log evidence, penalties apart, and the squares (J,) that a window
+    would have saved by each. A variance v more at place i takes s g g' from the precision P, with
+    g = P e_i and s = v / (1 + v g_i): Sherman & Morrison's formula gives everything else.
+    """
+    prior, places = base.problem.prior, np.array(parameters)
+    unknowns, d = base.problem.objective.unknowns, base.layout.dimension
+    columns, own = prior.precision[:, places], prior.precision[places, places]
+    variances = box_variances(unknowns)[places - unknowns.n_states]
+    share = variances / (1.0 + variances * own)
+    step = base.covariance[:d, :d] @ columns
+    left = np.maximum(1.0 - share * (columns * step).sum(axis=0), LEAST_LEFT)
+    step = step[places, np.arange(places.size)]
+    pull = columns.T @ (base.point[:d] - prior.mean)
+    gains = share * pull**2 / left - np.log(left) - np.log1p(variances * own)
+    size = base.point[places] - prior.mean[places] + step * share * pull / left
+    spread = base.covariance[places, places] + share * step**2 / left
+    return gains, size**2 / spread
 
 
 def widened(prior: Prior, unknowns: Unknowns, *places: int) -> Prior:

@@ -20,12 +20,10 @@ class JumpSettings:
     # Margins.
     times: int = 8  # parts of the window between which jumps are screened, and parts of each part
     times_nearby: int = 17  # tried within a quarter of such a part, beside process noise
-    hopeful: float = -2.0  # score that is worth an exact solution: screening is linear
-    hopeful_after_known: float = -6.0  # the same beside a known jump, where screening errs more
     rivals: int = 3  # moves solved exactly in one round
     rival_margin: float = 12.0  # by which their scores may lag the best: 400 times less likely
-    similar: float = 6.0  # by which an alternative may lag: the best is at most 20 times as likely
-    least_weight: float = 0.01  # probability below which a hypothesis counts for nothing
+    least_weight: float = 0.05  # probability below which a hypothesis counts for nothing: what a
+    # 95 % interval leaves out, as it would reach to where hardly anything lies
     # Budgets.
     iterations: int = 40  # rollouts of one exact solution
     trail: int = 6  # latest rollouts, whose mean gain foretells that of those to come
@@ -56,9 +54,17 @@ class JumpSettings:
         """-2 log of the probability that another one jumps at the same time."""
         return 2.0 * math.log(1.0 / self.further_probability)
 
-    def earlier_penalty(self, gap: float) -> float:
-        """-2 log of the probability of a jump in the `gap` (windows) before; inf for no gap."""
-        return max(0.0, self.jump_penalty - 2.0 * math.log(gap)) if gap > 0.0 else math.inf
+    def unseen(self, gap: float, visible: float) -> float:
+        """Return the time (windows) before a window in which a jump would have gone unseen.
+
+        That is the `gap` since the last one known, and the share of that one which saves less
+        squares than a jump costs; a whole window saves `visible` ones.
+        """
+        return gap + self.jump_penalty / max(visible, self.jump_penalty)
+
+    def earlier_penalty(self, unseen: float) -> float:
+        """-2 log of the probability of a jump in the `unseen` time (windows) before a window."""
+        return max(0.0, self.jump_penalty - 2.0 * math.log(unseen))
 
 
 JUMP_SETTINGS = JumpSettings()

@@ -42,13 +42,20 @@ def test_penalties() -> None:
         problem = replace(base.problem, events=events)
         costs.append(hypothesis_at(problem, point[places]).cost - base.cost)
     assert costs == pytest.approx([ONCE, ONCE + 2.0 * np.log(10.0)])
-    # As likely as the time is long in which nobody looked.
-    for gap, penalty in ((1.0, ONCE), (0.02, ONCE + 2.0 * np.log(50.0)), (1000.0, 0.0)):
-        prior = replace(base.problem.prior, gap=gap)
+    # As likely as the time is long in which nobody looked, or nothing would have shown it.
+    for gap, penalty in (
+        (0.0, ONCE), (1.0, ONCE - 2.0 * np.log(2.0)), (1000.0, 0.0),
+    ):  # fmt: skip
+        prior = replace(base.problem.prior, mean=base.point, gap=gap)
         problem = replace(base.problem, prior=prior)
-        assert hypothesis_at(problem, base.point, (GAIN,)).cost - base.cost == pytest.approx(
-            penalty
+        unseen, seen = (
+            hypothesis_at(problem, base.point + size * np.eye(base.point.size)[GAIN], (GAIN,))
+            for size in (0.0, 0.1)
         )
+        assert unseen.cost - unseen.squares == pytest.approx(penalty)
+        assert unseen.unseen == gap + 1.0
+        visible = 0.01 / seen.covariance[GAIN, GAIN]
+        assert seen.unseen == pytest.approx(gap + ONCE / visible)
 
 
 def test_the_covariance_is_that_of_linear_least_squares() -> None:

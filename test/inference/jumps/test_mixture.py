@@ -26,8 +26,8 @@ def test_probabilities_are_those_of_the_evidence() -> None:
     np.testing.assert_allclose(found[1:] / found[0], np.exp([-1.0, -5.0]))
 
 
-@pytest.mark.parametrize(('gap', 'counts'), [(2.0, True), (9.0, True), (9.5, False)])
-def test_hypotheses_of_more_than_a_hundredth_count(gap: float, counts: bool) -> None:
+@pytest.mark.parametrize(('gap', 'counts'), [(2.0, True), (5.7, True), (9.5, False)])
+def test_hypotheses_of_more_than_a_twentieth_count(gap: float, counts: bool) -> None:
     best, other = with_evidence(JUMPED, 400.0), with_evidence(STILL, 400.0 + gap)
     mixture = Mixture.of(best, [other, best], 0.0)
     odds = float(np.exp(-0.5 * gap))
@@ -36,7 +36,7 @@ def test_hypotheses_of_more_than_a_hundredth_count(gap: float, counts: bool) -> 
     assert (len(mixture.hypotheses) == 2) == counts
     if counts:
         np.testing.assert_allclose(mixture.weights, np.array([1.0, odds]) / (1.0 + odds))
-    assert (mixture.alternatives == [other]) == (gap < 6.0)
+    assert (mixture.alternatives == [other]) == counts
 
 
 def test_of_one_set_of_parameters_the_best_stands_for_all() -> None:
@@ -54,11 +54,12 @@ def test_what_cannot_be_weighed_counts_for_nothing(evidence: tuple[float, float]
     assert mixture.weights.tolist() == [1.0]
 
 
-def test_a_jump_that_costs_more_counts_for_nothing() -> None:
-    """At the kinks of a model the determinants mean little."""
+def test_determinants_gain_nothing_for_a_jump() -> None:
+    """At the kinks of a model they mean little."""
     best = replace(STILL, neg2_log_evidence=400.0, cost=300.0)
-    other = replace(JUMPED, neg2_log_evidence=401.0, cost=301.0)
-    assert len(Mixture.of(best, [best, other], 0.0).hypotheses) == 1
+    other = replace(JUMPED, neg2_log_evidence=390.0, cost=301.0)
+    weights = Mixture.of(best, [best, other], 0.0).weights
+    assert weights[1] / weights[0] == pytest.approx(np.exp(-0.5))
 
 
 def test_the_search_weighs_what_explains_as_much() -> None:

@@ -22,7 +22,7 @@ from obs_ros.inference.prior import Prior
 
 def test_a_new_jump_starts_near_the_true_time() -> None:
     base = still(record(0.6, 4.23))
-    moves = promising_moves(base, -2.0)
+    moves = promising_moves(base)
     best = moves[0]
     assert isinstance(best, NewJump)
     assert best.parameter == DRIFT
@@ -38,7 +38,7 @@ def test_a_new_jump_starts_near_the_true_time() -> None:
 def test_a_jump_that_joins_another_starts_at_its_time() -> None:
     y = record(0.6).y[:, 0] + 0.7 * changed(4.23, GAIN) * SIGMA / 2.0
     base = with_a_drift_jump(Record(T, U, y))
-    (move,) = (m for m in promising_moves(base, -2.0) if isinstance(m, JoinedJump))
+    (move,) = (m for m in promising_moves(base) if isinstance(m, JoinedJump))
     assert (move.parameter, move.event) == (GAIN, 0)
     (start,) = move.start(base)
     assert start.problem.events == ((DRIFT, GAIN),)
@@ -57,14 +57,14 @@ def test_a_jump_joins_also_one_at_the_very_start() -> None:
 def test_an_earlier_jump_widens_the_prior_and_starts_where_it_is() -> None:
     prior = Prior(np.array([0.5, 0.65, 0.8]), TIGHT.precision, gap=0.5)
     base = still(record(), prior)
-    best = promising_moves(base, -2.0)[0]
+    best = promising_moves(base)[0]
     assert isinstance(best, EarlierJump)
     (start,) = best.start(base)
     assert (start.problem.events, start.earlier) == ((), (DRIFT,))
     assert start.point is base.point
     assert start.problem.prior.precision[DRIFT, DRIFT] == pytest.approx(12.0, rel=0.02)
     # A parameter jumps once at most in the time in which nobody looked.
-    assert EarlierJump not in map(type, promising_moves(replace(base, earlier=(GAIN, DRIFT)), -2.0))
+    assert EarlierJump not in map(type, promising_moves(replace(base, earlier=(GAIN, DRIFT))))
 
 
 def test_before_an_earlier_second_jump_of_a_parameter_all_that_follows_moves_along() -> None:

@@ -21,7 +21,7 @@ from jump_windows import (
 )
 from plants import integrator_design
 
-from obs_ros.inference.jumps.screening import at_nodes, gain_of_earlier_jump, screen, widened
+from obs_ros.inference.jumps.screening import at_nodes, screen, screen_earlier, widened
 from obs_ros.inference.prior import Prior
 
 
@@ -71,10 +71,26 @@ def test_the_gain_of_a_jump_before_the_window() -> None:
         prior = Prior(np.array([0.5, 0.64, mean]), TIGHT.precision)
         window = record()
         base = still(window, prior)
-        gain = gain_of_earlier_jump(base, DRIFT)
-        wider = widened(prior, base.problem.objective.unknowns, DRIFT)
+        gains, _ = screen_earlier(base, [GAIN, DRIFT])
+        covariance = np.linalg.inv(TIGHT.precision)
+        covariance[DRIFT, DRIFT] += 1.0 / 12.0
+        wider = replace(prior, precision=np.linalg.inv(covariance))
         narrow, wide = (neg2_log_probability(window, prior=p) for p in (prior, wider))
-        assert gain == pytest.approx(narrow - wide, abs=1e-3)
+        assert gains[1] == pytest.approx(narrow - wide, abs=1e-3)
+
+
+def test_the_squares_that_a_jump_before_the_window_would_have_saved() -> None:
+    prior = Prior(np.array([0.5, 0.64, 0.45]), TIGHT.precision)
+    base = still(record(), prior)
+    wider = widened(prior, base.problem.objective.unknowns, DRIFT)
+    design, off = DESIGN, (record().y[:, 0] - integrator_design(T, U) @ LOWER) / SIGMA
+    information = design.T @ design + wider.precision
+    covariance = np.linalg.inv(information)
+    point = covariance @ (design.T @ off + wider.precision @ wider.mean)
+    size = point[DRIFT] - 0.45
+    _, squares = screen_earlier(base, [GAIN, DRIFT])
+    assert squares[1] == pytest.approx(size**2 / covariance[DRIFT, DRIFT], rel=1e-2)
+    assert squares[1] > 100.0 * squares[0]
 
 
 def test_widened_by_the_variance_of_a_box_and_no_further() -> None:

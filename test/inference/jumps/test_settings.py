@@ -18,7 +18,9 @@ def test_penalties_are_minus_two_log_probabilities() -> None:
     # As likely as the time is long in which nobody looked, and never more than certain.
     assert math.exp(-0.5 * settings.earlier_penalty(0.5)) == pytest.approx(0.1)
     assert settings.earlier_penalty(100.0) == 0.0
-    assert settings.earlier_penalty(0.0) == math.inf
+    # The gap, and the share of the window before it in which no jump could be seen.
+    assert settings.unseen(0.5, visible=0.0) == 1.5
+    assert settings.unseen(0.5, visible=4.0 * settings.jump_penalty) == 0.75
 
 
 @pytest.mark.parametrize(
