@@ -15,6 +15,7 @@ from benchmarks.sequence.jumps_elsewhere.judged import (
     calm,
     false_jumps,
     settled,
+    told,
     verdicts,
 )
 from benchmarks.sequence.jumps_elsewhere.rates import clustered, resampled
@@ -29,6 +30,7 @@ from benchmarks.sequence.jumps_elsewhere.scenes import (
 )
 from benchmarks.sequence.jumps_elsewhere.truth import Course, trajectory
 from benchmarks.sequence.jumps_elsewhere.unmodelled import UNMODELLED
+from benchmarks.sequence.jumps_elsewhere.visible import visible
 from benchmarks.sequence.plants import Change, Parameters
 from benchmarks.zoo.experiments import EXPERIMENTS
 from obs_ros.core.model import names
@@ -63,6 +65,7 @@ def made(*jumps: tuple[int, Said], changes: tuple[Change, ...] = ()) -> Followed
         spoiled=np.zeros(WINDOWS, dtype=bool),
         pushed=np.arange(WINDOWS) == 4,
         seconds=np.ones(WINDOWS),
+        visible=np.full(WINDOWS, np.inf),
     )
 
 
@@ -231,6 +234,22 @@ def test_an_error_is_measured_by_the_side_of_the_interval_that_the_truth_is_on()
     assert scores.beyond([run], 5.0).hits == 1
     assert scores.beyond([run], 6.0).hits == 0
     assert scores.count([run]) == 7
+
+
+def test_a_jump_is_the_more_visible_the_more_was_measured_since():
+    run = run_of(Scene('motor', 'jump', True, 2, WINDOWS))
+    (change,) = run.changes
+    found = visible(run)
+    window = int(change.time)
+    assert np.isinf(found[:window]).all()
+    assert (np.diff(found[window:]) >= -1e-6 * found[-1]).all()
+    # Of a jump too small to bend anything, it is as the square of the size.
+    small, tenth = (
+        visible(run._replace(changes=(change._replace(size=share * change.size),)))
+        for share in (0.02, 0.002)
+    )
+    np.testing.assert_allclose(small[window:], 100.0 * tenth[window:], rtol=0.1)
+    assert told(made()._replace(visible=np.arange(8.0) * 3.0)).tolist() == [False] * 4 + [True] * 4
 
 
 def test_a_share_knows_that_a_runs_windows_hang_together():

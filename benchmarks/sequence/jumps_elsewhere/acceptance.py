@@ -7,7 +7,8 @@ import numpy as np
 from benchmarks.report import Requirement
 from benchmarks.sequence.jumps_elsewhere import scores
 from benchmarks.sequence.jumps_elsewhere.cost import ratio
-from benchmarks.sequence.jumps_elsewhere.judged import How, after, false_jumps, settled
+from benchmarks.sequence.jumps_elsewhere.follow import FARTHEST
+from benchmarks.sequence.jumps_elsewhere.judged import How, after, false_jumps, settled, told
 from benchmarks.sequence.jumps_elsewhere.rates import clustered
 from benchmarks.sequence.jumps_elsewhere.run import Measured
 from benchmarks.sequence.jumps_elsewhere.scenes import BESIDE, CLEAN, JUMP
@@ -53,8 +54,9 @@ def _covered(measured: Measured) -> Iterator[Requirement]:
     for label, chosen in (
         ('', scores.everywhere),
         (', but for those that end within a sixth of a window after a jump', settled),
+        (', but for those before any test could tell of the jump', told),
     ):
-        value, windows = scores.beyond(every, scores.FARTHEST, chosen), scores.count(every, chosen)
+        value, windows = scores.beyond(every, FARTHEST, chosen), scores.count(every, chosen)
         yield Requirement(
             f'any error > 5 sd in < {100.0 * FARTHER:g} % of >= {ENOUGH} accepted windows{label}',
             f'{value.hits} of {windows}: {value}',

@@ -7,7 +7,8 @@ import numpy as np
 
 from benchmarks.intervals import COVERED, published_interval
 from benchmarks.runner import timed
-from benchmarks.sequence.jumps_elsewhere.scenes import Run, Scene, run_of
+from benchmarks.sequence.jumps_elsewhere.scenes import JUMP, Run, Scene, run_of
+from benchmarks.sequence.jumps_elsewhere.visible import visible
 from benchmarks.sequence.plants import Change
 from obs_ros import Estimate, Outcome, Record
 from obs_ros.core.deadline import Deadline
@@ -18,6 +19,8 @@ from obs_ros.core.typing import Array, BoolArray
 from obs_ros.horizon.moving_horizon import MovingHorizon
 from obs_ros.horizon.settings import EstimationSettings
 from obs_ros.horizon.solver import Solver
+
+FARTHEST = 5.0  # deviations
 
 # The outcomes that let a reader believe the numbers that are given.
 ACCEPTED = (
@@ -46,7 +49,8 @@ class Followed(NamedTuple):
 
     `error` is the estimate less the truth; `lower` and `upper` are the ends of the interval less
     the truth, NaN where none is given. `seconds` (W,) are process times; `spoiled` (W,) tells the
-    windows with an outlier, `pushed` (W,) those that process noise explains.
+    windows with an outlier, `pushed` (W,) those that process noise explains. `visible` (W,) is that
+    of the least visible jump so far, in runs in which errors are far beyond their deviations.
     """
 
     scene: Scene
@@ -64,6 +68,7 @@ class Followed(NamedTuple):
     spoiled: BoolArray
     pushed: BoolArray
     seconds: Array
+    visible: Array
 
     @property
     def deviations(self) -> Array:
@@ -99,7 +104,11 @@ def followed(scene: Scene) -> Followed:
     """Simulate a scene, solve its windows, and put the truth beside them."""
     run = run_of(scene)
     estimates, seconds = zip(*solved(scene, run.records()), strict=True)
-    return beside_truth(run, estimates, np.array(seconds))
+    found = beside_truth(run, estimates, np.array(seconds))
+    far = (found.beyond > FARTHEST) & found.accepted[:, None]
+    if scene.kind != JUMP or not far.any():
+        return found
+    return found._replace(visible=visible(run))
 
 
 def beside_truth(run: Run, estimates: Sequence[Estimate], seconds: Array) -> Followed:
@@ -130,6 +139,7 @@ def beside_truth(run: Run, estimates: Sequence[Estimate], seconds: Array) -> Fol
         spoiled=run.spoiled[1:].reshape(scene.windows, -1).any(axis=1),
         pushed=np.array([any(walk > 0.0 for walk in e.walks.values()) for e in estimates]),
         seconds=seconds,
+        visible=np.full(scene.windows, np.inf),
     )
 
 

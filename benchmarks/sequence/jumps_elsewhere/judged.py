@@ -13,6 +13,7 @@ from obs_ros.core.model import names
 from obs_ros.core.typing import BoolArray
 
 NEAR, NEAR_SD = 0.5, 3.0  # window lengths and sd, by which the time of a true jump may be missed
+TOLD = 12.0  # -2 log likelihood: prior odds of 1:100, and about what a size and a time cost
 DUE = 1.0 / 6.0  # of a window's length after a jump, that the window which must show it holds
 
 
@@ -109,6 +110,14 @@ def settled(run: Followed) -> BoolArray:
     for change in run.changes:
         chosen[holding(run, change) : due(run, change)] = False
     return chosen
+
+
+def told(run: Followed) -> BoolArray:
+    """Return the windows (W,) by whose end the best test could have told every jump so far.
+
+    Of windows in whose run no error is far beyond its deviation that is not asked.
+    """
+    return np.asarray(run.visible >= TOLD)
 
 
 def calm(run: Followed) -> BoolArray:

@@ -14,7 +14,7 @@ Runs = Sequence[Followed]
 Chosen = Callable[[Followed], BoolArray]  # windows (W,) of a run
 
 SURE = 0.95  # of the weight, that one hypothesis has
-FAR, FARTHEST = 3.0, 5.0  # deviations
+FAR = 3.0  # deviations
 
 
 def everywhere(run: Followed) -> BoolArray:

@@ -8,6 +8,7 @@ import numpy as np
 
 from benchmarks.report import quantiles, slashed, table
 from benchmarks.sequence.jumps_elsewhere import scores
+from benchmarks.sequence.jumps_elsewhere.follow import FARTHEST
 from benchmarks.sequence.jumps_elsewhere.judged import (
     How,
     Verdict,
@@ -78,7 +79,7 @@ def _published(runs: scores.Runs, chosen: scores.Chosen) -> dict[str, object]:
     return {
         'accepted windows after': scores.count(runs, chosen),
         'any error > 3 sd': scores.beyond(runs, scores.FAR, chosen),
-        '> 5 sd': scores.beyond(runs, scores.FARTHEST, chosen),
+        '> 5 sd': scores.beyond(runs, FARTHEST, chosen),
         '95 % coverage': scores.coverage(runs, chosen),
         'by process noise': scores.pushed(runs, chosen),
     }
@@ -175,7 +176,7 @@ def coverage_table(cells: Cells) -> str:
                 'coverage p': scores.coverage(runs, what='p'),
                 'coverage end state': scores.coverage(runs, what='x'),
                 'any error > 3 sd': scores.beyond(runs, scores.FAR),
-                '> 5 sd': scores.beyond(runs, scores.FARTHEST),
+                '> 5 sd': scores.beyond(runs, FARTHEST),
                 'withheld': f'{scores.withheld(runs).value:.3f}',
                 'median sd, RMS error where sure, % of box': slashed(_sharp(runs), '.3f'),
             })  # fmt: skip
@@ -213,7 +214,7 @@ def false_table(cells: Cells) -> str:
             'runs told as drifting': _drifting(runs),
             'accepted windows': scores.count(runs),
             'coverage': scores.coverage(runs),
-            'any error > 5 sd': scores.beyond(runs, scores.FARTHEST),
+            'any error > 5 sd': scores.beyond(runs, FARTHEST),
         })  # fmt: skip
     return table(rows)
 
