@@ -117,7 +117,7 @@ def ends_of(best: Hypothesis, end: AtEnd | None = None) -> Ends:
     """Return state and parameters at the end of a window."""
     objective = best.problem.objective
     last = int(np.flatnonzero(objective.grid.measured)[-1])
-    final = best.point[best.layout.final(best.point)]
+    final = best.point[best.final]
     parameters: Array = objective.unknowns.values(final[None])[1][:, 0]
     if end is not None and end.parameters is not None:
         parameters = end.parameters

@@ -222,5 +222,5 @@ def _under(lineage: Lineal, one: Hypothesis, deadline: Deadline) -> Hypothesis:
 
 def _at_end(one: Hypothesis) -> tuple[Array, Array]:
     """Return mean (q,) and covariance (q, q) of the parameters at the end, in boxes."""
-    final = one.layout.final(one.point)[one.problem.objective.unknowns.n_states :]
+    final = one.final_parameters
     return one.point[final], covariance_without_boxes(one)[np.ix_(final, final)]

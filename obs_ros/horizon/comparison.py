@@ -47,7 +47,7 @@ def compared(
         scatter.add(Alone.of(uncertainty, uncertainty.fit.enlargement))
     factors = scatter.factors()
     best = uncertainty.hypothesis
-    places = best.layout.final(best.point)[best.problem.objective.unknowns.n_states :]
+    places = best.final_parameters
     return replace(
         uncertainty,
         skill=uncertainty.skill if skill is None else skill,

@@ -128,7 +128,7 @@ class MovingHorizon:
         if solution is None:
             return solver.diverged(posed)
         plain = solution.plain
-        self._plain = plain.point[plain.layout.final(plain.point)]
+        self._plain = plain.point[plain.final]
         posed, record = solution.posed, solution.posed.record  # without outliers
         self.outliers.note(solution.window.outliers, posed.start)
         self._note_search(posed, solution)

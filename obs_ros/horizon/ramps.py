@@ -79,7 +79,7 @@ def drift_ahead(uncertainty: Uncertainty) -> Array:
     unknowns, t = best.problem.objective.unknowns, best.problem.objective.grid.t
     variances = np.zeros(unknowns.dimension - unknowns.n_states)
     if noise is not None and uncertainty.walking:
-        slopes = unknowns.scale.slopes(best.point[best.layout.final(best.point)])
+        slopes = unknowns.scale.slopes(best.point[best.final])
         walks = noise.walks[unknowns.index] / slopes
         variances = walks[unknowns.n_states :] ** 2 * (t[-1] - t[0])
     return np.diag(variances)

@@ -58,7 +58,7 @@ class Alone:
         best = uncertainty.hypothesis
         unknowns, prior = best.problem.objective.unknowns, best.problem.prior
         n, t = unknowns.n_states, best.problem.objective.grid.t
-        final = best.layout.final(best.point)[n:]
+        final = best.final_parameters
         given, box = prior.precision[n:, n:], np.eye(final.size) / BOX_VARIANCE
         m = best.point[final]
         own = scaled_inverse(uncertainty.information - prior.information(final.size) + box)

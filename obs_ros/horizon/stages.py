@@ -124,10 +124,9 @@ def explain(
 
 def uncertainty_of(best: Hypothesis) -> Uncertainty:
     """Return the hypothesis with its covariance and the information about its parameters."""
-    n = best.problem.objective.unknowns.n_states
     if not best.problem.events:
         return Uncertainty(best, best.covariance, informed_information(best))
-    final = best.layout.final(best.point)[n:]
+    final = best.final_parameters
     return Uncertainty(best, best.covariance, scaled_inverse(best.covariance[np.ix_(final, final)]))
 
 

@@ -122,7 +122,7 @@ def _optimum(
     if uncertainty is None:
         return found.cost, found.z, *objective.trajectory(found.z)
     best = uncertainty.hypothesis
-    return best.squares, best.point[best.layout.final(best.point)], *best.trajectory
+    return best.squares, best.point[best.final], *best.trajectory
 
 
 def empty(model: Model, record: Record, outcome: Outcome, message: str) -> Estimate:
@@ -191,7 +191,7 @@ def _knowledge(
     if uncertainty.process_noise is None and uncertainty.skill is not None and not fit.colour.white:
         # What the model leaves out is in the state, which nothing corrects.
         deviations = deviations.without_state
-    final = best.layout.final(best.point)[n:]
+    final = best.final_parameters
     covariance = uncertainty.covariance[np.ix_(final, final)]
     if (alone := uncertainty.determined_alone) is not None:
         deviations.parameters[unknowns.index[n:][~alone] - len(model.states)] = np.nan

@@ -50,7 +50,7 @@ class Deviations:
         own = np.append(self.state, self.parameters)
         sd = np.sqrt(np.maximum(own**2 + np.diagonal(extra), 0.0))
         longer = np.where(own > 0.0, sd / np.where(own > 0.0, own, 1.0), 1.0)
-        z = hypothesis.point[hypothesis.layout.final(hypothesis.point)]
+        z = hypothesis.point[hypothesis.final]
         middle = np.append(hypothesis.linearisation.state, unknowns.given[n:])
         places = unknowns.index[unknowns.n_states :]
         middle[places] = unknowns.scale.values(z)[unknowns.n_states :]
@@ -156,7 +156,7 @@ def _parameters(
     """
     unknowns = hypothesis.problem.objective.unknowns
     n, first, limit = len(unknowns.model.states), unknowns.n_states, undetermined(unknowns)
-    final = hypothesis.layout.final(hypothesis.point)
+    final = hypothesis.final
     z = hypothesis.point[final].copy()
     boxes = np.sqrt(np.maximum(np.diagonal(covariance)[final], 0.0))
     ends, known = z + QUANTILE * np.array([-boxes, boxes]), boxes <= limit
@@ -191,7 +191,7 @@ def parameters_at_end(uncertainty: Uncertainty) -> tuple[Array, Array, bool]:
     best, end = uncertainty.hypothesis, uncertainty.end
     unknowns = best.problem.objective.unknowns
     n, states = len(unknowns.model.states), unknowns.n_states
-    final = best.layout.final(best.point)[states:]
+    final = best.final_parameters
     if end is None or end.parameters is None:
         return best.point[final], uncertainty.covariance[np.ix_(final, final)], False
     places = unknowns.index[states:]
@@ -230,7 +230,7 @@ def _in_units(hypothesis: Hypothesis) -> Array:
     """Return the derivatives of end state and parameters by these, the estimated ones in boxes."""
     unknowns = hypothesis.problem.objective.unknowns
     n, states = len(unknowns.model.states), unknowns.n_states
-    final = hypothesis.layout.final(hypothesis.point)
+    final = hypothesis.final
     slopes = unknowns.scale.slopes(hypothesis.point[final])[states:]
     rows = np.zeros((len(unknowns.model.variables), n + slopes.size))
     rows[np.arange(n), np.arange(n)] = 1.0
@@ -244,8 +244,8 @@ def joint_covariance(hypothesis: Hypothesis, covariance: Array, end: AtEnd | Non
     In the variables' units, to first order; 0 for parameters that are not estimated.
     """
     unknowns = hypothesis.problem.objective.unknowns
-    final = hypothesis.layout.final(hypothesis.point)[unknowns.n_states :]
-    slopes = unknowns.scale.slopes(hypothesis.point[hypothesis.layout.final(hypothesis.point)])
+    final = hypothesis.final_parameters
+    slopes = unknowns.scale.slopes(hypothesis.point[hypothesis.final])
     rows = np.zeros((len(unknowns.model.variables), len(covariance)))
     rows[: len(unknowns.model.states)] = hypothesis.linearisation.state_jacobian
     rows[unknowns.index[unknowns.n_states :], final] = slopes[unknowns.n_states :]

@@ -18,7 +18,7 @@ import numpy as np
 from obs_ros.core.deadline import Deadline
 from obs_ros.core.estimate import QUANTILE
 from obs_ros.core.linear_algebra import scaled_inverse
-from obs_ros.core.typing import Array, BoolArray, IntArray
+from obs_ros.core.typing import Array, BoolArray
 from obs_ros.inference.assessment.identifiability import undetermined
 from obs_ros.inference.assessment.parabola import parabola_holds
 from obs_ros.inference.assessment.profile import PROFILE, Ends, profile_ends
@@ -121,7 +121,7 @@ def determined(
             covariance = covariance_without_boxes(best)
         if not (profiled and np.isfinite(covariance).all()):
             break
-        posterior, pinned = _posterior(best), _parameters(best)
+        posterior, pinned = _posterior(best), best.final_parameters
         gradient = _gradient(best)
         if parabola_holds(posterior, best.point, gradient, covariance, pinned, level):
             break
@@ -152,11 +152,6 @@ def _posterior(best: Hypothesis) -> Posterior | PiecewiseProblem:
     """Return the cost without boxes; points of a window without jumps are rolled out together."""
     problem = _without_boxes(best)
     return problem if problem.events else Posterior(problem.objective, problem.prior)
-
-
-def _parameters(best: Hypothesis) -> IntArray:
-    """Return the places (q,) of the parameters at the end."""
-    return best.layout.final(best.point)[best.problem.objective.unknowns.n_states :]
 
 
 def _other_optima(posterior: Posterior, z: Array, deadline: Deadline) -> Starts:
@@ -220,7 +215,7 @@ def _ends(
     unknowns = best.problem.objective.unknowns
     reach = WIDEST * undetermined(unknowns)[unknowns.n_states :]
     probe = best.problem.settings.probe_step
-    pinned = _parameters(best)
+    pinned = best.final_parameters
     return profile_ends(posterior, best.point, pinned, reach, level, probe, deadline, others)
 
 

@@ -16,7 +16,7 @@ import numpy as np
 
 from obs_ros.core.linear_algebra import scaled_inverse
 from obs_ros.core.residual_tests import inflation_by
-from obs_ros.core.typing import Array
+from obs_ros.core.typing import Array, IntArray
 from obs_ros.inference.jumps.layout import Layout
 from obs_ros.inference.jumps.piecewise import Linearisation, PiecewiseProblem
 from obs_ros.inference.prior import BOX_VARIANCE
@@ -44,6 +44,16 @@ class Hypothesis:
     def layout(self) -> Layout:
         """Layout of the point."""
         return self.problem.layout
+
+    @property
+    def final(self) -> IntArray:
+        """Places (d,) of the initial states, and of the parameters at the end of the window."""
+        return self.layout.final(self.point)
+
+    @property
+    def final_parameters(self) -> IntArray:
+        """Places (q,) of the parameters at the end of the window."""
+        return self.final[self.problem.objective.unknowns.n_states :]
 
     @cached_property
     def squares(self) -> float:

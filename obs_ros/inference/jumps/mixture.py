@@ -97,9 +97,8 @@ def at_end(hypothesis: Hypothesis) -> tuple[Array, Array]:
 
     States are in their units, estimated parameters in boxes.
     """
-    layout, linear = hypothesis.layout, hypothesis.linearisation
-    final = layout.final(hypothesis.point)[hypothesis.problem.objective.unknowns.n_states :]
-    rows = np.zeros((linear.state.size + final.size, layout.size))
+    linear, final = hypothesis.linearisation, hypothesis.final_parameters
+    rows = np.zeros((linear.state.size + final.size, hypothesis.point.size))
     rows[: linear.state.size] = linear.state_jacobian
     rows[linear.state.size + np.arange(final.size), final] = 1.0
     return np.append(linear.state, hypothesis.point[final]), rows
