@@ -11,8 +11,8 @@ import numpy as np
 
 from obs_ros import Model
 from obs_ros.core.jit import accelerated
+from obs_ros.core.rebuild import Rebuilder
 from obs_ros.core.typing import Array
-from obs_ros.integration.functions import Rebuilder
 
 Simulate = Callable[[Array, Array, Array, Array, Array, Array], None]
 Neg2LogLikelihood = Callable[..., float]

@@ -5,12 +5,11 @@ import math
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from numbers import Real
-from types import FunctionType
 from typing import Any, Literal, get_args
 
 import numpy as np
 
-from obs_ros.core import model_check
+from obs_ros.core.plant_function import Trial, normalised
 from obs_ros.core.registry import suggest
 from obs_ros.core.texts import quoted
 from obs_ros.core.typing import Array
@@ -22,8 +21,9 @@ Integrator = Literal['rk4', 'euler']
 
 CANDIDATES = 16  # with which a model is tried
 
-# f(t, x, u, p) -> one entry per state or output; entries are floats, or arrays over candidates.
-PlantFunction = Callable[[Any, Any, Any, Any], tuple[Any, ...]]
+# f(t, x, u, p) -> one entry per state or output, each a float. In a Model it returns a tuple, of
+# floats or of arrays over candidates.
+PlantFunction = Callable[[Any, Any, Any, Any], Any]
 
 
 @dataclass(frozen=True)
@@ -100,14 +100,15 @@ class Model:
     """A plant x' = f(t, x, u, p), y = h(t, x, u, p).
 
     `dynamics` and `output` take the time t in s and tuples x (states), u (inputs), p (parameters),
-    and return a tuple with one entry per state or output. They are written with NumPy functions and
-    without `if` on values, so that the same code runs on floats, on arrays with one entry per
-    candidate, and compiled. `max_step` (s) is the longest integration step: longer sample intervals
-    are split evenly.
+    and return one number for each state or output, as a tuple, a list or an array. They are
+    written as for plain numbers. Straight-line functions of NumPy on tuples stay as they are;
+    others are recorded when the model is made (`core.tracing`): loops, arrays, matrices, branches,
+    methods of objects become such functions, and constants keep the values that they have then.
+    `max_step` (s) is the longest integration step: longer sample intervals are split evenly.
 
     Raises ValueError when names clash, a step is not positive, a state's walk is infinite, or a
-    function fails, returns something else than one number for each entry, or is finite nowhere;
-    with the line at fault.
+    function takes its arguments in another order, fails, returns something else than one number
+    for each entry, or is finite nowhere; with the line at fault.
     """
 
     name: str
@@ -153,30 +154,17 @@ class Model:
                     'which only parameters may have'
                 )
         for function, entries in (('dynamics', self.states), ('output', self.outputs)):
-            # A function that its author compiled already is taken as written.
-            plain = getattr(getattr(self, function), 'py_func', getattr(self, function))
-            object.__setattr__(self, function, plain)
-            self._try(plain, function, entries)
+            object.__setattr__(self, function, self._normalised(function, entries))
 
-    def _try(self, function: PlantFunction, kind: str, entries: Sequence[Variable]) -> None:
-        """Call a function once with arrays over candidates, as searches do."""
-        if not isinstance(function, FunctionType):
-            raise ValueError(
-                f'model {self.name!r}: {kind} must be a plain function, not {function}'
-            )
+    def _normalised(self, kind: str, entries: Sequence[Variable]) -> PlantFunction:
+        """Return a function as all backends run it, tried with arrays over candidates."""
         rng = np.random.default_rng(0)
-        arguments = (
-            0.0,
-            *(
-                tuple(_around(variable, rng) for variable in group)
-                for group in (self.states, self.inputs, self.parameters)
-            ),
-        )
-        vectors = {'x': names(self.states), 'u': names(self.inputs), 'p': names(self.parameters)}
+        groups = self.states, self.inputs, self.parameters
+        values = (tuple(_around(variable, rng) for variable in group) for group in groups)
+        vectors = dict(zip('xup', map(names, groups), strict=True))
+        trial = Trial((0.0, *values), vectors, names(entries), CANDIDATES)
         try:
-            returned = model_check.called(function, arguments, vectors)
-            model_check.check_returned(function, returned, names(entries), CANDIDATES)
-            model_check.check_finite(function, arguments, returned, names(entries), vectors)
+            return normalised(getattr(self, kind), trial)
         except ValueError as error:
             raise ValueError(f'model {self.name!r}: {kind} {error}') from error
 

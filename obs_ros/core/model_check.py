@@ -3,7 +3,7 @@
 import dis
 import linecache
 import re
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
 from types import FunctionType, TracebackType
 from typing import Any
@@ -20,20 +20,29 @@ _UNPACKING = re.compile(
 _MATH = re.compile(
     r'must be real number, not|only (?:length-1|0-dimensional|size-1) arrays? can be converted'
 )
+# Said of the time where it is taken for a vector.
+_ORDER = ('positional argument', 'cannot unpack non-iterable', 'is not subscriptable')
 
 
-def called(function: FunctionType, arguments: Sequence[Any], vectors: Vectors) -> tuple[Any, ...]:
+def called(
+    function: Callable[..., Any],
+    code: FunctionType,
+    arguments: Sequence[Any],
+    vectors: Vectors,
+    on: str = 'on arrays over candidates',
+) -> tuple[Any, ...]:
     """Return what a function of (t, x, u, p) returns for `arguments`, arrays over candidates.
 
-    Raises ValueError that names the line, and what to write there instead, when it fails.
+    `code` is the plain function, as in a bound method, whose lines are named; `on` says by what it
+    is tried. Raises ValueError that names the line, and the remedy, when it fails.
     """
     try:
         with np.errstate(all='ignore'):
             return function(*arguments)  # type: ignore[no-any-return]
     except Exception as error:
         raise ValueError(
-            f'fails on arrays over candidates: {quoted(error)}'
-            f'{_remedy(error, vectors)} ({_place(function, error.__traceback__)})'
+            f'fails {on}: {quoted(error)}'
+            f'{_remedy(error, vectors)} ({place(code, error.__traceback__)})'
         ) from error
 
 
@@ -66,7 +75,8 @@ def check_returned(
 
 
 def check_finite(
-    function: FunctionType,
+    function: Callable[..., Any],
+    code: FunctionType,
     arguments: Sequence[Any],
     returned: tuple[Any, ...],
     names: tuple[str, ...],
@@ -80,17 +90,17 @@ def check_finite(
         if np.isfinite(np.asarray(entry, dtype=np.float64)).any():
             continue
         first = [
-            argument if np.ndim(argument) == 0 else tuple(value[:1] for value in argument)
+            argument if np.ndim(argument) == 0 else tuple(value[0] for value in argument)
             for argument in arguments
         ]
-        where, why = _return_line(function), ''
+        where, why = _return_line(code), ''
         try:
             with np.errstate(divide='raise', over='raise', invalid='raise', under='ignore'):
                 function(*first)
         except Exception as error:
-            where, why = _place(function, error.__traceback__), f', {quoted(error)}'
+            where, why = place(code, error.__traceback__), f', {quoted(error)}'
         at = ', '.join(
-            f'{label} = {value[0]:g}'
+            f'{label} = {value:g}'
             for labels, values in zip(vectors.values(), first[1:], strict=True)
             for label, value in zip(labels, values, strict=True)
         )
@@ -100,31 +110,35 @@ def check_finite(
         )
 
 
+def is_for_numbers(error: ValueError) -> bool:
+    """Whether a function failed since it was written for numbers: it branches on them, say."""
+    cause = error.__cause__
+    return 'ambiguous' in str(cause) or (
+        isinstance(cause, TypeError) and _MATH.search(str(cause)) is not None
+    )
+
+
 def _remedy(error: Exception, vectors: Vectors) -> str:
     text = str(error)
-    if 'ambiguous' in text:
-        return ' (no `if` on values: use np.where)'
-    if isinstance(error, TypeError) and _MATH.search(text):
-        return " (use NumPy's functions, np.sin, in place of those of math)"
     if _UNPACKING.search(text) or isinstance(error, IndexError):
         sizes = '; '.join(
             f'{vector} has {len(names)}: {", ".join(names)}' if names else f'{vector} has none'
             for vector, names in vectors.items()
         )
         return f' ({sizes})'
-    if isinstance(error, TypeError) and 'positional argument' in text:
+    if isinstance(error, TypeError) and any(words in text for words in _ORDER):
         return ' (it is called with t, x, u, p)'
     return ''
 
 
-def _place(function: FunctionType, traceback: TracebackType | None) -> str:
+def place(function: FunctionType, traceback: TracebackType | None = None) -> str:
     """Say where an error arose: the last line of the function's own file on the way there."""
     found = function.__code__.co_firstlineno
     while traceback is not None:
         if traceback.tb_frame.f_code.co_filename == function.__code__.co_filename:
             found = traceback.tb_lineno
         traceback = traceback.tb_next
-    return _line(function, found)
+    return source_line(function.__code__.co_filename, found)
 
 
 def _return_line(function: FunctionType) -> str:
@@ -134,11 +148,11 @@ def _return_line(function: FunctionType) -> str:
     for instruction in dis.get_instructions(code):
         if instruction.opname.startswith('RETURN') and instruction.positions is not None:
             number = instruction.positions.lineno or number
-    return _line(function, number)
+    return source_line(code.co_filename, number)
 
 
-def _line(function: FunctionType, number: int) -> str:
-    file = function.__code__.co_filename
+def source_line(file: str, number: int) -> str:
+    """Return the name of a file, the number of a line and what stands there."""
     text = one_line(linecache.getline(file, number), LONGEST)
     return f'{Path(file).name}:{number}' + (f': `{text}`' if text else '')
 

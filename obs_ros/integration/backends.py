@@ -8,11 +8,13 @@ import os
 import re
 import time
 from collections.abc import Callable
+from pathlib import Path
 from typing import Any, Literal, Protocol, TypeVar
 
 import numpy as np
 
 from obs_ros.core.model import Model, inside
+from obs_ros.core.model_check import source_line
 from obs_ros.core.prior_knowledge import without_knowledge
 from obs_ros.core.record import Record
 from obs_ros.core.typing import Array, IntArray
@@ -137,14 +139,31 @@ def compiled_or_numpy(
         reason = f'model {model.name!r} cannot be compiled: {gist(str(error))}'
         if backend == 'numba':
             raise ValueError(reason) from error
-        log.warning('%s; NumPy is used, which is slower', reason)
+        _tell(reason)
         return plain()
 
 
+@functools.lru_cache(maxsize=64)
+def _tell(reason: str) -> None:
+    """Say once, for rollouts, steppers and all, why a model is not compiled."""
+    log.warning('%s; NumPy is used, which is slower', reason)
+
+
 def gist(message: str, longest: int = 400) -> str:
-    """Return the part of a compiler's message about the user's code, in `longest` characters."""
+    """Return the part of a compiler's message about the user's code, in `longest` characters.
+
+    Its last words are the user's line, as far down as the compiler knows it.
+    """
     words = re.sub(r'Failed in nopython mode pipeline \(step: [\w ]*\)', '', message)
-    return ' '.join(words.partition('During: ')[0].split())[:longest]
+    words = re.split(r'During: |File "', words)[0]
+    own = Path(__file__).parents[1]
+    places = [
+        (file, int(number))
+        for file, number in re.findall(r'File "([^"]+)", line (\d+)', message)
+        if Path(file).is_file() and own not in Path(file).parents
+    ]
+    text = ' '.join(words.split())[:longest]
+    return f'{text} ({source_line(*places[-1])})' if places else text
 
 
 def check_backend(backend: str | None) -> str | None:

@@ -15,14 +15,15 @@ from obs_ros.core.fingerprint import fingerprint
 from obs_ros.core.jit import OPTIONS
 from obs_ros.core.kernel_cache import stored
 from obs_ros.core.model import Model
+from obs_ros.core.plant_function import PerCandidate
+from obs_ros.core.rebuild import Rebuilder
+from obs_ros.core.selects import SELECTS
 from obs_ros.core.typing import AnyArray, Array, IntArray
 from obs_ros.integration.filter_pass import FilterPass, sizes
 from obs_ros.integration.filter_step import LiveFilter
-from obs_ros.integration.functions import Rebuilder
 from obs_ros.integration.grid import Grid
 from obs_ros.integration.kernel_source import FASTMATH, filter_source, source
 from obs_ros.integration.path import Path, Stretch, lanes
-from obs_ros.integration.selects import SELECTS
 
 CompileError = numba.core.errors.NumbaError
 
@@ -194,6 +195,9 @@ def load_module(model: Model, text: str | None = None) -> ModuleType:
     Its name is a hash of the model's code and constants, so another or edited model never meets a
     stale kernel. Without a writable cache folder everything works, but compiles in every process.
     """
+    for kind in ('dynamics', 'output'):
+        if isinstance(function := getattr(model, kind), PerCandidate):
+            raise ValueError(f'{kind}: {function.reason}')
     text = source(model) if text is None else text
     name = f'obs_ros_kernels_{fingerprint(text, model.dynamics, model.output, *SELECTS.values())}'
     with _lock:

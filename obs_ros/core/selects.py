@@ -6,10 +6,12 @@ turns the conditional expressions below into selects. NaN goes where NumPy lets 
 the second, or the bound, is tested for NaN: where it is constant, that costs nothing.
 """
 
+import math
 from collections.abc import Callable
 from typing import Any
 
 import numpy as np
+from scipy import special
 
 
 def where(condition: Any, x: Any, y: Any) -> Any:
@@ -66,6 +68,26 @@ def heaviside(x1: Any, x2: Any) -> Any:
     return 1.0 if x1 > 0 else (0.0 if x1 < 0 else (x2 if x1 == 0 else x1))
 
 
+def erf(x: Any) -> Any:
+    """Compute scipy.special.erf(x)."""
+    return math.erf(x)
+
+
+def erfc(x: Any) -> Any:
+    """Compute scipy.special.erfc(x)."""
+    return math.erfc(x)
+
+
+def gamma(x: Any) -> Any:
+    """Compute scipy.special.gamma(x)."""
+    return math.gamma(x)
+
+
+def gammaln(x: Any) -> Any:
+    """Compute scipy.special.gammaln(x)."""
+    return math.lgamma(x)
+
+
 SELECTS: dict[Callable[..., Any], Callable[..., Any]] = {
     np.where: where,
     np.minimum: minimum,
@@ -75,6 +97,10 @@ SELECTS: dict[Callable[..., Any], Callable[..., Any]] = {
     np.clip: clip,
     np.sign: sign,
     np.heaviside: heaviside,
+    special.erf: erf,
+    special.erfc: erfc,
+    special.gamma: gamma,
+    special.gammaln: gammaln,
 }
 
 # Functions that are no ufuncs, and yet compile to arithmetic.

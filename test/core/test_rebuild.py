@@ -1,4 +1,4 @@
-"""Tests of obs_ros.integration.functions."""
+"""Tests of obs_ros.core.rebuild."""
 
 from collections.abc import Callable
 from types import FunctionType, ModuleType
@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 from numpy import where, zeros
 
-from obs_ros.integration.functions import Rebuilder
+from obs_ros.core.rebuild import Rebuilder
 
 
 def rebuilt(function: Any, convert: Callable[..., Any]) -> FunctionType:

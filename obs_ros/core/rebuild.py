@@ -1,11 +1,11 @@
 """Copies of a plant's functions, with other helpers."""
 
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Iterable, Mapping
 from types import CellType, FunctionType, ModuleType
 from typing import Any
 
 from obs_ros.core.fingerprint import loaded, of_library, used_attributes, used_globals
-from obs_ros.integration.selects import SELECTS, makes_arrays
+from obs_ros.core.selects import SELECTS, makes_arrays
 
 Convert = Callable[[FunctionType], Callable[..., Any]]
 
@@ -16,12 +16,16 @@ class Rebuilder:
     NumPy's functions that have a twin in `selects` are replaced by `convert` of that. The copies
     belong to `module`: what is compiled of them looks that up, which is there wherever the
     functions' own module has gone. `slow` names the functions of NumPy that were met and take
-    memory at each call.
+    memory at each call. `builtins` are globals that every copy sees, unless its function has own
+    ones of these names.
     """
 
-    def __init__(self, convert: Convert, module: str) -> None:
+    def __init__(
+        self, convert: Convert, module: str, builtins: Mapping[str, Any] | None = None
+    ) -> None:
         self._convert = convert
         self._module = module
+        self._builtins = dict(builtins or {})
         self._made: dict[Any, Any] = {}
         self._above: list[FunctionType | ModuleType] = []
         self.slow: set[str] = set()
@@ -38,11 +42,11 @@ class Rebuilder:
         self._above.append(function)
         self.slow.update(value.__name__ for value in loaded(function) if makes_arrays(value))
         attributes = used_attributes(function)
-        scope = dict(function.__globals__)
+        scope = {**self._builtins, **function.__globals__}
         for name, value in used_globals(function):
-            scope[name] = self._instead(value, attributes)
+            scope[name] = self.instead(value, attributes)
         cells = tuple(
-            CellType(self._instead(cell.cell_contents, attributes))
+            CellType(self.instead(cell.cell_contents, attributes))
             for cell in function.__closure__ or ()
         )
         self._above.pop()
@@ -54,7 +58,7 @@ class Rebuilder:
         copy.__qualname__ = function.__qualname__
         return copy
 
-    def _instead(self, value: Any, attributes: Iterable[str]) -> Any:
+    def instead(self, value: Any, attributes: Iterable[str]) -> Any:
         """Return what stands in the copy for a value that the function uses."""
         if isinstance(value, ModuleType):
             return self._module_instead(value, attributes)
@@ -71,7 +75,7 @@ class Rebuilder:
             return module
         self._above.append(module)
         inside = {name: getattr(module, name) for name in attributes if hasattr(module, name)}
-        new = {name: self._instead(value, attributes) for name, value in inside.items()}
+        new = {name: self.instead(value, attributes) for name, value in inside.items()}
         self._above.pop()
         if all(new[name] is inside[name] for name in new):
             return module
