@@ -26,9 +26,18 @@ from obs_ros.ros.messages import STREAM, named_vector, time_message
 from obs_ros.ros.parameters import Parameters
 from obs_ros.ros.run import run
 from obs_ros.ros.streams import check_bindings
+from plant_sim.fault_settings import (
+    actuators,
+    check_faults,
+    fault_parameters,
+    instrument_parameters,
+    plant_faults,
+    sensors,
+    told,
+)
 from plant_sim.plant_clock import PlantClock
 from plant_sim.scenarios import load_scenario
-from plant_sim.settings import CHOICE, COMMON, check_rate, fault_parameters
+from plant_sim.settings import CHOICE, COMMON, MOST_NAMES, check_rate
 from plant_sim.simulation import Instant, Simulation
 
 
@@ -42,6 +51,8 @@ class TimerSettings:
 
 
 TIMER = TimerSettings()
+READ = ('plant/output', 'plant/input')  # by an estimator
+FURTHER = tuple(f'further_{i}' for i in range(1, MOST_NAMES + 1))  # names that nobody wants
 
 
 class Simulator(GuardedNode):
@@ -62,7 +73,8 @@ class Simulator(GuardedNode):
         parameters.declare(CHOICE)
         self.scenario = load_scenario(str(parameters.values['scenario']))
         self.model = load_model(self.scenario.model)
-        parameters.declare((*COMMON, *fault_parameters(self.model), *signal_parameters(self.model)))
+        faults = (*fault_parameters(self.model), *instrument_parameters(self.model))
+        parameters.declare((*COMMON, *faults, *signal_parameters(self.model)))
         bound = bindings(self.model, parameters.values, parameters.unknown('signals.'))
         check_bindings(self, self.model, bound)
         self._settings: Mapping[str, Any] = parameters.values
@@ -106,10 +118,9 @@ class Simulator(GuardedNode):
             self.scenario,
             period=1.0 / settings['rate'] if settings['rate'] else None,
             seed=settings['seed'],
-            snr_db=self._snr_db(settings),
             noise_reference=settings['noise_reference'],
         )
-        self._simulation.faults = _faults(settings)
+        self._break(settings)
         self._epoch = 0 if self._simulates_time else time.time_ns()
         self.sent = 0
         self._examined = time.monotonic(), 0, 0.0
@@ -119,6 +130,13 @@ class Simulator(GuardedNode):
         snr_db = float(settings['snr_db'])
         return self.scenario.snr_db if math.isnan(snr_db) else snr_db
 
+    def _break(self, settings: Mapping[str, Any]) -> None:
+        """Let plant, sensors and actuators be as bad as the settings say."""
+        self._simulation.faults = plant_faults(settings)
+        self._simulation.sensors = sensors(self.model, settings)
+        self._simulation.actuators = actuators(self.model, settings)
+        self._simulation.snr_db = self._snr_db(settings)
+
     def _propose(self, values: Mapping[str, Any]) -> Mapping[str, Any]:
         if values['speed'] != 1.0 and not self._simulates_time:
             raise ValueError(
@@ -126,6 +144,9 @@ class Simulator(GuardedNode):
                 'to change it while running'
             )
         check_rate(self.scenario, self.model, values)
+        rate = values['rate'] or 1.0 / self.scenario.sample_period
+        # The run goes on at the rate that it began with until ~/reset.
+        check_faults(self.model, values, min(1.0 / rate, self._simulation.period))
         return values
 
     def _adopt(self, values: Mapping[str, Any]) -> None:
@@ -137,8 +158,7 @@ class Simulator(GuardedNode):
             # The plant stood still meanwhile, and so did its time.
             self._plant_clock.hold(self._simulation.t)
         self._settings = values
-        self._simulation.faults = _faults(values)
-        self._simulation.snr_db = self._snr_db(values)
+        self._break(values)
         self._publish_info({
             'scenario': self.scenario.name,
             **model_info(self.model),
@@ -188,7 +208,9 @@ class Simulator(GuardedNode):
             ('plant/output', measured),
         ):
             if order := self._names[topic]:
-                message = named_vector(stamp, order, [values[name] for name in order])
+                further = FURTHER[: self._settings['further_names']] if topic in READ else ()
+                numbers = [*(0.0 for _ in further), *(values[name] for name in order)]
+                message = named_vector(stamp, (*further, *order), numbers)
                 self._publishers_of[topic].publish(message)
         for topic, (kind, bound) in self._bound.items():
             message = kind()
@@ -231,7 +253,7 @@ class Simulator(GuardedNode):
             'rate_hz': rate,
             'wanted_rate_hz': wanted,
             'lag_s': self._plant_clock.lag,
-            'faults': ', '.join(f'{n}={v:g}' for n, v in self._simulation.faults.items()) or 'none',
+            'faults': told(self.model, self._settings),
         }
         if not self._settings['enabled']:
             return Health(Level.WARN, 'paused: call ~/enable with true to go on', figures)
@@ -247,11 +269,6 @@ def _by_topic(bound: Iterable[Binding]) -> dict[str, tuple[type, list[Binding]]]
     for binding in bound:
         topics.setdefault(binding.topic, (message_type(binding.type), []))[1].append(binding)
     return topics
-
-
-def _faults(values: Mapping[str, Any]) -> dict[str, float]:
-    given = ((k.removeprefix('plant.'), v) for k, v in values.items() if k.startswith('plant.'))
-    return {name: value for name, value in given if not math.isnan(value)}
 
 
 def main() -> int:

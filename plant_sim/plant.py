@@ -10,7 +10,7 @@ State = tuple[float, ...]
 
 
 class Plant:
-    """Integrates `model` from state `x` at time `t`.
+    """Integrates `model` from state `x` at the time `start` (s).
 
     Each interval is done once in one and once in two RK4 steps, and halved until both agree within
     `tolerance` (in the states' units, per interval), `halvings` times at most: so short are steps
@@ -19,14 +19,19 @@ class Plant:
     """
 
     def __init__(
-        self, model: Model, x: Sequence[float], tolerance: float = 1e-8, halvings: int = 24
+        self,
+        model: Model,
+        x: Sequence[float],
+        tolerance: float = 1e-8,
+        halvings: int = 24,
+        start: float = 0.0,
     ) -> None:
         if len(x) != len(model.states):
             raise ValueError(
                 f'model {model.name!r} has {len(model.states)} states, not {len(x)}: {tuple(x)}'
             )
         self.model = model
-        self.t = 0.0
+        self.t = start
         self.x: State = tuple(float(value) for value in x)
         self._tolerance = tolerance
         self._halvings = halvings

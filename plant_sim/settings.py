@@ -7,12 +7,13 @@ from typing import Any, get_args
 from obs_ros.core.model import Model
 from obs_ros.core.parameter_spec import LARGEST_SEED, ParameterSpec
 from obs_ros.interface.usage import node_usage
-from obs_ros.samples.range_check import LARGEST
+from plant_sim.fault_settings import actuator_parameters, sensor_parameters
 from plant_sim.scenario import Scenario
 from plant_sim.scenarios import SCENARIOS
 from plant_sim.simulation import NoiseReference
 
 MOST_STEPS = 1e5  # of the plant, from one sample to the next: a second
+MOST_NAMES = 100  # that are nobody's, in one message
 MOST_SAMPLES = 3e5  # of the run that measures the power of the outputs: some seconds
 
 CHOICE = (
@@ -38,17 +39,10 @@ COMMON = (
         'power that snr_db counts from: 1, as in the papers, or that of the outputs; '
         'taken up by ~/reset',
         choices=get_args(NoiseReference)),
+    ParameterSpec('further_names', 0,
+        'names that messages on plant/output and plant/input carry beside those of the model',
+        lower=0, upper=MOST_NAMES),
 )  # fmt: skip
-
-
-def fault_parameters(model: Model) -> tuple[ParameterSpec, ...]:
-    """Return one parameter per plant parameter: set it while running to inject a fault."""
-    return tuple(
-        ParameterSpec(f'plant.{v.name}', math.nan,
-            f'holds {v.name} there, whatever the scenario has scheduled; nan: as scheduled',
-            v.unit, lower=max(v.lower, -LARGEST), upper=min(v.upper, LARGEST), nan=True)
-        for v in model.parameters
-    )  # fmt: skip
 
 
 def usage() -> str:
@@ -58,7 +52,11 @@ def usage() -> str:
         'Plays a plant live: publishes plant/output and plant/input, and the truth on plant/state '
         'and plant/parameters.',
         (*CHOICE, *COMMON),
-        {'plant.NAME': 'holds that parameter there, to inject a fault; nan: as scheduled'},
+        {
+            'plant.NAME': 'holds that parameter there, to inject a fault; nan: as scheduled',
+            **{spec.name: spec.describe() for spec in sensor_parameters('OUTPUT')},
+            **{spec.name: spec.describe() for spec in actuator_parameters('INPUT')},
+        },
         (
             f'Scenarios: {", ".join(SCENARIOS)}.',
             'Each parameter with a comment: share/obs_ros/config/three_tank.yaml. Names and '

@@ -1,15 +1,21 @@
 """A scenario played sample by sample: the same numbers live in the node and offline."""
 
 import math
-from dataclasses import dataclass
-from typing import Literal
+from collections import deque
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
+from typing import Literal, NamedTuple
 
 import numpy as np
 
+from obs_ros.core.model import names
 from obs_ros.core.typing import Array
 from obs_ros.models import load_model
+from plant_sim.actuators import IDEAL, Actuator, Inputs
+from plant_sim.past import Past, Stretch
 from plant_sim.plant import Plant
 from plant_sim.scenario import Scenario
+from plant_sim.sensors import PERFECT, Outliers, Sensor, readings
 from plant_sim.signals import Noise, noise_deviation
 from plant_sim.sources import start
 
@@ -18,7 +24,7 @@ NoiseReference = Literal['unit', 'measured']
 
 @dataclass(frozen=True)
 class Instant:
-    """The plant at one sample: time t (s), true x, applied u, parameters p, measured y."""
+    """The plant at one sample: time t (s), true x, told inputs u, parameters p, measured y."""
 
     t: float
     x: tuple[float, ...]
@@ -27,11 +33,22 @@ class Instant:
     y: tuple[float, ...]
 
 
+class _Measured(NamedTuple):
+    """An instant, and the errors of its outputs: noise with disturbance, outliers in sigmas."""
+
+    instant: Instant
+    error: Array
+    outliers: tuple[float, ...]
+
+
 class Simulation:
     """Plays `scenario` with a sample every `period` s (default: the scenario's own).
 
-    `faults` holds parameter values that replace the scheduled ones for as long as they stand there;
-    it may be changed between samples. `seed` is that of the noise and of inputs drawn at random.
+    `faults` holds parameter values that replace the scheduled ones for as long as they stand there,
+    `sensors` and `actuators` by name those of outputs and inputs that are not perfect; all may be
+    changed between samples. A controller gets the readings at their time: an offset in time is one
+    of the stamps. Where a sensor stamps values before they are measured, the plant runs ahead of
+    the samples. `seed` is that of the noise, of outliers and of inputs drawn at random.
     `noise_reference` says what `snr_db` counts from: a signal of unit power, as in the papers, or
     the outputs' power measured over the scenario's duration.
     """
@@ -52,40 +69,90 @@ class Simulation:
             raise ValueError(f'sample period {self.period} s is not positive')
         self.snr_db = scenario.snr_db if snr_db is None else snr_db
         self.faults: dict[str, float] = {}
+        self.sensors: Mapping[str, Sensor] = {}
+        self.actuators: Mapping[str, Actuator] = {}
         self._plant = Plant(self.model, scenario.initial_state)
+        self._past = Past(self.model)
         self._drive = start(scenario.inputs, self.period, seed)
-        self._u = (0.0,) * len(self.model.inputs)
+        self._inputs = Inputs(len(self.model.inputs), scenario.running_inputs)
         tau = scenario.noise_correlation
         correlation = math.exp(-self.period / tau) if tau else 0.0
         self._noise = Noise(seed, len(self.model.outputs), correlation)
+        self._outliers = Outliers(seed, len(self.model.outputs))
         self._power: float | Array = 1.0
         if noise_reference == 'measured':
             self._power = _output_power(scenario, self.period, seed)
-        self._samples = 0
+        self._samples = 0  # that the plant has run to
+        self._waiting: deque[_Measured] = deque()
 
     @property
     def t(self) -> float:
         """Time of the next sample in s."""
-        return self._samples * self.period
+        return self._waiting[0].instant.t if self._waiting else self._samples * self.period
 
     def sample(self) -> Instant:
-        """Run the plant to its next sample and measure there."""
-        if self._samples:
-            self._advance(self.t)
-        t, plant = self.t, self._plant
-        p, error = self._parameters(t), self._measurement_error(t)
-        # A controller acts on what is measured under the input that it set last.
-        self._u = self._drive(t, _sum(plant.output(self._u, p), error))
-        self._samples += 1
-        return Instant(t, plant.x, self._u, p, _sum(plant.output(self._u, p), error))
+        """Run the plant to its next sample, and ahead where a sensor is early, and measure."""
+        sensors = [self.sensors.get(name, PERFECT) for name in names(self.model.outputs)]
+        delays = [sensor.delay for sensor in sensors]
+        ahead = -min(delays)
+        while not self._waiting or (ahead > 0.0 and self._plant.t <= self.t + ahead):
+            self._waiting.append(self._measure(sensors))
+        measured = self._waiting.popleft()
+        if not any(delays):
+            return measured.instant
+        self._past.forget(measured.instant.t - max(delays))
+        return self._stamped(measured, sensors)
 
-    def _advance(self, to: float) -> None:
+    def _measure(self, sensors: Sequence[Sensor]) -> _Measured:
+        """Run the plant on by one sample and measure there, every sensor in time."""
+        t, plant = self._samples * self.period, self._plant
+        actuators = [self.actuators.get(name, IDEAL) for name in names(self.model.inputs)]
+        if not any(sensor.delay for sensor in sensors):
+            self._past.clear()
+        if self._samples:
+            self._advance(t, actuators, remember=any(sensor.delay for sensor in sensors))
+        p, error = self._parameters(t), self._measurement_error(t)
+        outliers = self._outliers.draw(sensors, t, self.period)
+
+        def measured() -> tuple[float, ...]:
+            exact = plant.output(self._inputs.acting(t, actuators), p)
+            return self._read(sensors, _sum(exact, error), outliers)
+
+        # A controller acts on what is measured under the input that it set last.
+        u = self._drive(t, measured())
+        self._inputs.tell(t, u, actuators)
+        self._samples += 1
+        return _Measured(Instant(t, plant.x, u, p, measured()), error, outliers)
+
+    def _stamped(self, measured: _Measured, sensors: Sequence[Sensor]) -> Instant:
+        """Return the instant with the readings of sensors that are early or late."""
+        instant, y = measured.instant, list(measured.instant.y)
+        for i, sensor in enumerate(sensors):
+            exact = self._past.outputs(instant.t - sensor.delay) if sensor.delay else None
+            if exact is not None:
+                values = _sum(exact, measured.error)
+                y[i] = self._read(sensors, values, measured.outliers)[i]
+        return replace(instant, y=tuple(y))
+
+    def _read(
+        self, sensors: Sequence[Sensor], values: tuple[float, ...], outliers: tuple[float, ...]
+    ) -> tuple[float, ...]:
+        """Return what the sensors read of measured values."""
+        if not self.sensors:
+            return values
+        quiet = math.isinf(self.snr_db)
+        sigma = 1.0 if quiet else noise_deviation(self.snr_db, self._power)
+        return readings(sensors, values, outliers, np.broadcast_to(sigma, len(values)))
+
+    def _advance(self, to: float, actuators: Sequence[Actuator], *, remember: bool) -> None:
         """Run to time `to`, stopping at each scheduled change on the way."""
-        plant, schedule, held = self._plant, self.scenario.parameters, self._u
-        u = self.scenario.running_inputs or (lambda t: held)
+        plant, schedule, inputs = self._plant, self.scenario.parameters, self._inputs
         while plant.t < to:
-            stop = min(to, schedule.next_change(plant.t))
-            plant.advance(stop, u, self._parameters(plant.t))
+            u, p = inputs.signal(plant.t, actuators), self._parameters(plant.t)
+            if remember:
+                self._past.add(Stretch(plant.t, plant.x, u, p))
+            changes = schedule.next_change(plant.t), inputs.next_change(plant.t, actuators)
+            plant.advance(min(to, *changes), u, p)
 
     def _measurement_error(self, t: float) -> Array:
         """Return noise plus disturbance of the outputs at `t`, each drawn once."""

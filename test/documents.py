@@ -60,6 +60,12 @@ def sections(text: str, page: str) -> list[Section]:
     return [section for section in found if section.blocks]
 
 
+def python_blocks(text: str) -> list[str]:
+    """Return the blocks of a page that are Python and define or import something."""
+    blocks = (textwrap.dedent(part) for kind, _, part in _parts(text) if kind == 'block')
+    return [block for block in blocks if _is_python(block)]
+
+
 def block_commands(text: str, where: str) -> Iterator[Command]:
     """Return the commands of a block; none of one that is Python or YAML."""
     text = textwrap.dedent(text)

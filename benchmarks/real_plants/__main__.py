@@ -9,16 +9,16 @@ from pathlib import Path
 
 from benchmarks.real_plants.acceptance import acceptance
 from benchmarks.real_plants.pictures import PLANT, draw_ball
-from benchmarks.real_plants.plants import PLANTS
 from benchmarks.real_plants.report import (
     forecasts_table,
     nearness_table,
     outcomes_table,
     scatter_table,
 )
-from benchmarks.real_plants.run import in_sequence, recorded, solved, starts
+from benchmarks.real_plants.run import in_sequence, solved
+from benchmarks.recordings import FOLDER, PLANTS, recorded, starts
 from benchmarks.report import filled, pictures, publish, requirements
-from benchmarks.runner import ROOT, monte_carlo, options
+from benchmarks.runner import monte_carlo, options
 
 MODES = ('off', 'auto')
 
@@ -26,7 +26,7 @@ MODES = ('off', 'auto')
 def main(arguments: list[str] | None = None) -> str:
     """Solve all windows of the recordings that are there, print, and write the report."""
     parser = options(__doc__)
-    parser.add_argument('--data', type=Path, default=ROOT.parent / 'shared' / 'data')
+    parser.add_argument('--data', type=Path, default=FOLDER)
     chosen = parser.parse_args(arguments)
     names = []
     for name, plant in PLANTS.items():

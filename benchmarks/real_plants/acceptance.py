@@ -4,7 +4,6 @@ from collections.abc import Iterator, Mapping, Sequence
 
 import numpy as np
 
-from benchmarks.real_plants.plants import PLANTS
 from benchmarks.real_plants.run import HORIZONS, SOON, Solved
 from benchmarks.real_plants.scores import (
     checked,
@@ -15,6 +14,7 @@ from benchmarks.real_plants.scores import (
     scatter_over_sd,
     together,
 )
+from benchmarks.recordings import PLANTS
 from benchmarks.report import Requirement
 from obs_ros.core.typing import Array
 

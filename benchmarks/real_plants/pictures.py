@@ -5,8 +5,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from benchmarks.real_plants.plants import PLANTS
-from benchmarks.real_plants.run import recorded
+from benchmarks.recordings import PLANTS, recorded
 from benchmarks.report import panels, rms
 from obs_ros import Record, solve_window
 from obs_ros.core.typing import Array

@@ -5,9 +5,9 @@ from collections import Counter
 import numpy as np
 
 from benchmarks.real_plants.acceptance import Cells
-from benchmarks.real_plants.plants import PLANTS
 from benchmarks.real_plants.run import HORIZONS
 from benchmarks.real_plants.scores import forecast_error, good_share, near_share, scatter_over_sd
+from benchmarks.recordings import PLANTS
 from benchmarks.report import slashed, table
 
 

@@ -6,7 +6,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from benchmarks.real_plants.plants import PLANTS, Plant
+from benchmarks.recordings import PLANTS, Plant, forecast, part, recorded, starts
 from benchmarks.runner import timed
 from obs_ros import Estimate, Record, solve_window
 from obs_ros.core.deadline import Deadline
@@ -15,10 +15,7 @@ from obs_ros.core.typing import Array
 from obs_ros.horizon.moving_horizon import MovingHorizon
 from obs_ros.horizon.settings import EstimationSettings
 from obs_ros.horizon.solver import Solver
-from obs_ros.integration.backends import kernels_for
-from obs_ros.integration.grid import Grid
 
-OVERLAP = 4  # windows begin in one window's length
 HORIZONS = {'an eighth': 1.0 / 8.0, 'a window': 1.0}  # of a window
 SOON = 1.0  # s: a forecast just so far ahead
 
@@ -44,28 +41,10 @@ class Solved(NamedTuple):
     factor: Array
 
 
-@functools.cache  # once in each process, not for each window
-def recorded(name: str, folder: Path) -> Record:
-    """Return the whole recording of a plant."""
-    plant = PLANTS[name]
-    rows = np.genfromtxt(folder / plant.file, delimiter=',', names=True)
-    t = rows['t'] if plant.interval is None else plant.interval * np.arange(rows.size)
-    u, y = (
-        np.column_stack([rows[name] for name in group]) for group in (plant.inputs, plant.outputs)
-    )
-    return Record(t, u, y)
-
-
-def starts(plant: Plant, record: Record) -> list[float]:
-    """Return the times (s) at which windows begin, the first of four disjoint from the fifth."""
-    last = record.t[-1] - plant.window
-    return np.arange(record.t[0], last, plant.window / OVERLAP).tolist()
-
-
 def solved(name: str, folder: str, mode: Any, start: float) -> Solved:
     """Solve the window of a plant that begins at a time (s) alone, in a mode of process noise."""
     plant, whole = PLANTS[name], recorded(name, Path(folder))
-    window = _part(whole, start, start + plant.window)
+    window = part(whole, start, start + plant.window)
     found, seconds = timed(lambda: solve_window(plant.model, window, seed=1, process_noise=mode))
     return _judged(plant, whole, window, found, seconds)
 
@@ -77,7 +56,7 @@ def in_sequence(name: str, folder: str, mode: Any) -> list[Solved]:
     solver.prepare()
     windows, found = MovingHorizon(solver), []
     for i, start in enumerate(starts(plant, whole)):
-        window = _part(whole, start, start + plant.window)
+        window = part(whole, start, start + plant.window)
         rng = random_generator(1, i)
         estimate, seconds = timed(functools.partial(windows.solve, window, rng, Deadline()))
         found.append(_judged(plant, whole, window, estimate, seconds))
@@ -87,16 +66,13 @@ def in_sequence(name: str, folder: str, mode: Any) -> list[Solved]:
 def _judged(plant: Plant, whole: Record, window: Record, found: Estimate, seconds: float) -> Solved:
     """Return an estimate with its forecasts: the model's rollout from the window's end."""
     names = [variable.name for variable in plant.model.parameters]
-    x = np.array([[found.state[variable.name]] for variable in plant.model.states])
-    p = np.array([[found.parameters[each]] for each in names])
     nothing = np.full(len(plant.outputs), np.nan)
-    forecast, hold, soon, till_soon = {}, {}, nothing, nothing
+    foretold, hold, soon, till_soon = {}, {}, nothing, nothing
     for horizon, share in HORIZONS.items():
-        ahead = _part(whole, window.t[-1], window.t[-1] + share * plant.window, closed=True)
+        ahead = part(whole, window.t[-1], window.t[-1] + share * plant.window, closed=True)
         complete = ahead.t[-1] > window.t[-1] + 0.9 * share * plant.window
-        grid = Grid.of(plant.model, ahead, np.ones(len(plant.outputs)))
-        y = kernels_for(plant.model).trajectories(grid, x, p)[1][1:, :, 0]
-        for errors, guess in ((forecast, y), (hold, ahead.y[:1])):
+        y = forecast(plant.model, found, ahead)[1:]
+        for errors, guess in ((foretold, y), (hold, ahead.y[:1])):
             rms = np.sqrt(np.mean((guess - ahead.y[1:]) ** 2, axis=0))
             errors[horizon] = rms if complete else nothing
         there = np.flatnonzero(np.abs(ahead.t[1:] - window.t[-1] - SOON) < 1e-6)
@@ -104,20 +80,14 @@ def _judged(plant: Plant, whole: Record, window: Record, found: Estimate, second
             off = (y - ahead.y[1:])[: there[0] + 1]
             soon, till_soon = off[-1], np.sqrt(np.mean(off**2, axis=0))
     return Solved(
-        values=p[:, 0],
+        values=np.array([found.parameters[each] for each in names]),
         sd=np.array([found.stddev[each] for each in names]),
         outcome=found.outcome.value,
         message=found.message,
         seconds=seconds,
-        forecast=forecast,
+        forecast=foretold,
         hold=hold,
         soon=soon,
         till_soon=till_soon,
         factor=np.array([found.figures.get(f'scatter_over_sd.{each}', np.nan) for each in names]),
     )
-
-
-def _part(whole: Record, first: float, last: float, *, closed: bool = False) -> Record:
-    """Return the samples in [first, last), or [first, last]."""
-    inside = (whole.t >= first - 1e-9) & (whole.t < last + (1e-9 if closed else -1e-9))
-    return Record(whole.t[inside], whole.u[inside], whole.y[inside])

@@ -4,7 +4,8 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from benchmarks.real_plants.run import OVERLAP, Solved
+from benchmarks.real_plants.run import Solved
+from benchmarks.recordings import OVERLAP
 from obs_ros.core.typing import Array
 
 GOOD = ('converged', 'approximate')

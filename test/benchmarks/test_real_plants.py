@@ -9,8 +9,7 @@ import pytest
 from benchmarks.real_plants.__main__ import main
 from benchmarks.real_plants.acceptance import acceptance
 from benchmarks.real_plants.pictures import last_errors, told
-from benchmarks.real_plants.plants import BALL, PLANTS
-from benchmarks.real_plants.run import OVERLAP, Solved, in_sequence, recorded, solved, starts
+from benchmarks.real_plants.run import Solved, in_sequence, solved
 from benchmarks.real_plants.scores import (
     factors,
     good_share,
@@ -18,6 +17,7 @@ from benchmarks.real_plants.scores import (
     scatter_over_sd,
     together,
 )
+from benchmarks.recordings import BALL, OVERLAP, PLANTS, recorded, starts
 from obs_ros import Record
 from obs_ros.integration.backends import kernels_for
 from obs_ros.integration.grid import Grid

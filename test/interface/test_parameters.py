@@ -12,13 +12,15 @@ from obs_ros.interface.bindings import signal_parameters
 from obs_ros.interface.parameters import is_foreign, observer_parameters, own_prefix, walk_unit
 from obs_ros.models import MODELS, load_model
 from obs_ros.observers.base import OBSERVERS, load_observer
+from plant_sim import fault_settings
 from plant_sim import settings as plant_settings
 
 TANKS = load_model('three_tank')
 ALL_SPECS = (
     *tables.CHOICE, *tables.LIVE, *tables.COMMON, *tables.model_parameters(TANKS),
     *tables.prior_parameters(TANKS),
-    *plant_settings.CHOICE, *plant_settings.COMMON, *plant_settings.fault_parameters(TANKS),
+    *plant_settings.CHOICE, *plant_settings.COMMON, *fault_settings.fault_parameters(TANKS),
+    *fault_settings.instrument_parameters(TANKS),
 )  # fmt: skip
 
 

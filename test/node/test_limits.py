@@ -12,10 +12,11 @@ from obs_ros.interface.parameters import CHOICE, observer_parameters
 from obs_ros.interface.settings import build_observer
 from obs_ros.models import MODELS, load_model
 from obs_ros.observers.base import OBSERVERS, load_observer
+from plant_sim.fault_settings import fault_parameters, instrument_parameters
 from plant_sim.node import Simulator
 from plant_sim.scenarios import SCENARIOS, load_scenario
 from plant_sim.settings import CHOICE as SCENARIO
-from plant_sim.settings import COMMON, check_rate, fault_parameters
+from plant_sim.settings import COMMON, check_rate
 
 # A bound of a variable may be infinite: there is none then. And infinite is what no noise has.
 UNBOUNDED = ('bounds.', 'snr_db')
@@ -54,7 +55,8 @@ def test_every_number_of_an_estimator_is_bounded(observer, model):
 @pytest.mark.parametrize('scenario', SCENARIOS)
 def test_every_number_of_a_simulator_is_bounded(scenario):
     model = load_model(load_scenario(scenario).model)
-    for spec in (*SCENARIO, *COMMON, *fault_parameters(model)):
+    faults = (*fault_parameters(model), *instrument_parameters(model))
+    for spec in (*SCENARIO, *COMMON, *faults):
         if numeric(spec) and not spec.name.startswith(UNBOUNDED):
             assert math.isfinite(spec.lower) and math.isfinite(spec.upper), spec.name
 

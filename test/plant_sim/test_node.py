@@ -13,6 +13,7 @@ from std_srvs.srv import SetBool, Trigger
 from obs_ros.ros.messages import LATCHED
 from plant_sim.node import Simulator
 from plant_sim.scenarios import SCENARIOS, load_scenario
+from plant_sim.sensors import Sensor
 from plant_sim.simulation import Simulation
 
 TOPICS = ('output', 'input', 'state', 'parameters')
@@ -84,6 +85,43 @@ def test_a_fault_is_injected_and_taken_away_while_it_runs(ros, paused):
     ros.spin_until(lambda: heard['parameters'][-1].position[0] == 1.0)
 
 
+def test_a_sensor_breaks_and_is_mended_while_it_runs(ros, paused):
+    node, heard = paused
+    assert set_parameter(node, 'sensor.h2.outlier_period', 2.0).successful
+    assert set_parameter(node, 'sensor.h2.outlier_value', -7.0).successful
+    assert set_parameter(node, 'sensor.h1.delay', -2.0).successful
+    ros.call('/simulator/enable', SetBool, data=True)
+    ros.spin_until(lambda: len(heard['output']) > 20)
+    assert figures(ros.health())['faults'] == (
+        'sensor.h1.delay=-2, sensor.h2.outlier_period=2, sensor.h2.outlier_value=-7'
+    )
+    assert set_parameter(node, 'sensor.h2.outlier_period', 0.0).successful
+    ros.spin_until(lambda: heard['output'][-1].position[1] != heard['output'][-3].position[1] != -7)
+    reference = Simulation(load_scenario('three_tank'), seed=4)
+    reference.sensors = {
+        'h1': Sensor(delay=-2.0),
+        'h2': Sensor(outlier_period=2.0, outlier_value=-7.0),
+    }
+    for message in heard['output'][:20]:
+        assert tuple(message.position) == reference.sample().y
+    assert [m.position[1] == -7.0 for m in heard['output'][:20]] == [False, False] + [
+        True, False
+    ] * 9  # fmt: skip
+
+
+def test_messages_carry_names_that_nobody_wants(ros, paused):
+    node, heard = paused
+    ros.call('/simulator/enable', SetBool, data=True)
+    ros.spin_until(lambda: heard['input'])
+    assert set_parameter(node, 'further_names', 2).successful
+    ros.spin_until(lambda: len(heard['input'][-1].name) == len(heard['output'][-1].name) == 4)
+    for topic, own in (('input', ['Q1', 'Q2']), ('output', ['h1', 'h2'])):
+        message = heard[topic][-1]
+        assert message.name == ['further_1', 'further_2', *own]
+        assert list(message.position[:2]) == [0.0, 0.0] and len(message.position) == 4
+    assert list(heard['state'][-1].name) == ['h1', 'h2', 'h3']
+
+
 def test_reset_starts_the_same_run_again(ros, paused):
     _, heard = paused
     ros.call('/simulator/enable', SetBool, data=True)
@@ -138,6 +176,11 @@ def test_it_says_when_it_cannot_keep_up(ros):
         ('plant.p1', 1.5, 'plant.p1 must be 0 to 1, not 1.5'),
         ('speed', 0, 'speed must be 0.001 to 1e6'),
         ('speed', 2.0, 'publish_clock'),
+        ('sensor.h1.delay', 2000.0, 'sensor.h1.delay must be -1000 to 1000 s, not 2000.0'),
+        ('sensor.h1.range', [3.0, 1.0], 'sensor.h1.range must be [lower, upper], not [3.0, 1.0]'),
+        ('sensor.h1.outlier_length', 0, 'sensor.h1.outlier_length must be 1 to 1000000'),
+        ('actuator.Q1.delay', -1.0, 'actuator.Q1.delay must be 0 to 1000 s, not -1.0'),
+        ('further_names', 101, 'further_names must be 0 to 100, not 101'),
         ('noise_reference', 'meassured', "did you mean 'measured'?"),
         ('scenario', 'os:path', 'read-only'),
     ],

@@ -1,10 +1,13 @@
 import math
+from types import MappingProxyType
 
 import numpy as np
 import pytest
 
+from plant_sim.actuators import Actuator
 from plant_sim.scenario import Scenario
 from plant_sim.scenarios import load_scenario
+from plant_sim.sensors import Sensor
 from plant_sim.signals import constant
 from plant_sim.simulation import Simulation
 from plant_sim.sources import PIController, WhiteGaussian
@@ -153,3 +156,96 @@ def test_measured_power_is_that_of_the_same_closed_loop():
     rms = math.sqrt(np.mean([i.y[0] ** 2 for i in play(vessel())]))
     # 200 draws: 5 standard errors of a deviation are a quarter.
     assert error.std() == pytest.approx(0.1 * rms, rel=0.25)
+
+
+def test_a_late_sensor_reads_the_past_and_an_early_one_the_future():
+    """Between samples as well, and while the valves change on their time."""
+    fine = [i.y for i in play_tanks(period=0.5, count=2 * 1400)]
+    for delay in (2.5, -2.5, 3.0, -3.0):
+        late = play_tanks({'h1': Sensor(delay=delay)}, count=1300)
+        assert [i.t for i in late] == [float(k) for k in range(1300)]
+        for k in range(3, 1300):
+            expected = fine[round(2 * (k - delay))][0]
+            assert late[k].y == pytest.approx((expected, fine[2 * k][1]), abs=2e-5)
+    assert {i.y[0] for i in play_tanks({'h1': Sensor(delay=9.0)}, count=9)} == {0.0}
+
+
+def play_tanks(sensors=MappingProxyType({}), period=1.0, count=100, actuators=None, **options):
+    options = {'snr_db': math.inf} | options
+    simulation = Simulation(THREE_TANK, period=period, **options)
+    simulation.sensors, simulation.actuators = sensors, actuators or {}
+    return [simulation.sample() for _ in range(count)]
+
+
+def test_an_offset_in_time_changes_stamps_and_no_plant():
+    clean = play_tanks(seed=2, snr_db=40.0)
+    for sensor in (Sensor(delay=4.0), Sensor(delay=-4.0)):
+        faulty = play_tanks({'h1': sensor}, seed=2, snr_db=40.0)
+        assert [(i.t, i.x, i.u, i.p, i.y[1]) for i in faulty] == [
+            (i.t, i.x, i.u, i.p, i.y[1]) for i in clean
+        ]
+
+
+def test_an_offset_in_time_comes_and_goes_while_it_runs():
+    simulation = Simulation(THREE_TANK, snr_db=math.inf)
+    clean = [i.y[0] for i in play_tanks(count=200)]
+    found = []
+    for k in range(150):
+        delay = {0: 0.0, 1: 20.0, 2: 0.0, 3: -20.0, 4: 0.0}[k // 30]
+        simulation.sensors = {'h1': Sensor(delay=delay)}
+        found.append(simulation.sample())
+    assert [i.t for i in found] == [float(k) for k in range(150)]
+    y = [i.y[0] for i in found]
+    assert y[:30] == clean[:30] and y[60:90] == clean[60:90] and y[120:] == clean[120:150]
+    # A delay line shows the oldest value known until it is full.
+    assert y[30:50] == pytest.approx([clean[29]] * 20) and y[50:60] == pytest.approx(clean[30:40])
+    assert y[90:120] == pytest.approx(clean[110:140], abs=1e-5)
+
+
+def test_an_outlier_counts_in_the_deviation_of_the_noise():
+    sensor = Sensor(outlier_period=10.0, outlier_size=(7.0, 7.0))
+    clean, spiked = (play_tanks(s, seed=2, snr_db=40.0) for s in ({}, {'h2': sensor}))
+    off = np.array([np.subtract(b.y, a.y) for a, b in zip(clean, spiked, strict=True)])
+    assert not off[:, 0].any() and np.flatnonzero(off[:, 1]).tolist() == list(range(10, 100, 10))
+    assert np.abs(off[10::10, 1]) == pytest.approx(0.07)
+    without = play_tanks({'h2': sensor})
+    assert abs(without[10].y[1] - play_tanks()[10].y[1]) == pytest.approx(7.0)
+
+
+def test_sensors_that_are_perfect_leave_every_bit():
+    clean = play_tanks(seed=2, snr_db=40.0)
+    assert play_tanks({'h1': Sensor()}, seed=2, snr_db=40.0, actuators={'Q1': Actuator()}) == clean
+
+
+def test_a_dead_time_lets_the_plant_wait_for_its_input():
+    """x' = -u: the input t / 20, held for 2 s, acts 5 s later."""
+    scenario = vessel(
+        inputs=lambda t: (t / 20.0,), parameters=constant(0.0, 0.0), sample_period=2.0,
+        duration=22.0,
+    )  # fmt: skip
+    simulation = Simulation(scenario)
+    simulation.actuators = {'u': Actuator(delay=5.0)}
+    last = [simulation.sample() for _ in range(11)][-1]
+    # Until 5 s the first input, 0; then one more of 0, 0.1, ... each for 2 s, the last for 1 s.
+    acted = 2.0 * sum(0.1 * k for k in range(7)) + 0.7
+    assert last.t == 20.0 and last.u == (1.0,) and last.x[0] == pytest.approx(3.0 - acted)
+
+
+def test_an_actuator_that_saturates_gives_the_plant_less_than_is_told():
+    simulation = Simulation(vessel(inputs=constant(0.7), parameters=constant(0.7, 0.0)))
+    simulation.actuators = {'u': Actuator(range=(0.0, 0.5))}
+    end = [simulation.sample() for _ in range(11)][-1]
+    assert end.u == (0.7,) and end.x[0] == pytest.approx(3.0 + (0.7 - 0.5) * 1.0)
+
+
+def test_a_controller_gets_the_readings_at_their_time():
+    clean, late, coarse = (play_loop(s) for s in (None, Sensor(delay=0.5), Sensor(resolution=1.0)))
+    assert [i.u for i in late] == [i.u for i in clean] != [i.u for i in coarse]
+    y, before = [i.y[0] for i in late[6:]], [i.y[0] for i in clean[1:-5]]
+    assert y == pytest.approx(before, abs=1e-9)
+
+
+def play_loop(sensor):
+    simulation = Simulation(vessel())
+    simulation.sensors = {'y': sensor} if sensor else {}
+    return [simulation.sample() for _ in range(50)]

@@ -1,13 +1,22 @@
-"""Models of recorded plants, as a user would write them first, in bounds that cut no optimum off.
+"""Recorded plants and their windows; models as a user writes them first, forecasts.
 
-But for the ball's friction, which cannot be negative.
+Bounds cut no optimum off, but for the ball's friction, which cannot be negative.
 """
 
+import functools
+from pathlib import Path
 from typing import Any, NamedTuple
 
 import numpy as np
 
-from obs_ros import Model, Variable
+from benchmarks.runner import ROOT
+from obs_ros import Estimate, Model, Record, Variable
+from obs_ros.core.typing import Array
+from obs_ros.integration.backends import kernels_for
+from obs_ros.integration.grid import Grid
+
+FOLDER = ROOT.parent / 'shared' / 'data'  # where recordings are sought, beside the repository
+OVERLAP = 4  # windows begin in one window's length
 
 AMBIENT, HEAT_CAPACITY, RADIATION = 23.0, 2.0, 0.9 * 5.67e-8 * 1e-3  # degC, J/K, W/K^4
 MASS, INERTIA, FRONT, REAR, GRAVITY = 21.76, 1.124, 0.34, 0.23, 9.81  # kg, kg m2, m, m, m/s2
@@ -164,3 +173,37 @@ PLANTS = {
     'battery': Plant('battery.csv', CELL, ('cur',), ('volt',), 300.0),
     'car': Plant('car.csv', CAR, ('steer', 'vx'), ('vy', 'rate'), 3.0),
 }
+
+
+@functools.cache  # once in each process, not for each window
+def recorded(name: str, folder: Path) -> Record:
+    """Return the whole recording of a plant."""
+    plant = PLANTS[name]
+    rows = np.genfromtxt(folder / plant.file, delimiter=',', names=True)
+    t = rows['t'] if plant.interval is None else plant.interval * np.arange(rows.size)
+    u, y = (
+        np.column_stack([rows[name] for name in group]) for group in (plant.inputs, plant.outputs)
+    )
+    return Record(t, u, y)
+
+
+def starts(plant: Plant, record: Record) -> list[float]:
+    """Return the times (s) at which windows begin, the first of four disjoint from the fifth."""
+    last = record.t[-1] - plant.window
+    return np.arange(record.t[0], last, plant.window / OVERLAP).tolist()
+
+
+def part(whole: Record, first: float, last: float, *, closed: bool = False) -> Record:
+    """Return the samples in [first, last), or [first, last]."""
+    inside = (whole.t >= first - 1e-9) & (whole.t < last + (1e-9 if closed else -1e-9))
+    return Record(whole.t[inside], whole.u[inside], whole.y[inside])
+
+
+def forecast(model: Model, found: Estimate, ahead: Record) -> Array:
+    """Return the outputs (K, r) that an estimate foretells for times (K,) from its end on."""
+    x, p = (
+        np.array([[values[variable.name]] for variable in variables])
+        for values, variables in ((found.state, model.states), (found.parameters, model.parameters))
+    )
+    grid = Grid.of(model, ahead, np.ones(len(model.outputs)))
+    return np.asarray(kernels_for(model).trajectories(grid, x, p)[1][..., 0])
