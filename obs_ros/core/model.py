@@ -108,6 +108,14 @@ class Variable:
             if (value := getattr(self, field)) is not None:
                 object.__setattr__(self, field, checked_sensor_field(self.name, field, value))
 
+    @property
+    def rounding(self) -> float:
+        """Standard deviation of the errors by which a sensor rounds; 0 where that is not known.
+
+        Steps of size d leave errors of variance d^2 / 12 (Widrow & Kollar 2008, chapter 5).
+        """
+        return (self.resolution or 0.0) / math.sqrt(12.0)
+
 
 @dataclass(frozen=True)
 class Model:
@@ -252,7 +260,10 @@ def _around(variable: Variable, rng: np.random.Generator) -> Array:
 
 
 def checked_noise(model: Model, noise: Mapping[str, float] | None) -> dict[str, float]:
-    """Return the standard deviations by output; raises ValueError for what cannot be one."""
+    """Return the standard deviations by output, those of rounding sensors with `rounding`.
+
+    Raises ValueError for what cannot be a standard deviation.
+    """
     if noise is not None and not isinstance(noise, Mapping):
         raise ValueError(f'noise must give a standard deviation by output, not {noise!r}')
     outputs = names(model.outputs)
@@ -261,4 +272,8 @@ def checked_noise(model: Model, noise: Mapping[str, float] | None) -> dict[str, 
             raise ValueError(f'noise of unknown output {name!r}: {suggest(name, outputs)}')
         if not (math.isfinite(sd) and sd > 0.0):
             raise ValueError(f'noise of {name}: standard deviation {sd} is not positive')
-    return dict(noise or {})
+    given = dict(noise or {})
+    for variable in model.outputs:
+        if variable.resolution is not None and variable.name in given:
+            given[variable.name] = math.hypot(given[variable.name], variable.rounding)
+    return given

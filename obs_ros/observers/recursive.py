@@ -11,6 +11,7 @@ from obs_ros.core.estimate import Estimate, Outcome, normal_intervals
 from obs_ros.core.model import Model, checked_noise, inside, names
 from obs_ros.core.record import Sample
 from obs_ros.core.rng import random_generator
+from obs_ros.core.saturation import at_an_end
 from obs_ros.core.typing import Array
 from obs_ros.inference.parameterisation import Unknowns
 from obs_ros.integration.backends import Backend, check_backend
@@ -18,6 +19,8 @@ from obs_ros.integration.path import Path
 from obs_ros.integration.stepper import Stepper, stepper_for
 from obs_ros.models import load_model
 from obs_ros.observers import settings as table
+from obs_ros.observers.saturated_outputs import SaturatedOutputs
+from obs_ros.observers.start import initial_values
 from obs_ros.samples.gate import GateSettings
 from obs_ros.samples.stuck_sensor import Repeats, words
 from obs_ros.samples.successive_outputs import SuccessiveOutputs
@@ -74,6 +77,7 @@ class RecursiveObserver:
     rehearsal: ClassVar[int] = 3  # outputs, until all is compiled
     difference: ClassVar[float] = 6e-6  # of a range, in central differences: eps^(1/3)
     reasons: ClassVar[tuple[str, ...]] = ()  # for which a subclass counts more
+    misses_outputs: ClassVar[bool] = True  # False: its steps cannot do without a value of each
 
     def __init__(
         self,
@@ -100,7 +104,7 @@ class RecursiveObserver:
         limits = [(bounds or {}).get(v.name, (v.lower, v.upper)) for v in self.model.variables]
         self.lower, self.upper = np.array(limits, dtype=np.float64).T.copy()
         self.noise = checked_noise(self.model, noise)
-        self.initial = _initial_values(self.unknowns, initial or {})
+        self.initial = initial_values(self.unknowns, initial or {})
         self.backend: Backend | None = backend
         check_backend(backend)
         random_generator(seed)  # refuses a bad one now
@@ -121,7 +125,9 @@ class RecursiveObserver:
         self._taken, self._remark, self._step_time = 0, '', 0.0
         self._counts = dict.fromkeys(('reset_non_finite', *self.reasons, 'skipped'), 0)
         # Outputs whose noise is known cannot stand still; see `stuck_sensor`.
-        self._repeats = Repeats([name in self.noise for name in self._outputs])
+        deviations = [self.noise.get(name, math.nan) for name in self._outputs]
+        self._repeats = Repeats.of(self.model, deviations)
+        self._saturated = SaturatedOutputs(self.model, stand_in=not self.misses_outputs)
         gate = GateSettings(reach=self.settings.longest_gap).within_steps(self.model)
         self._samples = SuccessiveOutputs(self.model, gate, self._repeats)
         self._forget()
@@ -151,8 +157,11 @@ class RecursiveObserver:
         u = np.array([inside(variable) for variable in self.model.inputs])
         with np.errstate(all='ignore'):
             y = np.array(self.model.output(0.0, tuple(twin.x), tuple(u), tuple(twin.p)))
+        y = np.where(np.isfinite(y), y, 0.0)
         for k in range(self.rehearsal):
-            twin.absorb(Sample(k * period, y=np.where(np.isfinite(y), y, 0.0), u=u))
+            # The last output is at the ends of all ranges, which takes a rollout.
+            y = y if k + 1 < self.rehearsal else at_an_end(self.model.outputs, y)
+            twin.absorb(Sample(k * period, y=y, u=u))
         return time.perf_counter() - begin
 
     def absorb(self, sample: Sample) -> bool:
@@ -203,7 +212,7 @@ class RecursiveObserver:
             innovation=dict(zip(self._outputs, innovation, strict=True)),
             innovation_stddev=dict(zip(self._outputs, spread, strict=True)),
             solve_time=self._step_time,
-            figures=self.figures.copy(),
+            figures=self.figures | self._repeats.resolutions.figures,
         )
 
     def inherit(self, other: 'RecursiveObserver') -> bool:
@@ -244,9 +253,11 @@ class RecursiveObserver:
         begin = time.perf_counter()
         before = self._before
         path = self._samples.inputs.path(stamp if before is None else before.stamp, stamp)
-        now = Instant(stamp, stamp / 1e9, y, path.u[path.pieces].copy())
         # Overflow is found below; compiled steps do not warn either.
         with np.errstate(all='ignore'):
+            if self._saturated.needed:
+                y = self._saturated.told(y, stamp / 1e9, path, self.x, self.p, self.stepper)
+            now = Instant(stamp, stamp / 1e9, y, path.u[path.pieces].copy())
             if before is None:
                 self._begin(now)
             else:
@@ -285,16 +296,3 @@ def _rms(values: list[float]) -> float:
     """Return the root mean square of those that are numbers; NaN if none is."""
     squares = [value * value for value in values if not math.isnan(value)]
     return math.sqrt(sum(squares) / len(squares)) if squares else math.nan
-
-
-def _initial_values(unknowns: Unknowns, given: Mapping[str, float]) -> Array:
-    """Return states and parameters (n + q,) to start from."""
-    model, scale = unknowns.model, unknowns.scale
-    values = unknowns.given.copy()
-    for i, low, high in zip(unknowns.index, scale.lower, scale.upper, strict=True):
-        expected = (model.variables[i].prior or (model.variables[i].nominal,))[0]
-        values[i] = 0.5 * (low + high) if expected is None else min(max(expected, low), high)
-    order = list(names(model.variables))
-    unknowns.check_initial(given)
-    values[[order.index(name) for name in given]] = list(given.values())
-    return values
