@@ -16,6 +16,7 @@ from std_srvs.srv import SetBool, Trigger
 
 from obs_ros.core.model import names
 from obs_ros.interface.bindings import Binding, bindings, signal_parameters
+from obs_ros.interface.sensors import with_sensors
 from obs_ros.interface.status import Health, Level
 from obs_ros.models import load_model
 from obs_ros.ros.diagnostics import publish_health
@@ -77,6 +78,7 @@ class Simulator(GuardedNode):
         parameters.declare((*COMMON, *faults, *signal_parameters(self.model)))
         bound = bindings(self.model, parameters.values, parameters.unknown('signals.'))
         check_bindings(self, self.model, bound)
+        self.model = with_sensors(self.model, parameters.values)
         self._settings: Mapping[str, Any] = parameters.values
         self._simulates_time = bool(
             self._settings['publish_clock'] or self._settings['speed'] != 1.0

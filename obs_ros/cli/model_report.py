@@ -10,6 +10,7 @@ import numpy as np
 from obs_ros.cli.model_trial import Trial
 from obs_ros.core.model import Model, Variable
 from obs_ros.core.typing import Array
+from obs_ros.core.variable_fields import SENSOR_FIELDS
 from obs_ros.inference.assessment.deviations import Deviations
 from obs_ros.inference.assessment.identifiability import advice, weak_directions
 from obs_ros.inference.assessment.informed_subspace import informed_information
@@ -59,7 +60,7 @@ def variables(model: Model) -> list[str]:
 
 
 def _known(v: Variable) -> str:
-    """Return the words on prior and walk."""
+    """Return the words on prior and walk, sensor and actuator."""
     words = ''
     if v.prior is not None:
         words += f', prior {v.prior[0]:g} (sd {v.prior[1]:g})'
@@ -68,7 +69,15 @@ def _known(v: Variable) -> str:
     elif v.walk is not None:
         of, unit = (' of the logarithm', '') if v.scale == 'log' else ('', _unit(v))
         words += f', walk{of} {v.walk:g}{unit}/sqrt(s)'
-    return words
+    return words + ''.join(
+        f', {field} {_sensor(getattr(v, field))}'
+        for field in SENSOR_FIELDS
+        if getattr(v, field) is not None
+    )
+
+
+def _sensor(value: float | tuple[float, float]) -> str:
+    return f'{value[0]:g} to {value[1]:g}' if isinstance(value, tuple) else f'{value:g}'
 
 
 def rollout(model: Model, trial: Trial) -> list[str]:

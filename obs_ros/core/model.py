@@ -1,18 +1,22 @@
 """The model of a plant: named variables with units and bounds, and two plain functions."""
 
-import contextlib
 import math
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass
-from numbers import Real
+from dataclasses import KW_ONLY, dataclass
 from typing import Any, Literal, get_args
 
 import numpy as np
 
 from obs_ros.core.plant_function import Trial, normalised
 from obs_ros.core.registry import suggest
-from obs_ros.core.texts import quoted
 from obs_ros.core.typing import Array
+from obs_ros.core.variable_fields import (
+    SENSOR_FIELDS,
+    check_kind,
+    checked_prior,
+    checked_sensor_field,
+    number,
+)
 
 Interpolation = Literal['hold', 'linear', 'mean']
 Scale = Literal['linear', 'log']
@@ -45,11 +49,19 @@ class Variable:
     the bounds of a parameter that the plant cannot leave, as the `lower` one of a friction: an
     interval may end there. Other bounds are a guess, and what reaches them is not determined.
 
+    Sensors and actuators are declared as they are. `period`, in `unit`, belongs to an output or
+    state that wraps, as an angle does at 2 pi. `range` (low, high), in `unit`, is where a sensor
+    saturates, or to which an actuator clips its input; one end may be infinite. `resolution`, in
+    `unit`, is the step between two values that a sensor can report. `delay`, in s, says how long
+    before its stamp an output was measured, or how long after its stamp an input acts; two numbers
+    (lower, upper) bound a delay that is estimated.
+
     Numbers are floats, whether given as such or as integers.
 
     Raises ValueError for a name that is no identifier, what is no number, crossed bounds, bounds
-    that a logarithm does not have, a nominal outside them, a walk that is not positive, and a prior
-    without a finite mean, positive on a log scale, and a finite, positive standard deviation.
+    that a logarithm does not have, a nominal outside them, a walk, period or resolution that is not
+    positive, a prior without a finite mean, positive on a log scale, and a finite, positive
+    standard deviation, a range that limits nothing, and a delay beyond +-1e6 s.
     """
 
     name: str
@@ -62,6 +74,11 @@ class Variable:
     scale: Scale = 'linear'
     prior: tuple[float, float] | None = None
     physical: Physical = 'none'
+    _: KW_ONLY
+    period: float | None = None
+    range: tuple[float, float] | None = None
+    resolution: float | None = None
+    delay: float | tuple[float, float] | None = None
 
     def __post_init__(self) -> None:
         if not self.name.isidentifier():
@@ -69,30 +86,35 @@ class Variable:
         for field in ('lower', 'upper', 'nominal', 'walk'):
             value = getattr(self, field)
             if value is not None or field in ('lower', 'upper'):
-                object.__setattr__(self, field, _number(f'{self.name}: {field}', value))
-        if self.scale not in get_args(Scale):
-            raise ValueError(
-                f'{self.name}: scale {self.scale!r} is none of {", ".join(get_args(Scale))}'
-            )
+                object.__setattr__(self, field, number(f'{self.name}: {field}', value))
+        for field, words in (
+            ('scale', Scale), ('interpolation', Interpolation), ('physical', Physical)
+        ):  # fmt: skip
+            if (word := getattr(self, field)) not in get_args(words):
+                raise ValueError(
+                    f'{self.name}: {field} {word!r} is none of {", ".join(get_args(words))}'
+                )
         check_bounds(self.name, self.lower, self.upper, self.scale)
         if self.nominal is not None and not self.lower <= self.nominal <= self.upper:
             raise ValueError(
                 f'{self.name}: nominal {self.nominal} is outside [{self.lower}, {self.upper}]'
             )
-        if self.interpolation not in get_args(Interpolation):
-            raise ValueError(
-                f'{self.name}: interpolation {self.interpolation!r} is none of '
-                f'{", ".join(get_args(Interpolation))}'
-            )
-        if self.physical not in get_args(Physical):
-            raise ValueError(
-                f'{self.name}: physical {self.physical!r} is none of '
-                f'{", ".join(get_args(Physical))}'
-            )
         if self.walk is not None and not self.walk > 0.0:
             raise ValueError(f'{self.name}: walk {self.walk} is not positive')
         if self.prior is not None:
-            object.__setattr__(self, 'prior', _checked_prior(self.name, self.prior, self.scale))
+            log = self.scale == 'log'
+            object.__setattr__(self, 'prior', checked_prior(self.name, self.prior, log))
+        for field in SENSOR_FIELDS:
+            if (value := getattr(self, field)) is not None:
+                object.__setattr__(self, field, checked_sensor_field(self.name, field, value))
+
+    @property
+    def rounding(self) -> float:
+        """Standard deviation of the errors by which a sensor rounds; 0 where that is not known.
+
+        Steps of size d leave errors of variance d^2 / 12 (Widrow & Kollar 2008, chapter 5).
+        """
+        return (self.resolution or 0.0) / math.sqrt(12.0)
 
 
 @dataclass(frozen=True)
@@ -132,7 +154,7 @@ class Model:
             twice = sorted({name for name in names if names.count(name) > 1})
             if twice:
                 raise ValueError(f'model {self.name!r} has more than one variable {twice[0]!r}')
-        max_step = _number(f'model {self.name!r}: max_step', self.max_step)
+        max_step = number(f'model {self.name!r}: max_step', self.max_step)
         object.__setattr__(self, 'max_step', max_step)
         if not self.max_step > 0:
             raise ValueError(f'model {self.name!r}: max_step {self.max_step} s is not positive')
@@ -147,6 +169,10 @@ class Model:
                     f'model {self.name!r}: {variable.name} has scale {variable.scale!r}, '
                     'which only parameters may have'
                 )
+        for kind in ('state', 'input', 'output', 'parameter'):
+            for variable in getattr(self, f'{kind}s'):
+                given = [f for f in SENSOR_FIELDS if getattr(variable, f) is not None]
+                check_kind(f'model {self.name!r}: {variable.name}', kind, given)
         for variable in self.states:
             if variable.walk == math.inf:
                 raise ValueError(
@@ -210,28 +236,6 @@ def inside(variable: Variable) -> float:
     return upper - 1.0 if math.isinf(lower) else 0.5 * (lower + upper)
 
 
-def _number(what: str, value: object) -> float:
-    """Return the number as a float; raises ValueError for what is none."""
-    if isinstance(value, Real) and not isinstance(value, bool):
-        with contextlib.suppress(OverflowError):
-            return float(value)
-    raise ValueError(f'{what} must be a number, not {value!r}')
-
-
-def _checked_prior(name: str, prior: object, scale: Scale) -> tuple[float, float]:
-    """Return mean and standard deviation as floats; raises ValueError for what cannot be them."""
-    if not isinstance(prior, list | tuple | np.ndarray) or len(prior) != 2:
-        raise ValueError(f'{name}: prior must be (mean, standard deviation), not {quoted(prior)}')
-    mean, sd = (_number(f'{name}: prior', entry) for entry in prior)
-    if not math.isfinite(mean):
-        raise ValueError(f'{name}: prior mean {mean} is not finite')
-    if not 0.0 < sd < math.inf:
-        raise ValueError(f'{name}: prior standard deviation {sd} is not positive and finite')
-    if scale == 'log' and not mean > 0.0:
-        raise ValueError(f'{name}: prior mean {mean} must be positive on a log scale')
-    return mean, sd
-
-
 def _around(variable: Variable, rng: np.random.Generator) -> Array:
     """Return values (CANDIDATES,) to try: the nominal one, or else the middle and others inside."""
     middle = inside(variable)
@@ -244,7 +248,10 @@ def _around(variable: Variable, rng: np.random.Generator) -> Array:
 
 
 def checked_noise(model: Model, noise: Mapping[str, float] | None) -> dict[str, float]:
-    """Return the standard deviations by output; raises ValueError for what cannot be one."""
+    """Return the standard deviations by output, those of rounding sensors with `rounding`.
+
+    Raises ValueError for what cannot be a standard deviation.
+    """
     if noise is not None and not isinstance(noise, Mapping):
         raise ValueError(f'noise must give a standard deviation by output, not {noise!r}')
     outputs = names(model.outputs)
@@ -253,4 +260,8 @@ def checked_noise(model: Model, noise: Mapping[str, float] | None) -> dict[str, 
             raise ValueError(f'noise of unknown output {name!r}: {suggest(name, outputs)}')
         if not (math.isfinite(sd) and sd > 0.0):
             raise ValueError(f'noise of {name}: standard deviation {sd} is not positive')
-    return dict(noise or {})
+    given = dict(noise or {})
+    for variable in model.outputs:
+        if variable.resolution is not None and variable.name in given:
+            given[variable.name] = math.hypot(given[variable.name], variable.rounding)
+    return given

@@ -26,8 +26,8 @@ class ParameterSpec:
 
     `lower` and `upper` bound numbers and the entries of arrays, `positive` excludes 0 as well,
     `infinite` allows infinity beside the numbers up to a finite `upper`, as `nan` allows NaN.
-    `choices` lists the words allowed, `length` fixes an array's. `read_only` ones are set at start
-    only.
+    `choices` lists the words allowed, `length` fixes an array's. `or_pair` lets two numbers stand
+    in place of one. `read_only` ones are set at start only.
     """
 
     name: str
@@ -41,6 +41,7 @@ class ParameterSpec:
     infinite: bool = False
     choices: tuple[str, ...] = ()
     length: int | None = None
+    or_pair: bool = False
     read_only: bool = False
 
     @property
@@ -48,8 +49,7 @@ class ParameterSpec:
         """The values allowed, in words."""
         if self.choices:
             return ' | '.join(choice or "''" for choice in self.choices)
-        entry = self.default[0] if isinstance(self.default, tuple) else self.default
-        if isinstance(entry, bool | str):
+        if isinstance(self._entry, bool | str):
             return ''
         if self.positive:
             return '> 0' if math.isinf(self.upper) else f'> 0, <= {_figure(self.upper)}'
@@ -65,8 +65,9 @@ class ParameterSpec:
         """
         typed: Value = self.typed(value)
         if isinstance(typed, tuple):
-            if self.length is not None and len(typed) != self.length:
-                raise ValueError(f'{self.name} must have {self.length} entries, not {len(typed)}')
+            length = 2 if self.or_pair else self.length
+            if length is not None and len(typed) != length:
+                raise ValueError(f'{self.name} must have {length} entries, not {len(typed)}')
             if len(typed) > MOST_ENTRIES:
                 raise ValueError(
                     f'{self.name} must have at most {MOST_ENTRIES} entries, not {len(typed)}'
@@ -84,13 +85,15 @@ class ParameterSpec:
         """Return `value` as the parameter's type, its range unchecked; raises ValueError."""
         if isinstance(value, bool):  # as YAML, and so ROS, reads these words without quotes
             value = next((word for word in YAML_WORDS[value] if word in self.choices), value)
-        if not isinstance(self.default, tuple):
-            return _as_type(self.name, type(self.default), value)  # type: ignore[no-any-return]
-        if isinstance(value, str | bytes) or not isinstance(value, Iterable):
+        entry = self._entry
+        several = isinstance(value, Iterable) and not isinstance(value, str | bytes)
+        if not (several and self.or_pair) and not self._is_array:
+            return _as_type(self.name, type(entry), value)  # type: ignore[no-any-return]
+        if not several:
             raise ValueError(
-                f'{self.name} must be an array like {list(self.default)}, not {quoted(value)}'
+                f'{self.name} must be an array like {plain(self.default)}, not {quoted(value)}'
             )
-        return tuple(_as_type(self.name, type(self.default[0]), entry) for entry in value)
+        return tuple(_as_type(self.name, type(entry), each) for each in value)
 
     def describe(self) -> str:
         """Return the description with unit, range and when it can be set."""
@@ -101,6 +104,16 @@ class ParameterSpec:
         ]
         text = '; '.join(note for note in notes if note)
         return self.description + (f' ({text})' if text else '')
+
+    @property
+    def _is_array(self) -> bool:
+        """Whether a single value is none: an array is meant."""
+        return isinstance(self.default, tuple) and not self.or_pair
+
+    @property
+    def _entry(self) -> bool | int | float | str:
+        """The default, or the first entry of one that is an array."""
+        return self.default[0] if isinstance(self.default, tuple) else self.default
 
     @property
     def _has_unit(self) -> bool:

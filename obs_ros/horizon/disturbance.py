@@ -246,8 +246,9 @@ def criterion_at(window: WindowState, best: Hypothesis) -> float:
     plain = criterion_of(replace(window, objective=objective), best.cost)
     if objective.grid.injection is not None:
         return plain
-    counts = np.count_nonzero(objective.grid.weight, axis=0)
-    squares = np.nansum(best.trajectory[1] ** 2, axis=0)
+    residuals = best.trajectory[1]
+    counts = np.isfinite(residuals).sum(axis=0)
+    squares = np.nansum(residuals**2, axis=0)
     told = (counts > 0) & (squares > 0.0)
     sizes = counts[told] * (np.log(squares[told] / counts[told]) + 1.0)
     freed = plain - best.squares + float(sizes.sum()) + told.sum() * np.log(counts.sum())

@@ -218,6 +218,7 @@ class Forecasts:
     def _compare(self, pending: Pending, grid: Grid, outputs: Array) -> None:
         """Add the errors of outputs (K - 1, r, B) to those of a forecast."""
         t, y, known = grid.t[1:], grid.y[1:], grid.weight[1:] > 0.0
+        outputs = outputs if grid.ends is None else grid.ends[1:].shown(outputs)
         known = known & np.isfinite(pending.held)
         held = np.where(np.isfinite(pending.held), pending.held, 0.0)
         squares = np.where(known[:, :, None], (outputs - y[:, :, None]) ** 2, 0.0)

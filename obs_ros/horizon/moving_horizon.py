@@ -49,6 +49,7 @@ from obs_ros.inference.outlier_count import OutlierCount
 from obs_ros.inference.process_noise import LearnedProcessNoise
 from obs_ros.inference.window_state import WindowState
 from obs_ros.samples.range_check import without_absurd
+from obs_ros.samples.resolution import Resolutions
 
 
 class MovingHorizon:
@@ -79,6 +80,7 @@ class MovingHorizon:
         # Parameters that some window has determined by itself.
         self._alone = np.zeros(solver.unknowns.dimension - solver.unknowns.n_states, dtype=np.bool_)
         self.outliers = OutlierCount(names(solver.model.outputs))
+        self._resolutions = Resolutions(solver.model.outputs)
         self.stuck = 0  # values that stuck sensors repeated
         self.huge = 0  # values that no signal of their window can have
 
@@ -88,7 +90,8 @@ class MovingHorizon:
         model = self._solver.model
         record, absurd = without_absurd(record)
         self.huge += absurd
-        sound = without_stuck(model, record, self._solver.noise, self._noise.scale())
+        scale = self._noise.scale()
+        sound = without_stuck(model, record, self._solver.noise, scale, self._resolutions)
         self.stuck += sound.repeated
         if sound.record is None:
             return empty(model, record, Outcome.STALE_OUTPUT, sound.said)
@@ -96,10 +99,7 @@ class MovingHorizon:
         self._first = False
         if estimate.usable:
             self._previous = estimate
-        if not sound.repeated:
-            return estimate
-        outcome = Outcome.STALE_OUTPUT if sound.stale and estimate.usable else estimate.outcome
-        return replace(estimate, outcome=outcome, message=f'{sound.said}; {estimate.message}')
+        return sound.told(estimate)
 
     def _solve_measured(
         self, record: Record, rng: np.random.Generator, deadline: Deadline

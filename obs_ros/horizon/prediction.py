@@ -77,7 +77,8 @@ class Prediction:
         self._states, self._outputs = names(model.states), names(model.outputs)
         self._take_unknowns(unknowns or Unknowns.of(model))
         self._samples = SuccessiveOutputs(model, gate)
-        self._repeats = Repeats([True] * len(model.outputs))
+        # Noise is known by the time of a prediction, but not here.
+        self._repeats = Repeats([True] * len(model.outputs), outputs=model.outputs)
         self._trail: deque[Interval] = deque(maxlen=settings.kept)  # for estimates to come
         self._rest: list[Interval] = []  # along which the state is to be carried
         self._at_once = settings.at_once

@@ -1,15 +1,17 @@
 """Probation: sensors that are stuck, and windows that follow one that the model cannot explain."""
 
 from collections.abc import Mapping
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 
 from obs_ros.core.estimate import Estimate, Outcome
 from obs_ros.core.model import Model, names
 from obs_ros.core.record import Record
+from obs_ros.core.saturation import unsaturated
 from obs_ros.core.typing import Array
 from obs_ros.optimization.memetic import MemeticSettings
+from obs_ros.samples.resolution import Resolutions
 from obs_ros.samples.stuck_sensor import stuck, words
 
 EARNED = 20  # windows in a row that fit: fewer happen by chance near rest
@@ -20,19 +22,34 @@ SKILLED = 4  # in a row whose forecasts beat holding the last value: these are n
 class Sound:
     """A window without what stuck sensors repeat: None if nothing else is left of it.
 
-    `stale`: one of them has not said anything else since.
+    `repeated` counts values, `said` names their sensors; `steps` are figures of those that sensors
+    were found to round to. `stale`: one of the sensors has not said anything else since.
     """
 
     record: Record | None
-    repeated: int  # values
-    said: str  # which sensors, in words
+    repeated: int
+    said: str
+    steps: Mapping[str, float] = field(default_factory=dict)
     stale: bool = False
+
+    def told(self, estimate: Estimate) -> Estimate:
+        """Return the estimate of the window with what is known of its sensors."""
+        if self.steps:
+            estimate = replace(estimate, figures={**estimate.figures, **self.steps})
+        if not self.repeated:
+            return estimate
+        outcome = Outcome.STALE_OUTPUT if self.stale and estimate.usable else estimate.outcome
+        return replace(estimate, outcome=outcome, message=f'{self.said}; {estimate.message}')
 
 
 def without_stuck(
-    model: Model, record: Record, given: Mapping[str, float], scale: Array | None
+    model: Model,
+    record: Record,
+    given: Mapping[str, float],
+    scale: Array | None,
+    resolutions: Resolutions | None = None,
 ) -> Sound:
-    """Take out what a stuck sensor repeats.
+    """Take out what a stuck sensor repeats, and let `resolutions` learn from the others.
 
     `scale` (r,) is the noise, given or learned; None while some of it is known only as `given`.
     """
@@ -42,15 +59,22 @@ def without_stuck(
         noisy = scale > MemeticSettings.negligible * np.nanmax(
             np.abs(record.y), axis=0, initial=0.0
         )
-    repeated = stuck(record.y, noisy)
+    values = unsaturated(model.outputs, record.y)
+    steps: Mapping[str, float] = {}
+    if resolutions is not None:
+        resolutions.note(values)
+        resolutions.learn()
+        steps = resolutions.figures
+    noise = np.array([given.get(name, np.nan) for name in names(model.outputs)])
+    repeated = stuck(values, noisy, resolutions=resolutions, noise=noise)
     if not repeated.any():
-        return Sound(record, 0, '')
+        return Sound(record, 0, '', steps)
     said = words(model, np.flatnonzero(repeated.any(axis=0)))
     left = np.where(repeated, np.nan, record.y)
     sound = None if np.isnan(left).all() else record.with_outputs(left)
     newest = np.where(np.isfinite(record.y), np.arange(record.t.size)[:, None], -1).max(axis=0)
     stale = bool(repeated[newest, np.arange(newest.size)].any())
-    return Sound(sound, int(repeated.sum()), said, stale)
+    return Sound(sound, int(repeated.sum()), said, steps, stale)
 
 
 class Probation:

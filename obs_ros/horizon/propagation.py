@@ -18,6 +18,7 @@ import numpy as np
 from obs_ros.core.estimate import Estimate
 from obs_ros.core.jit import accelerated
 from obs_ros.core.model import Model, inside, names
+from obs_ros.core.saturation import contradicting, ends_of
 from obs_ros.core.typing import Array, IntArray
 from obs_ros.integration.backends import Backend
 from obs_ros.integration.filter_pass import Differences
@@ -110,7 +111,7 @@ class Rollout:
     """The model alone: x in lane 0, and x off in one variable of the start in the others."""
 
     def __init__(self, model: Model, backend: Backend | None, start: Start) -> None:
-        self._stepper = stepper_for(model, backend)
+        self._stepper, self._outputs = stepper_for(model, backend), model.outputs
         self._noise = start.noise**2
         self._last: Interval | None = None
         n = start.x.size
@@ -144,7 +145,8 @@ class Rollout:
         path, end = self._last.path, self._last.path.pieces
         self._stepper.measure(path.t[end], path.u[end], self._x, self._p, self._y)
         S = spread(self._y, self._minus, self._gaps, self._P) + self._noise
-        return Carried(x, variances, self._last.y - self._y[:, 0], S)
+        y = contradicting(self._outputs, self._last.y, self._y[:, 0])
+        return Carried(x, variances, y - self._y[:, 0], S)
 
 
 class Filter:
@@ -153,7 +155,7 @@ class Filter:
     def __init__(
         self, model: Model, backend: Backend | None, start: Start, P: Array, walks: Array
     ) -> None:
-        self._stepper = stepper_for(model, backend)
+        self._stepper, self._outputs = stepper_for(model, backend), model.outputs
         self._live = LiveFilter.of(
             model, start.x, start.p, P, walks, start.noise, start.moving
         )  # fmt: skip
@@ -162,7 +164,9 @@ class Filter:
     def advance(self, intervals: Sequence[Interval]) -> None:
         """See `Propagation`."""
         for interval in intervals:
-            self._y[:] = interval.y
+            # Compiled steps know a saturated sensor by the very end of its range.
+            ends = ends_of(self._outputs, interval.y)
+            self._y[:] = interval.y if ends is None else ends.measured(interval.y)
             for i in interval.stuck:
                 self._y[i] = np.nan
             self._stepper.filter(self._live, interval.path, self._y)

@@ -16,6 +16,7 @@ from obs_ros.core.model import Model, checked_noise, names
 from obs_ros.core.prior_knowledge import with_knowledge
 from obs_ros.core.record import Record
 from obs_ros.core.registry import suggest
+from obs_ros.core.saturation import unsaturated
 from obs_ros.core.typing import Array
 from obs_ros.horizon.bases import Bases
 from obs_ros.horizon.cleaning import cleaned, rescaled_to_residuals
@@ -263,8 +264,11 @@ class Solver:
         """Return scales (r,) of the outputs: noise, given or guessed; 1 for other fitnesses."""
         if self.settings.fitness != 'least_squares':
             return np.ones(len(self.model.outputs))
-        outputs = zip(names(self.model.outputs), record.y.T, strict=False)
-        return np.array([self.noise.get(name) or noise_guess(y) for name, y in outputs])
+        outputs = self.model.outputs
+        values = zip(outputs, unsaturated(outputs, record.y).T, strict=False)
+        return np.array([
+            self.noise.get(v.name) or noise_guess(y, rounding=v.rounding) for v, y in values
+        ])  # fmt: skip
 
     def _reweighted(
         self, window: WindowState, found: Found, deadline: Deadline

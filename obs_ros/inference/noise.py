@@ -76,15 +76,18 @@ class Noise:
             self._odd.clear()
 
 
-def noise_guess(y: Array, nothing: float = 1.0) -> float:
+def noise_guess(y: Array, nothing: float = 1.0, rounding: float = 0.0) -> float:
     """Guess the noise of one output (K,) from its second differences, which a slow signal lacks.
 
-    `nothing` stands for a signal without any, or of too few values.
+    `nothing` stands for a signal without any, or of too few values. Where the sensor rounds with
+    errors of deviation `rounding`, most differences may be 0, and noise is as large at least.
     """
     y = y[np.isfinite(y)]
     if y.size < 3:
-        return nothing
+        return max(nothing, rounding)
     bends = np.sort(np.abs(np.diff(y, 2)))
+    if rounding > 0.0:
+        return max(float(bends[bends.size // 2]) / MEDIAN_BEND, rounding)
     for guess in (bends[bends.size // 2], np.std(y)):
         if guess > ROUNDING * np.abs(y).max():
             return float(guess) / MEDIAN_BEND
@@ -94,12 +97,14 @@ def noise_guess(y: Array, nothing: float = 1.0) -> float:
 def variances_left(residuals: Array, grid: Grid, unknowns: int) -> Array:
     """Return noise variances (r,) in the outputs' units from scaled residuals (K, r) of a fit.
 
-    NaN = not measured. The unknowns' share of the freedom is spread over the outputs.
+    NaN = not measured. The unknowns' share of the freedom is spread over the outputs. No variance
+    is below that of the errors by which a sensor rounds.
     """
     known = np.isfinite(residuals)
     counts = known.sum(axis=0)
     left = np.maximum(counts * (1.0 - unknowns / max(counts.sum(), 1)), 1.0)
     least = (ROUNDING * np.abs(grid.y).max(axis=0, initial=0.0)) ** 2 + np.finfo(float).tiny
+    least = np.maximum(least, grid.rounding**2)
     found = np.nansum(residuals**2, axis=0) / left * grid.scale**2
     # An output that was not measured in this window keeps its scale.
     return np.where(counts > 0, np.maximum(found, least), grid.scale**2)

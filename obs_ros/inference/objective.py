@@ -128,14 +128,13 @@ class Objective:
         return gram[:, 0, 0], gradient, hessian
 
     def residuals(self, z: Array) -> Array:
-        """Return scaled residuals (K, r) of one point (d,); NaN where nothing was measured."""
+        """Return scaled residuals (K, r) of one point (d,); NaN where nothing contradicts it."""
         return self.trajectory(z)[1]
 
     def trajectory(self, z: Array) -> tuple[Array, Array]:
         """Return states (K, n) and scaled residuals (K, r) of one point (d,); see `residuals`."""
         states, outputs = self._trajectories(z[None])
-        weight = np.where(self.grid.weight > 0, self.grid.weight, np.nan)
-        return states[:, :, 0], weight * (outputs[:, :, 0] - self.grid.y)
+        return states[:, :, 0], self.grid.residuals(outputs[:, :, 0])
 
     def _squares(self, z: Array, prefixes: IntArray) -> Array:
         self.counter.candidates += len(z)
@@ -146,7 +145,7 @@ class Objective:
         return self.kernels.trajectories(self.grid, *self.unknowns.values(z))
 
     def _correlation_costs(self, z: Array, nodes: int) -> Array:
-        outputs = self._trajectories(z)[1][:nodes]
+        outputs = self.grid.shown(self._trajectories(z)[1])[:nodes]
         cost = np.zeros(len(z))
         compared = 0
         with np.errstate(all='ignore'):

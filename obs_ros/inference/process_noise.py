@@ -20,6 +20,7 @@ import numpy as np
 from scipy.optimize import minimize
 
 from obs_ros.core.model import Model, names
+from obs_ros.core.saturation import unsaturated
 from obs_ros.core.typing import Array, IntArray
 from obs_ros.inference.noise import LEARNING, noise_guess
 from obs_ros.inference.parameterisation import Unknowns
@@ -160,7 +161,8 @@ def first_guess(
         walks[group] = SETTINGS.start * spread[group].max() / np.sqrt(window.duration)
     places, own = parameter_walks(window.objective.unknowns, z)
     walks[places] = own
-    guessed = np.array([noise_guess(y) for y in window.record.y.T])
+    values = unsaturated(window.objective.unknowns.model.outputs, window.record.y)
+    guessed = np.array([noise_guess(y) for y in values.T])
     noise = np.where(np.isfinite(given), given, np.maximum(guessed, least_noise(window)))
     return ProcessNoise(walks, noise)
 
@@ -173,11 +175,14 @@ def parameter_walks(unknowns: Unknowns, z: Array) -> tuple[IntArray, Array]:
 
 
 def least_noise(window: WindowState) -> Array:
-    """Return the least standard deviations (r,) that measurement noise may have."""
+    """Return the least standard deviations (r,) that measurement noise may have.
+
+    No sensor is more exact than it rounds.
+    """
     grid = window.objective.grid
     spread = np.array([np.std(y[w > 0.0]) if w.any() else 1.0
                        for y, w in zip(grid.y.T, grid.weight.T, strict=True)])  # fmt: skip
-    return SETTINGS.least_noise * np.where(spread > 0.0, spread, 1.0)
+    return np.maximum(SETTINGS.least_noise * np.where(spread > 0.0, spread, 1.0), grid.rounding)
 
 
 def most_likely(

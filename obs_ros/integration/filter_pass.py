@@ -44,7 +44,8 @@ class FilterPass:
     innovations NaN. transition (K - 1, n, d) are the states' rows of F,
     sensitivity (K, r, d) is C. means (K, d) and covariances (K, d, d) are those of z after the
     updates at each node, prior (d, d) is the covariance before the first; given (q,) are the
-    parameters at the start.
+    parameters at the start. An output at or beyond the end that its saturated sensor shows is
+    taken as not measured, but for S and sensitivity.
     """
 
     dt: Array
@@ -196,6 +197,12 @@ def predicted(F: Array, dt: float, Q: Array, P: Array) -> Array:
     return np.asarray(F @ P @ F.T + dt / 6.0 * noises)
 
 
+def beyond(grid: Grid, k: int, i: int, output: float) -> bool:
+    """Whether an output is at or beyond the end that its saturated sensor shows at node k."""
+    ends = grid.ends
+    return ends is not None and bool(output <= ends.low[k, i] or output >= ends.high[k, i])
+
+
 Advance = Callable[[int, Any, Any], Any]  # k, states, parameters: the states at node k + 1
 
 
@@ -232,13 +239,17 @@ def run(
             e = np.zeros(h.size)
             for i in np.flatnonzero(found.measured[k]):
                 found.sensitivity[k, i] = C[i]
-                S = C[i] @ P @ C[i] + noise[i] ** 2
+                S = found.S[k, i] = C[i] @ P @ C[i] + noise[i] ** 2
                 K = P @ C[i] / S
-                e[i] = grid.y[k, i] - (h[i] + found.cross[k, i] @ e)
+                expected = h[i] + found.cross[k, i] @ e
+                if beyond(grid, k, int(i), expected):
+                    found.measured[k, i] = False
+                    continue
+                e[i] = grid.y[k, i] - expected
                 z = z + K * e[i]
                 J = unit - np.outer(K, C[i])
                 P = J @ P @ J.T + noise[i] ** 2 * np.outer(K, K)
-                found.gain[k, i, found.index], found.S[k, i] = K, S
+                found.gain[k, i, found.index] = K
                 found.innovations[k, i] = e[i]
                 for later in np.flatnonzero(found.measured[k, i + 1 :]) + i + 1:
                     found.cross[k, later, i] = C[later] @ K

@@ -13,6 +13,7 @@ from typing import Protocol
 import numpy as np
 
 from obs_ros.core.model import Model
+from obs_ros.core.saturation import contradicting
 from obs_ros.core.typing import Array, IntArray
 from obs_ros.integration.filter_pass import Differences, predicted, sizes
 from obs_ros.integration.path import Path, lanes, mapped
@@ -77,7 +78,10 @@ class Steps(Protocol):
 
 
 def run_step(live: LiveFilter, steps: Steps, path: Path, y: Array) -> None:
-    """Take a filter through one path by the textbook's formulas: the oracle of the compiled one."""
+    """Take a filter through one path by the textbook's formulas: the oracle of the compiled one.
+
+    An output of which a saturated sensor says no more than the filter counts as not measured.
+    """
     n, d = live.x.size, len(live.P)
     index = np.append(np.arange(n), n + live.moving)
     differences = Differences.of(steps.model, index)
@@ -108,6 +112,7 @@ def run_step(live: LiveFilter, steps: Steps, path: Path, y: Array) -> None:
     outputs = np.empty((y.size, x.shape[1]))
     steps.measure(path.t[path.pieces], path.u[path.pieces], x, p, outputs)
     C = derivatives(outputs, gaps)
+    y = contradicting(steps.model.outputs, y, outputs[:, 0])
     live.innovation[:] = y - outputs[:, 0]
     live.S[:] = np.where(np.isnan(y), np.nan, ((C @ P) * C).sum(axis=1) + live.noise)
     shift = np.zeros(d)

@@ -7,6 +7,7 @@ import numpy as np
 from obs_ros.core.interpolation import segments
 from obs_ros.core.model import Model
 from obs_ros.core.record import Record
+from obs_ros.core.saturation import Ends, applied, ends_of
 from obs_ros.core.typing import Array, BoolArray, IntArray
 
 
@@ -38,7 +39,9 @@ class Grid:
     s seconds is u[k] + s * slope[k], with u and slope (K, m); y (K, r) measured outputs with 0
     where nothing was measured; weight (K, r) one over the output's scale, 0 where not measured;
     scale (r,) those scales; measured (K,) whether a node has any measured output. With an injection
-    the weights are one over the innovations' standard deviations.
+    the weights are one over the innovations' standard deviations. `ends` are those that saturated
+    sensors show, whose y are exactly these; None where no sensor has a range. rounding (r,) is the
+    standard deviation of the errors by which sensors round, 0 where that is not known.
     """
 
     t: Array
@@ -49,6 +52,8 @@ class Grid:
     weight: Array
     measured: BoolArray
     scale: Array
+    rounding: Array
+    ends: Ends | None = None
     injection: Injection | None = None
 
     @classmethod
@@ -68,18 +73,22 @@ class Grid:
                     f'{[variable.name for variable in variables]}'
                 )
         kinds = [variable.interpolation for variable in model.inputs]
-        u, slope = segments(record.t, record.u, kinds)
+        u, slope = segments(record.t, applied(model.inputs, record.u), kinds)
+        ends = ends_of(model.outputs, record.y)
         mask = np.isfinite(record.y)
+        y = record.y if ends is None else ends.measured(record.y)
         interval = np.diff(record.t) / longest_step(model)
         return cls(
             t=record.t.copy(),
             steps=np.maximum(1, np.ceil(interval)).astype(np.int64),
             u=u,
             slope=slope,
-            y=np.where(mask, record.y, 0.0),
+            y=np.where(mask, y, 0.0),
             weight=mask / scale,
             measured=np.asarray(mask.any(axis=1)),
             scale=scale,
+            rounding=np.array([variable.rounding for variable in model.outputs]),
+            ends=ends,
         )
 
     def rescaled(self, factor: Array) -> 'Grid':
@@ -109,6 +118,28 @@ class Grid:
         """The same grid without an injection; its weights stay."""
         return replace(self, injection=None)
 
+    @property
+    def values(self) -> Array:
+        """Measured outputs (K, r), NaN where nothing was measured or the sensor is saturated."""
+        known = self.weight > 0.0
+        known = known if self.ends is None else known & ~self.ends.saturated
+        return np.where(known, self.y, np.nan)
+
+    def shown(self, outputs: Array) -> Array:
+        """Return outputs (K, r) or (K, r, B) as sensors show them where these are saturated."""
+        return outputs if self.ends is None else self.ends.shown(outputs)
+
+    def residuals(self, outputs: Array) -> Array:
+        """Return the scaled residuals (K, r) of outputs (K, r).
+
+        NaN = not measured, or saturated with the output at that end or beyond.
+        """
+        weight = np.where(self.weight > 0, self.weight, np.nan)
+        residuals = weight * (self.shown(outputs) - self.y)
+        if self.ends is not None:
+            residuals[self.ends.beyond(outputs)] = np.nan
+        return np.asarray(residuals)
+
     def unscaled(self, residuals: Array) -> Array:
         """Return scaled residuals (K, r) in the outputs' units; NaN = not measured."""
         if self.injection is None:
@@ -131,12 +162,19 @@ class Grid:
             y=self.y[nodes],
             weight=self.weight[nodes],
             measured=self.measured[nodes],
+            ends=None if self.ends is None else self.ends[nodes],
             injection=injection,
         )
 
     def measured_values(self, nodes: int) -> int:
-        """Count the measured output values at the first `nodes` nodes."""
-        return int(np.count_nonzero(self.weight[:nodes]))
+        """Count the measured output values at the first `nodes` nodes.
+
+        A saturated one is no value, but a bound.
+        """
+        if self.ends is None:
+            return int(np.count_nonzero(self.weight[:nodes]))
+        values = (self.weight > 0.0) & ~self.ends.saturated
+        return int(np.count_nonzero(values[:nodes]))
 
 
 def longest_step(model: Model, tolerance: float = 0.01) -> float:

@@ -7,6 +7,7 @@ import numpy as np
 
 from obs_ros.core.interpolation import segment
 from obs_ros.core.model import Model
+from obs_ros.core.saturation import applied
 from obs_ros.core.typing import Array
 from obs_ros.integration.grid import longest_step
 from obs_ros.integration.path import Path
@@ -16,11 +17,13 @@ class InputHistory:
     """Samples of the inputs, sorted by stamp, from the one in force at the newest output on.
 
     Between two samples an input does as its Variable says; after the last one that is known it
-    holds. An entry that is NaN keeps the value that it had in the sample before.
+    holds. An entry that is NaN keeps the value that it had in the sample before. Actuators clip
+    their inputs to the ranges that they have.
     """
 
     def __init__(self, model: Model) -> None:
         width = len(model.inputs)
+        self._inputs = tuple(model.inputs)
         self._kinds = [variable.interpolation for variable in model.inputs]
         self._moving = [i for i, kind in enumerate(self._kinds) if kind != 'hold']
         self._longest = longest_step(model)
@@ -45,6 +48,7 @@ class InputHistory:
 
     def add(self, stamp: int, values: Array) -> bool:
         """Sort in a sample, values (m,) at `stamp` (ns); False if its stamp is there already."""
+        values = applied(self._inputs, values)
         row = bisect_left(self._stamps, stamp)
         if row < len(self) and self._stamps[row] == stamp:
             return False

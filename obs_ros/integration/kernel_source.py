@@ -1,10 +1,12 @@
 """The text of the generated modules: sizes and tuple functions of a model, then its kernels."""
 
+import math
 from importlib.resources import files
 
 import numba
 
 from obs_ros.core.model import Model
+from obs_ros.core.saturation import has_range, ranges
 from obs_ros.integration.filter_pass import DIFFERENCE, central
 from obs_ros.integration.path import LANES, lanes
 
@@ -50,12 +52,16 @@ def header(model: Model) -> str:
     at = f'a[np.uint64(# * {LANES}) + lane]'
     clip = 'max(min(x[#], high[#]), low[#])'  # in this order NaN stays NaN
     residual = '(weight[k, #] * (yhat[#] - y[k, #]))'
+    low, high = (tuple(ends.tolist()) for ends in ranges(model.outputs))
     return '\n'.join(
         [
             f'# Numba {numba.__version__}, {sorted(FASTMATH)}',
             'import numpy as np\n',
             f'N_STATES, N_OUTPUTS, N_PARAMETERS, N_LANES = {n}, {r}, {q}, {LANES}',
-            f'LANES, BLOCK_VALUES = np.uint64({LANES}), {BLOCK_VALUES}\n',
+            f'LANES, BLOCK_VALUES = np.uint64({LANES}), {BLOCK_VALUES}',
+            f'RANGED, inf = {has_range(model.outputs)}, np.inf',
+            f'LOW, HIGH = {low}, {high}\n',
+            shown(model),
             returning('gather_x(a, lane)', at, n),
             returning('gather_p(a, lane)', at, q),
             doing('scatter_x(a, lane, x)', f'{at} = x[#]', n),
@@ -66,7 +72,7 @@ def header(model: Model) -> str:
             doing('put_outputs(a, lane, y)', 'a[#, lane] = y[#]', r),
             doing('put_rows(a, row, lane, y, w, k)', 'a[row + #, lane] = y[#] * w[k, #]', r),
             doing('add_squares(a, lane, yhat, y, weight, k)', f'{at} += {residual} ** 2', r),
-            corrections(n, r),
+            corrections(model),
             returning('input_at(u, slope, k, s)', 'u[k, #] + s * slope[k, #]', m),
             returning('inputs(u)', 'u[#]', m),
             returning('inputs_at(u, k)', 'u[k, #]', m),
@@ -79,12 +85,30 @@ def header(model: Model) -> str:
     )
 
 
-def corrections(n: int, r: int) -> str:
-    """Text of the updates of n states by r outputs, one after the other; see `Injection`.
+def shown(model: Model) -> str:
+    """Text of `shown`: outputs at node k as the sensors show them where these are saturated."""
+    entries = ''.join(f'{_shown(model, i, f"yhat[{i}]", f"y[k, {i}]")}, '
+                      for i in range(len(model.outputs)))  # fmt: skip
+    return f'@jit\ndef shown(yhat, y, k):\n    return ({entries})\n'
+
+
+def _shown(model: Model, i: int, output: str, measured: str) -> str:
+    """Text of output i as its sensor shows it beside what that measured; NaN stays NaN."""
+    low, high = model.outputs[i].range or (-math.inf, math.inf)
+    if math.isfinite(high):
+        output = f'min({output}, {high!r} if {measured} >= {high!r} else inf)'
+    if math.isfinite(low):
+        output = f'max({output}, {low!r} if {measured} <= {low!r} else -inf)'
+    return output
+
+
+def corrections(model: Model) -> str:
+    """Text of the updates of all states by all outputs, one after the other; see `Injection`.
 
     `node_at` loads the numbers of a node, once for all lanes; `corrected` returns a candidate's
     states after the updates, its outputs such that y - outputs are the innovations, and these.
     """
+    n, r = len(model.states), len(model.outputs)
     numbers: dict[str, int] = {}
 
     def number(entry: str) -> str:
@@ -93,11 +117,13 @@ def corrections(n: int, r: int) -> str:
     lines = []
     for i in range(r):
         cross = ''.join(f' + {number(f"cross[k, {i}, {j}]")} * e{j}' for j in range(i))
+        measured = number(f'y[k, {i}]')
         lines += [
             f'    h{i} = yhat[{i}]{cross}',
-            f'    e{i} = {number(f"y[k, {i}]")} - h{i} if '
-            f'{number(f"weight[k, {i}]")} != 0.0 else 0.0',
+            f'    e{i} = {measured} - h{i} if {number(f"weight[k, {i}]")} != 0.0 else 0.0',
         ]
+        if model.outputs[i].range is not None:
+            lines.insert(-1, f'    h{i} = {_shown(model, i, f"h{i}", measured)}')
     states = [
         f'x[{s}]' + ''.join(f' + {number(f"gain[k, {i}, {s}]")} * e{i}' for i in range(r))
         for s in range(n)

@@ -66,6 +66,7 @@ def squares(t, steps, u, slope, y, weight, measured, prefixes, x0, p, out):
                     uk = input_at(u, slope, k, 0.0)
                     for lane in range(LANES):
                         yk = output(t[k], gather_x(x, lane), uk, gather_p(q, lane))
+                        yk = shown(yk, y, k)
                         add_squares(total, lane, yk, y, weight, k)
                 k += 1
             for i in range(N_OUTPUTS):
@@ -199,6 +200,7 @@ def grams(t, steps, u, slope, y, weight, measured, nodes, x0, p, out):
                     uk = input_at(u, slope, k, 0.0)
                     for lane in range(LANES):
                         yk = output(t[k], gather_x(xc, lane), uk, gather_p(qc, lane))
+                        yk = shown(yk, y, k)
                         put_rows(rows, row, offset + lane, yk, weight, k)
                     row += N_OUTPUTS
         for s in range(starts):

@@ -41,11 +41,14 @@ def filter_pass(
             for i in range(N_OUTPUTS):
                 if known[k, i]:
                     S[k, i] = gain_of(sensitivity[k, i], noise[i], P, PC, K)
-                    joseph(sensitivity[k, i], noise[i], P, PC, K)
                     h = yhat[0, i * N_LANES]
                     for j in range(i):
                         if known[k, j]:
                             h += cross[k, i, j] * innovations[k, j]
+                    if RANGED and beyond(i, h, y[k, i]):
+                        known[k, i] = False
+                        continue
+                    joseph(sensitivity[k, i], noise[i], P, PC, K)
                     innovations[k, i] = y[k, i] - h
                     for a in range(N_JOINT):
                         z[a] += K[a] * innovations[k, i]
@@ -62,13 +65,17 @@ def filter_step(
     t, dt, steps, u, slope, pieces, y, x, p, P, variances, noise, moving, corrected, size, low,
     high, innovation, S,
 ):  # fmt: skip
-    """Take a `LiveFilter` through one path, and correct it by the outputs y (r,) at the end."""
+    """Take a `LiveFilter` through one path, and correct it by the outputs y (r,) at the end.
+
+    An output of which a saturated sensor says no more than the filter counts as not measured.
+    """
     lanes = np.empty((N_CHUNKS, N_STATES * N_LANES))
     q = np.empty((N_CHUNKS, max(1, N_PARAMETERS) * N_LANES))
     yhat = np.empty((N_CHUNKS, N_OUTPUTS * N_LANES))
     z, inverse, shift = np.empty(N_JOINT), np.empty(N_JOINT), np.zeros(N_JOINT)
     K, PC, C = np.empty(N_JOINT), np.empty(N_JOINT), np.empty((N_OUTPUTS, N_JOINT))
     F, FP = np.empty((N_STATES, N_JOINT)), np.empty((N_STATES, N_JOINT))
+    known = np.empty(N_OUTPUTS, np.bool_)
     begin(x, p, moving, z, q)
     for k in range(pieces):
         spread(z, moving, size, low, high, lanes, q, inverse)
@@ -82,10 +89,11 @@ def filter_step(
     observe(lanes, q, t[pieces], input_at(u, slope, pieces, 0.0), yhat)
     for i in range(N_OUTPUTS):
         differentiate(yhat, i, inverse, C[i])
-        innovation[i] = y[i] - yhat[0, i * N_LANES]
-        S[i] = gain_of(C[i], noise[i], P, PC, K) if not np.isnan(y[i]) else np.nan
+        known[i] = not (np.isnan(y[i]) or (RANGED and beyond(i, yhat[0, i * N_LANES], y[i])))
+        innovation[i] = y[i] - yhat[0, i * N_LANES] if known[i] else np.nan
+        S[i] = gain_of(C[i], noise[i], P, PC, K) if known[i] else np.nan
     for i in range(N_OUTPUTS):
-        if not np.isnan(y[i]):
+        if known[i]:
             gain_of(C[i], noise[i], P, PC, K)
             e = innovation[i]
             for a in range(N_JOINT):
@@ -111,6 +119,12 @@ def begin(x0, p, moving, z, q):
         for s in range(N_PARAMETERS):
             for lane in range(N_LANES):
                 q[chunk, s * N_LANES + lane] = p[s]
+
+
+@jit
+def beyond(i, h, y):
+    """Whether output i is at or beyond the end of its range that the sensor shows."""
+    return (y >= HIGH[i] and h >= HIGH[i]) or (y <= LOW[i] and h <= LOW[i])
 
 
 @jit

@@ -28,7 +28,7 @@ class NumpyKernels:
         block = np.searchsorted(prefixes, np.arange(prefixes[-1]), side='right')
         for k, _, _, y in self._nodes(grid, int(prefixes[-1]), x0, p):
             if grid.measured[k]:
-                for i, yi in enumerate(y):
+                for i, yi in enumerate(shown(grid, k, y)):
                     total[block[k], i] += (grid.weight[k, i] * (yi - grid.y[k, i])) ** 2
         return total
 
@@ -38,7 +38,7 @@ class NumpyKernels:
         total = np.zeros((starts, width, width))
         for k, _, _, y in self._nodes(grid, nodes, x0, p):
             if grid.measured[k]:
-                for i, yi in enumerate(y):
+                for i, yi in enumerate(shown(grid, k, y)):
                     lanes = grid.weight[k, i] * np.broadcast_to(yi, x0.shape[1:])
                     lanes = lanes.reshape(starts, width)
                     row = lanes - lanes[:, :1]
@@ -95,6 +95,17 @@ class NumpyKernels:
         return x
 
 
+def shown(grid: Grid, k: int, y: Any) -> Any:
+    """Return outputs at node k as sensors show them where these are saturated."""
+    return y if grid.ends is None else [shown_by(grid, k, i, yi) for i, yi in enumerate(y)]
+
+
+def shown_by(grid: Grid, k: int, i: int, output: Any) -> Any:
+    """Return output i at node k as its sensor shows it; see `Ends`."""
+    ends = grid.ends
+    return output if ends is None else np.clip(output, ends.low[k, i], ends.high[k, i])
+
+
 def corrected(grid: Grid, injection: Injection, k: int, x: Any, p: Any, y: Any) -> Any:
     """Return states, parameters and outputs after the updates at node k; see `Injection`."""
     x, p, y = list(x), list(p), list(y)
@@ -102,6 +113,7 @@ def corrected(grid: Grid, injection: Injection, k: int, x: Any, p: Any, y: Any) 
     for i in np.flatnonzero(grid.weight[k]).tolist():
         for j, error in errors.items():
             y[i] = y[i] + injection.cross[k, i, j] * error
+        y[i] = shown_by(grid, k, i, y[i])
         errors[i] = grid.y[k, i] - y[i]
         for s in range(len(x)):
             x[s] = x[s] + injection.gain[k, i, s] * errors[i]

@@ -1,4 +1,4 @@
-"""Parameters `signals.<name>`: the topic and field of an output or input."""
+"""Parameters `signals.<name>`: the topic and field of an output or input, and all of that name."""
 
 import math
 from collections.abc import Mapping, Sequence
@@ -9,7 +9,9 @@ from obs_ros.core.model import Model, names
 from obs_ros.core.parameter_spec import ParameterSpec
 from obs_ros.core.registry import suggest
 from obs_ros.core.texts import LONGEST, one_line, quoted
+from obs_ros.core.variable_fields import SENSOR_FIELDS, check_kind
 from obs_ros.interface.field_path import FieldPath
+from obs_ros.interface.sensors import sensor_parameters
 from obs_ros.samples.range_check import LARGEST
 
 HEADER, ARRIVAL = 'header', 'arrival'
@@ -32,9 +34,10 @@ class Binding:
 
 
 def signal_parameters(model: Model) -> tuple[ParameterSpec, ...]:
-    """Return the parameters that bind each output and input of the model."""
+    """Return the parameters that bind and describe each output and input of the model."""
     units = {v.name: v.unit for v in (*model.inputs, *model.outputs)}
-    return tuple(spec for name in sorted(units) for spec in _specs(name, units[name]))
+    bound = (spec for name in sorted(units) for spec in _specs(name, units[name]))
+    return (*bound, *sensor_parameters(model))
 
 
 def bindings(
@@ -49,7 +52,15 @@ def bindings(
     for given in unknown:
         name, _, rest = given.removeprefix('signals.').rpartition('.')
         if name in signals:
-            known = [spec.name.rpartition('.')[2] for spec in _specs(name, '')]
+            if rest in SENSOR_FIELDS:
+                kind = 'input' if name in names(model.inputs) else 'output'
+                check_kind(f'{given}: {name}', kind, [rest])
+            prefix = f'signals.{name}.'
+            known = [
+                spec.name.removeprefix(prefix)
+                for spec in signal_parameters(model)
+                if spec.name.startswith(prefix)
+            ]
             raise ValueError(f'there is no parameter {quoted(given)}: {suggest(rest, known)}')
         raise ValueError(
             f'{one_line(given, LONGEST)}: model {quoted(model.name)} has no output or input '

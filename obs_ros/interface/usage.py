@@ -64,6 +64,8 @@ def usage() -> str:
                 '[0, 0]: nothing is known',
             'signals.NAME.topic, .type, .field, .scale, .offset, .stamp':
                 'where an output or input comes from (at start only)',
+            'signals.NAME.delay, .period, .range, .resolution':
+                'what its sensor or actuator does, with or without a topic (at start only)',
         },
         (
             'Each with a comment: share/obs_ros/config/three_tank.yaml. Of other observers: '

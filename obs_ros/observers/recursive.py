@@ -11,6 +11,7 @@ from obs_ros.core.estimate import Estimate, Outcome, normal_intervals
 from obs_ros.core.model import Model, checked_noise, inside, names
 from obs_ros.core.record import Sample
 from obs_ros.core.rng import random_generator
+from obs_ros.core.saturation import at_an_end
 from obs_ros.core.typing import Array
 from obs_ros.inference.parameterisation import Unknowns
 from obs_ros.integration.backends import Backend, check_backend
@@ -19,6 +20,7 @@ from obs_ros.integration.stepper import Stepper, stepper_for
 from obs_ros.models import load_model
 from obs_ros.observers import settings as table
 from obs_ros.observers.innovation_gate import Admission, expected_outputs
+from obs_ros.observers.saturated_outputs import SaturatedOutputs
 from obs_ros.observers.start import initial_values
 from obs_ros.samples.gate import GateSettings
 from obs_ros.samples.stuck_sensor import Repeats, words
@@ -126,7 +128,9 @@ class RecursiveObserver:
         self._before: Instant | None = None
         self._counts = dict.fromkeys(('reset_non_finite', *self.reasons, 'skipped'), 0)
         # Outputs whose noise is known cannot stand still; see `stuck_sensor`.
-        self._repeats = Repeats([name in self.noise for name in self._outputs])
+        deviations = [self.noise.get(name, math.nan) for name in self._outputs]
+        self._repeats = Repeats.of(self.model, deviations)
+        self._saturated = SaturatedOutputs(self.model, stand_in=self.needs_outputs)
         reach = GateSettings(reach=self.settings.longest_gap).within_steps(self.model)
         self._samples = SuccessiveOutputs(self.model, reach, self._repeats)
         self._forget()
@@ -156,8 +160,11 @@ class RecursiveObserver:
         u = np.array([inside(variable) for variable in self.model.inputs])
         with np.errstate(all='ignore'):
             y = np.array(self.model.output(0.0, tuple(twin.x), tuple(u), tuple(twin.p)))
+        y = np.where(np.isfinite(y), y, 0.0)
         for k in range(self.rehearsal):
-            twin.absorb(Sample(k * period, y=np.where(np.isfinite(y), y, 0.0), u=u))
+            # The last output is at the ends of all ranges, which takes a rollout.
+            y = y if k + 1 < self.rehearsal else at_an_end(self.model.outputs, y)
+            twin.absorb(Sample(k * period, y=y, u=u))
         return time.perf_counter() - begin
 
     def absorb(self, sample: Sample) -> bool:
@@ -208,7 +215,7 @@ class RecursiveObserver:
             innovation=dict(zip(self._outputs, innovation, strict=True)),
             innovation_stddev=dict(zip(self._outputs, spread, strict=True)),
             solve_time=self._step_time,
-            figures=self.figures.copy(),
+            figures=self.figures | self._repeats.resolutions.figures,
             last_outlier=self._admission.last,
         )
 
@@ -250,9 +257,11 @@ class RecursiveObserver:
         begin = time.perf_counter()
         before = self._before
         path = self._samples.inputs.path(stamp if before is None else before.stamp, stamp)
-        now = Instant(stamp, stamp / 1e9, y, path.u[path.pieces].copy())
         # Overflow is found below; compiled steps do not warn either.
         with np.errstate(all='ignore'):
+            if self._saturated.needed:
+                y = self._saturated.told(y, stamp / 1e9, path, self.x, self.p, self.stepper)
+            now = Instant(stamp, stamp / 1e9, y, path.u[path.pieces].copy())
             if before is None:
                 self._begin(now)
             else:

@@ -56,6 +56,7 @@ class SlidingWindowObserver:
             capacity=capacity,
             interpolation=[variable.interpolation for variable in self.model.inputs],
             limits=(limits(self.model, self.model.inputs), limits(self.model, self.model.outputs)),
+            outputs=self.model.outputs,
         )
         self._geometry = duration, period, capacity
         random_generator(seed)  # refuses a bad one now

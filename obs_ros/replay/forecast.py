@@ -110,7 +110,7 @@ class Forecaster:
         grid = Grid.of(self._model, record, np.ones(len(self._model.outputs)))
         with np.errstate(all='ignore'):
             outputs = kernels_for(self._model).trajectories(grid, x[:, None], p[:, None])[1]
-            foretold = outputs[:, :, 0]
+            foretold = grid.shown(outputs)[:, :, 0]
             error = np.where(np.isfinite(foretold), record.y - foretold, math.inf)
             error[np.isnan(record.y)] = math.nan
             change = record.y - record.y[0]

@@ -8,6 +8,7 @@ from obs_ros.core.model import Model
 from obs_ros.core.parameter_spec import ParameterSpec, Value, check_names, ignored
 from obs_ros.interface.bindings import Binding, bindings, signal_parameters
 from obs_ros.interface.parameters import CHOICE, RENAMED, is_foreign, observer_parameters
+from obs_ros.interface.sensors import with_sensors
 from obs_ros.models import load_model
 
 
@@ -49,4 +50,5 @@ def setup(given: Mapping[str, Any]) -> Setup:
     signals = [name for name in unknown if name.startswith('signals.')]
     own = [name for name in unknown if not is_foreign(name)]
     remarks = (ignored(own, values),) if own else ()
-    return Setup(model, values, bindings(model, values, signals), remarks)
+    bound = bindings(model, values, signals)
+    return Setup(with_sensors(model, values), values, bound, remarks)

@@ -19,6 +19,7 @@ from obs_ros.interface.forecast import Forecast
 from obs_ros.interface.health import examine
 from obs_ros.interface.parameters import CHOICE, RENAMED, observer_parameters
 from obs_ros.interface.progress import Progress
+from obs_ros.interface.sensors import with_sensors
 from obs_ros.interface.settings import build_observer, differs
 from obs_ros.interface.status import Health
 from obs_ros.interface.terminal import Terminal
@@ -79,6 +80,7 @@ class Estimator(GuardedNode):
         parameters.declare(signal_parameters(self.model))
         bound = bindings(self.model, parameters.values, parameters.unknown('signals.'))
         check_bindings(self, self.model, bound)
+        self.model = with_sensors(self.model, parameters.values)
         self._publish_info = publish_info(self)
         self._publisher = EstimatePublisher(
             self, self.model, predicting='prediction.enabled' in parameters.values

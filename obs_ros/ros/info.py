@@ -8,6 +8,7 @@ from rclpy.node import Node
 from std_msgs.msg import String
 
 from obs_ros.core.model import Model, Variable
+from obs_ros.core.variable_fields import SENSOR_FIELDS
 from obs_ros.ros.messages import LATCHED
 
 
@@ -37,11 +38,21 @@ def settings_info(settings: Mapping[str, Any]) -> dict[str, Any]:
     return {'settings': plain}
 
 
+def _plain(variable: Variable, field: str) -> Any:
+    """Return the value of a field as YAML has it."""
+    value = getattr(variable, field)
+    return list(value) if isinstance(value, tuple) else value
+
+
 def _variables(variables: Sequence[Variable]) -> list[dict[str, Any]]:
     return [
         {'name': v.name, 'unit': v.unit, 'bounds': [v.lower, v.upper]}
         | ({} if v.scale == 'linear' else {'scale': v.scale})
         | ({} if v.walk is None else {'walk': v.walk})
-        | ({} if v.prior is None else {'prior': list(v.prior)})
+        | {
+            field: _plain(v, field)
+            for field in ('prior', *SENSOR_FIELDS)
+            if getattr(v, field) is not None
+        }
         for v in variables
     ]

@@ -11,6 +11,7 @@ from obs_ros.integration.input_history import InputHistory
 from obs_ros.samples.gate import COUNTS as ENTERING
 from obs_ros.samples.gate import Gate, GateSettings
 from obs_ros.samples.merge import Role
+from obs_ros.samples.saturation_count import SaturationCount
 from obs_ros.samples.stuck_sensor import Repeats
 
 COUNTS = {
@@ -40,14 +41,15 @@ class SuccessiveOutputs:
         self.due: list[tuple[int, Array]] = []  # stamps (ns) and values (r,) out of the last `push`
         self.gate = Gate.of(model, self, settings)
         self._repeats = repeats
+        self._saturation = SaturationCount(model.outputs)
         self._capacity = capacity
         self._counts = dict.fromkeys(COUNTS.keys() - ENTERING.keys(), 0)
         self._last: int | None = None  # stamp of the output handed out last
 
     @property
     def counts(self) -> Mapping[str, int]:
-        """Numbers of samples dropped or mended since construction, by reason."""
-        return {**self.gate.counts, **self._counts}
+        """Numbers of samples dropped, mended or saturated since construction, by reason."""
+        return {**self.gate.counts, **self._counts, **self._saturation.counts}
 
     @property
     def passed(self) -> int | None:
@@ -89,6 +91,7 @@ class SuccessiveOutputs:
         """Let an output be due, unless there is nothing to it; False if its stamp was before."""
         if stamp == self._last:
             return False
+        self._saturation.note(values)
         if self._repeats is not None and (stuck := self._repeats.note(values)):
             self._counts['stuck'] += 1
             values[list(stuck)] = np.nan

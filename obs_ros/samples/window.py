@@ -5,7 +5,7 @@ from collections.abc import Mapping, Sequence
 import numpy as np
 
 from obs_ros.core.interpolation import check_kinds
-from obs_ros.core.model import Interpolation
+from obs_ros.core.model import Interpolation, Variable
 from obs_ros.core.record import Record, Sample
 from obs_ros.core.typing import Array, IntArray
 from obs_ros.samples.align import align
@@ -13,6 +13,7 @@ from obs_ros.samples.gate import COUNTS as ENTERING
 from obs_ros.samples.gate import Gate, GateSettings
 from obs_ros.samples.merge import Role
 from obs_ros.samples.range_check import Limits, anything
+from obs_ros.samples.saturation_count import SaturationCount
 from obs_ros.samples.stream import STAMP_LIMIT, InputStream, Stream
 
 COUNTS = {
@@ -41,7 +42,8 @@ class SlidingWindow:
     today's dates such a float resolves 0.24 us, and samples closer than that share a node.
 
     Samples enter by the rules of `Gate`, with a reach of T + D; those dropped or mended are counted
-    by reason, see COUNTS. `limits` are those of measured inputs and outputs.
+    by reason, see COUNTS. `limits` are those of measured inputs and outputs. Values of saturated
+    sensors are counted for the `outputs` given.
 
     One thread at a time may call its methods. Memory is bounded by `capacity` samples a stream.
 
@@ -59,6 +61,7 @@ class SlidingWindow:
         capacity: int = 20000,
         interpolation: Sequence[Interpolation] | None = None,
         limits: tuple[Limits, Limits] | None = None,
+        outputs: Sequence[Variable] = (),
     ) -> None:
         if capacity < 2:
             raise ValueError(f'capacity {capacity} is too small: a window needs two samples')
@@ -72,6 +75,7 @@ class SlidingWindow:
         self._inputs = InputStream(n_inputs, capacity)
         reach = GateSettings(reach=(self._duration + self._period) / 1e9)
         self._gate = Gate(*(limits or (anything(n_inputs), anything(n_outputs))), self, reach)
+        self._saturation = SaturationCount(outputs)
         self._counts = dict.fromkeys(COUNTS.keys() - ENTERING.keys(), 0)
         # The open window covers (left, end] once its place is settled; before that, a late output
         # may still move t0.
@@ -79,8 +83,8 @@ class SlidingWindow:
 
     @property
     def counts(self) -> Mapping[str, int]:
-        """Numbers of samples and windows dropped or mended since construction, by reason."""
-        return {**self._gate.counts, **self._counts}
+        """Numbers of samples and windows dropped, mended or saturated so far, by reason."""
+        return {**self._gate.counts, **self._counts, **self._saturation.counts}
 
     @property
     def last_break(self) -> str | None:
@@ -129,6 +133,8 @@ class SlidingWindow:
             return self._inputs.remember(stamp, values)
         stream = self._inputs if role == 'input' else self._outputs
         kept = stream.add(stamp, values)
+        if kept and role == 'output':
+            self._saturation.note(values)
         if len(stream) > self._capacity:
             self._overflow(stream)
         return kept

@@ -49,6 +49,21 @@ def test_variables_are_found_by_name_with_a_hint() -> None:
         plant().variable('u')
 
 
+def test_sensors_and_actuators_are_declared_in_floats() -> None:
+    variable = Variable('v', period=6, range=[0, 10], resolution=1, delay=(0, 1))
+    assert (variable.period, variable.range, variable.resolution) == (6.0, (0.0, 10.0), 1.0)
+    assert variable.delay == (0.0, 1.0) and Variable('v', delay=-1).delay == -1.0
+    assert Variable('v', range=(0.0, INF)).range == (0.0, INF)
+    model = plant(
+        states=[Variable('x', period=360.0)],
+        inputs=[Variable('u', range=(0.0, 1.0), delay=0.1)],
+        outputs=[Variable('y', period=360.0, range=(0.0, 1.0), resolution=0.1, delay=0.2)],
+    )
+    assert model.outputs[0].resolution == 0.1
+    with pytest.raises(TypeError):
+        Variable('v', '1', 0.0, 1.0, None, 'hold', None, 'linear', None, 'none', 1.0)  # type: ignore[misc]
+
+
 @pytest.mark.parametrize(
     ('changes', 'message'),
     [
@@ -59,6 +74,18 @@ def test_variables_are_found_by_name_with_a_hint() -> None:
         ({'upper': math.nan}, 'is not below upper bound nan'),
         ({'lower': 0.0, 'upper': 1.0, 'nominal': 1.5}, 'v: nominal 1.5 is outside [0.0, 1.0]'),
         ({'nominal': math.nan}, 'v: nominal nan is outside [-inf, inf]'),
+        ({'period': 0.0}, 'v: period 0.0 is not positive and finite'),
+        ({'resolution': -1}, 'v: resolution -1.0 is not positive and finite'),
+        ({'resolution': math.nan}, 'v: resolution nan is not positive and finite'),
+        ({'resolution': '1'}, "v: resolution must be a number, not '1'"),
+        ({'range': (1.0, 1.0)}, 'v: the low end 1.0 of its range is not below the high end 1.0'),
+        ({'range': (0.0, math.nan)}, 'v: the low end 0.0 of its range is not below'),
+        ({'range': (-INF, INF)}, 'v: leave the range out, as -inf to inf limits nothing'),
+        ({'range': 10.0}, 'v: range must be (low, high), not 10.0'),
+        ({'delay': math.inf}, 'v: delay inf s is not within +-1e+06 s'),
+        ({'delay': (0.0, math.nan)}, 'v: delay nan s is not within'),
+        ({'delay': (0.5, 0.1)}, 'v: delay from 0.5 s is not below its upper bound 0.1 s'),
+        ({'delay': (0.1,)}, 'v: delay must be a time in s, or (lower, upper) to estimate it'),
         ({'interpolation': 'spline'}, "v: interpolation 'spline' is none of hold, linear, mean"),
     ],
 )
@@ -75,6 +102,16 @@ def test_a_wrong_variable_is_refused_by_name(changes: dict[str, Any], message: s
         ({'parameters': [Variable('x'), Variable('b')]}, "more than one variable 'x'"),
         ({'outputs': [Variable('y'), Variable('y')]}, "more than one variable 'y'"),
         ({'inputs': [Variable('u'), Variable('u')]}, "more than one variable 'u'"),
+        (
+            {'inputs': [Variable('u', resolution=1.0)]},
+            "'plant': u is one of the inputs, but only outputs have a resolution",
+        ),
+        (
+            {'inputs': [Variable('u', period=1.0)]},
+            'u is one of the inputs, but only states and outputs have a period',
+        ),
+        ({'states': [Variable('x', range=(0, 1))]}, 'only inputs and outputs have a range'),
+        ({'parameters': [Variable('a', delay=1.0), Variable('b')]}, 'a is one of the parameters'),
         ({'max_step': 0.0}, 'max_step 0.0 s is not positive'),
         ({'max_step': math.nan}, 'max_step nan s is not positive'),
         ({'integrator': 'heun'}, "integrator 'heun' is none of rk4, euler"),

@@ -15,12 +15,20 @@ from obs_ros.core.parameter_spec import (
 GAIN = ParameterSpec('gain', 1.0, 'loop gain', 'V/cm', lower=0.0, upper=5.0)
 WORD = ParameterSpec('word', '', 'what to do', choices=('', 'stay', 'leave'))
 LIMITS = ParameterSpec('limits', (0.0, 1.0), 'lower and upper', length=2)
+DELAY = ParameterSpec('delay', 0.0, 'how late', 's', lower=-9.0, upper=9.0, or_pair=True)
 LABEL = ParameterSpec('label', 'x', 'a label', read_only=True)
 
 
 def test_integers_pass_where_floats_are_meant():
     assert GAIN.coerce(2) == 2.0 and isinstance(GAIN.coerce(2), float)
     assert LIMITS.coerce([0, 1]) == (0.0, 1.0)
+
+
+def test_a_pair_passes_in_place_of_a_number_where_the_row_says_so():
+    assert DELAY.coerce(1) == 1.0 and DELAY.coerce([0, 1]) == (0.0, 1.0)
+    assert ParameterSpec('delay', (0.0, 1.0), 'how late', or_pair=True).coerce(2.0) == 2.0
+    with pytest.raises(ValueError, match=r'^gain must be a number, not \[0.0, 1.0\]$'):
+        GAIN.coerce([0.0, 1.0])
 
 
 def test_words_that_yaml_reads_as_true_or_false_are_words():
@@ -39,6 +47,9 @@ def test_words_that_yaml_reads_as_true_or_false_are_words():
         (GAIN, None, 'gain must be a number, not None'),
         (WORD, 'leaf', "unknown word 'leaf': did you mean 'leave'?"),
         (LIMITS, [1.0], 'limits must have 2 entries, not 1'),
+        (DELAY, [0.0, 10.0], 'delay must be -9 to 9 s, not 10.0'),
+        (DELAY, [0.0], 'delay must have 2 entries, not 1'),
+        (DELAY, 'soon', "delay must be a number, not 'soon'"),
         (LIMITS, '[0, 1]', "limits must be an array like [0.0, 1.0], not '[0, 1]'"),
     ],
 )

@@ -17,9 +17,9 @@ def bound(name, unknown=(), **given):
     )
 
 
-def test_each_output_and_input_has_six_parameters():
+def test_each_output_and_input_has_six_parameters_of_its_topic_and_those_of_its_sensor():
     names = [spec.name for spec in signal_parameters(TANKS)]
-    assert len(names) == 6 * (len(TANKS.outputs) + len(TANKS.inputs))
+    assert len(names) == 6 * (len(TANKS.outputs) + len(TANKS.inputs)) + 4 * 2 + 2 * 2
     assert 'signals.Q1.topic' in names and all(spec.read_only for spec in signal_parameters(TANKS))
 
 
@@ -48,6 +48,12 @@ def test_a_binding_is_what_its_parameters_say():
             'signals.h1.offset must be a finite number',
         ),
         ({'unknown': ['signals.h1.topc']}, "no parameter 'signals.h1.topc': did you mean 'topic'"),
+        ({'unknown': ['signals.h1.resoltion']}, "did you mean 'resolution'"),
+        (
+            {'unknown': ['signals.Q1.resolution']},
+            'signals.Q1.resolution: Q1 is one of the inputs, but only outputs have a resolution',
+        ),
+        ({'unknown': ['signals.h9.range']}, "no output or input 'h9': did you mean 'h2' or 'h1'"),
         ({'unknown': ['signals.h9.topic']}, "no output or input 'h9': did you mean 'h2' or 'h1'"),
     ],
 )

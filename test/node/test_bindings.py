@@ -248,4 +248,14 @@ def test_no_binding_can_be_changed_from_outside(ros, spec):
     estimator, _ = start(ros)
     answer = set_parameter(estimator, spec.name, 1.0 if isinstance(spec.default, float) else 'x')
     assert not answer.successful
-    assert estimator.get_parameter(spec.name).value == spec.default
+    assert spec.coerce(estimator.get_parameter(spec.name).value) == spec.default
+
+
+def test_a_sensor_is_declared_without_a_topic(ros):
+    given = {'resolution': 0.5, 'range': [0.0, 60.0], 'delay': [0.0, 2.0]}
+    estimator, observer = start(ros, {f'signals__h1__{k}': v for k, v in given.items()})
+    h1 = estimator.model.outputs[0]
+    assert (h1.resolution, h1.range, h1.delay) == (0.5, (0.0, 60.0), (0.0, 2.0))
+    assert observer.model == estimator.model and set(estimator.streams.subscriptions) == {
+        'output', 'input'
+    }  # fmt: skip

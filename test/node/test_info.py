@@ -1,5 +1,7 @@
 """~/info tells model and settings as YAML."""
 
+from dataclasses import replace
+
 import yaml
 from ros import Ros
 from std_msgs.msg import String
@@ -35,3 +37,11 @@ def test_info_tells_what_is_known_beforehand():
     }  # fmt: skip
     assert found['parameters'][0]['prior'] == [0.5, 0.1]
     assert not {'walk', 'prior'} & set(found['states'][1])
+
+
+def test_info_tells_what_sensors_and_actuators_do():
+    tanks = load_model('three_tank')
+    level = replace(tanks.outputs[0], resolution=0.5, range=(0.0, 60.0), delay=2.0)
+    found = model_info(replace(tanks, outputs=(level, tanks.outputs[1])))['outputs']
+    assert found[0]['delay'] == 2.0 and found[0]['resolution'] == 0.5
+    assert found[0]['range'] == [0.0, 60.0] and set(found[1]) == {'name', 'unit', 'bounds'}

@@ -1,6 +1,7 @@
 """Every number that a remote caller may set is bounded, so that none stops a node or fills it."""
 
 import math
+import re
 import tracemalloc
 
 import pytest
@@ -18,8 +19,9 @@ from plant_sim.scenarios import SCENARIOS, load_scenario
 from plant_sim.settings import CHOICE as SCENARIO
 from plant_sim.settings import COMMON, check_rate
 
-# A bound of a variable may be infinite: there is none then. And infinite is what no noise has.
-UNBOUNDED = ('bounds.', 'snr_db')
+# A bound of a variable or sensor may be infinite: there is none then. And infinite is what no noise
+# has.
+UNBOUNDED = re.compile(r'bounds\..*|signals\..*\.range|snr_db')
 MEMORY = 200e6  # bytes that an observer may take when it is made
 
 
@@ -47,7 +49,7 @@ def test_every_number_of_an_estimator_is_bounded(observer, model):
     found = [spec for spec in specs if numeric(spec)]
     assert len(found) > 5
     for spec in found:
-        if not spec.name.startswith(UNBOUNDED):
+        if not UNBOUNDED.fullmatch(spec.name):
             assert math.isfinite(spec.lower) or spec.positive, spec.name
             assert math.isfinite(spec.upper), spec.name
 
@@ -57,7 +59,7 @@ def test_every_number_of_a_simulator_is_bounded(scenario):
     model = load_model(load_scenario(scenario).model)
     faults = (*fault_parameters(model), *instrument_parameters(model))
     for spec in (*SCENARIO, *COMMON, *faults):
-        if numeric(spec) and not spec.name.startswith(UNBOUNDED):
+        if numeric(spec) and not UNBOUNDED.fullmatch(spec.name):
             assert math.isfinite(spec.lower) and math.isfinite(spec.upper), spec.name
 
 
@@ -67,7 +69,7 @@ def test_no_allowed_number_fills_the_memory(observer, model):
     plant = load_model(model)
     specs = observer_parameters(plant, observer)
     common = {'observer': observer} | {spec.name: spec.default for spec in specs}
-    found = [k for k in specs if numeric(k) and not k.name.startswith(UNBOUNDED)
+    found = [k for k in specs if numeric(k) and not UNBOUNDED.fullmatch(k.name)
              and not isinstance(k.default, tuple)]  # fmt: skip
     most = {k.name: type(k.default)(k.upper) for k in found if not k.nan}
     trials = [most] + [{k.name: type(k.default)(v)} for k in found for v in (k.lower, k.upper)]

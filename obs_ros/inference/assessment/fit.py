@@ -17,6 +17,8 @@ from obs_ros.core.typing import Array
 from obs_ros.inference.objective import Objective
 from obs_ros.optimization.memetic import MemeticSettings
 
+ROUNDED = 0.5  # of an output's deviation: errors of rounding above it are no independent noise
+
 
 @dataclass(frozen=True)
 class Fit:
@@ -24,7 +26,8 @@ class Fit:
 
     `freedom`: as many independent squares would vary as much; `inflation`: how much the
     correlation of the residual raises variances beyond those of the known noise; `trimmed`:
-    outliers were left out, which a noise that was given may include.
+    outliers were left out, which a noise that was given may include; `rounded`: a sensor rounds by
+    as much as its noise or more, and a slow signal is fitted to the errors that this leaves.
     """
 
     squares: float
@@ -34,6 +37,7 @@ class Fit:
     noise_known: bool
     negligible: bool
     trimmed: bool = False
+    rounded: bool = False
 
     @classmethod
     def of(
@@ -58,6 +62,7 @@ class Fit:
             colour=whiteness(residuals),
             inflation=inflation_by(residuals, correlation),
             noise_known=noise_known,
+            rounded=bool((objective.grid.rounding > ROUNDED * objective.grid.scale).any()),
             negligible=squares <= MemeticSettings.negligible**2 * objective.signal * freedom,
         )
 
@@ -87,7 +92,7 @@ class Fit:
     @property
     def too_small(self) -> bool:
         """Whether noise of the known size would hardly leave so little."""
-        known = self.noise_known and not self.trimmed
+        known = self.noise_known and not (self.trimmed or self.rounded)
         return known and too_small(self.squares, self.freedom)
 
 

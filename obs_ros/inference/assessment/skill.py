@@ -92,7 +92,7 @@ def forecast_errors(
     for k, (first, last) in enumerate(pairwise(origins)):
         part = free.stretch(first, last)
         x0, p0 = beginnings[k]
-        foretold = objective.kernels.trajectories(part, x0, p0)[1][1:, :, 0]
+        foretold = part.shown(objective.kernels.trajectories(part, x0, p0)[1])[1:, :, 0]
         known, held = part.weight[1:] > 0.0, last_values(grid, first)
         y = part.y[1:]
         known &= np.isfinite(held)
@@ -134,8 +134,7 @@ def mean_log_errors(models: Array, hold: Array, count: Array, noise: Array) -> A
 
 def least_noises(grid: Grid) -> Array:
     """Return the noise (r,) of the outputs by their bends, whatever model or noise is assumed."""
-    outputs = zip(grid.y.T, grid.weight.T, strict=True)
-    return np.array([noise_guess(np.where(w > 0.0, y, np.nan), nothing=0.0) for y, w in outputs])
+    return np.array([noise_guess(y, nothing=0.0) for y in grid.values.T])
 
 
 def last_values(grid: Grid, node: int) -> Array:

@@ -62,15 +62,18 @@ class Hypothesis:
 
     @cached_property
     def trajectory(self) -> tuple[Array, Array]:
-        """States (K, n) and scaled residuals (K, r); NaN = not measured."""
+        """States (K, n) and scaled residuals (K, r); NaN where nothing contradicts the point."""
         return self.problem.trajectory(self.point)
 
     @property
     def residuals(self) -> Array:
-        """Scaled residuals (K, r), without a rollout; NaN = not measured."""
-        measured = self.problem.objective.grid.weight > 0.0
+        """Scaled residuals (K, r), without a rollout; NaN where nothing contradicts the point."""
+        grid = self.problem.objective.grid
+        measured = grid.weight > 0.0
         residuals = np.full(measured.shape, np.nan)
         residuals[measured] = self.linearisation.residual
+        if grid.ends is not None:
+            residuals[grid.ends.saturated & (residuals == 0.0)] = np.nan
         return residuals
 
     @property

@@ -149,9 +149,7 @@ class PiecewiseProblem:
     def trajectory(self, point: Array) -> tuple[Array, Array]:
         """Return states (K, n) and scaled residuals (K, r) of one point; NaN = not measured."""
         states, outputs = self.roll(point[None])
-        grid = self.objective.grid
-        weight = np.where(grid.weight > 0, grid.weight, np.nan)
-        return states[:, :, 0], weight * (outputs[:, :, 0] - grid.y)
+        return states[:, :, 0], self.objective.grid.residuals(outputs[:, :, 0])
 
     def rows(self, points: Array) -> Array:
         """Return the scaled outputs (M, B) of points (B, D) wherever one was measured."""
@@ -197,7 +195,7 @@ class PiecewiseProblem:
 
     def _rows(self, outputs: Array) -> Array:
         mask, weight, _ = self._measured
-        return np.asarray(weight * outputs[mask])
+        return np.asarray(weight * self.objective.grid.shown(outputs)[mask])
 
     def _times(self, points: Array) -> tuple[Array, IntArray]:
         """Return the events' times (E, B), in s from the window's start, and their intervals (E,).

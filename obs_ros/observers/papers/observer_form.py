@@ -124,11 +124,15 @@ class ObserverFormObserver(RecursiveObserver):
 
     def _step(self, before: Instant, now: Instant, path: Path) -> None:
         n, interval = self.x.size, (now.stamp - before.stamp) / 1e9
+        # Where the model stands in for a silent sensor, theta would learn from itself.
+        silent = self._saturated.silent
+        gain = np.zeros_like(self._gain) if silent else self._gain
         advance(
             self._s, path.pieces, path.dt, path.steps, path.u, path.slope, before.y, now.y,
-            interval, self._observer, self._filter, self._gain, self._normalised,
+            interval, self._observer, self._filter, gain, self._normalised,
         )  # fmt: skip
-        self._adapt(now, interval)
+        if not silent:
+            self._adapt(now, interval)
         self.x[:] = self._s[:n]
         self.p[:n], self.p[n:] = self._s[4 * n :], self._s[3 * n : 4 * n]
         self.innovation[:] = now.y - self.x[:1]
