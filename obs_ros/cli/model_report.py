@@ -9,6 +9,7 @@ import numpy as np
 
 from obs_ros.cli.model_trial import Trial
 from obs_ros.core.model import Model, Variable
+from obs_ros.core.saturation import unsaturated
 from obs_ros.core.typing import Array
 from obs_ros.core.variable_fields import SENSOR_FIELDS
 from obs_ros.inference.assessment.deviations import Deviations
@@ -101,6 +102,9 @@ def rollout(model: Model, trial: Trial) -> list[str]:
             left = ''
             if kind == 'state' and not (v.lower <= column.min() and column.max() <= v.upper):
                 left = f'; it leaves its bounds, {v.lower:g} to {v.upper:g}'
+            if kind == 'output' and v.range is not None:
+                shown = unsaturated([v], column[:, None])
+                left = f'; its sensor is saturated in {np.isnan(shown).mean():.0%} of the samples'
             lines.append(
                 f'  {kind:9}  {v.name:16} from {column[0]:.4g} to {column[-1]:.4g}, '
                 f'within {column.min():.4g} to {column.max():.4g}{left}'
@@ -177,7 +181,7 @@ def _assumed_noise(
     for i, v in enumerate(model.outputs):
         own = noise.get(v.name)
         spread = float(y[:, i].std())
-        scale[i] = own or settings.noise * (spread or 1.0)
+        scale[i] = math.hypot(own or settings.noise * (spread or 1.0), v.rounding)
         guess = '' if own else f', a guess: give --noise {v.name}=...'
         lines.append(f'  output     {v.name:16} {scale[i]:.3g}{_unit(v)}{guess}')
     return scale, lines

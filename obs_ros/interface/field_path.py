@@ -29,9 +29,7 @@ _ARRAY = re.compile(r'sequence<(?P<of>.+?)(?:, *\d+)?>|(?P<item>.+)\[(?P<size>\d
 _MESSAGE = re.compile(r'[a-zA-Z][a-zA-Z0-9_]*(?:/msg)?/[A-Z][a-zA-Z0-9]*')
 
 
-Reason = Literal[
-    'no_field', 'no_entry', 'not_a_number', 'wrong_length', 'unknown_name', 'missing_name'
-]
+Reason = Literal['no_field', 'no_entry', 'not_a_number', 'wrong_length', 'missing_name']
 
 
 class MessageError(ValueError):

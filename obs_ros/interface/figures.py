@@ -83,6 +83,8 @@ def _of_subscription(name: str, status: SubscriptionStatus) -> Iterator[Figure]:
     yield f'{name}.reliable', status.reliable
     yield f'{name}.lost', status.lost
     yield from ((f'{name}.{reason}', count) for reason, count in status.refused.items())
+    if status.other_names:
+        yield f'{name}.other_names', status.other_names
     if status.last_refusal:
         yield f'{name}.last_refusal', status.last_refusal
 

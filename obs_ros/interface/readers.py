@@ -5,7 +5,7 @@ from typing import Any, Protocol
 
 import numpy as np
 
-from obs_ros.core.registry import suggest
+from obs_ros.core.registry import meant
 from obs_ros.core.texts import quoted
 from obs_ros.core.typing import Array
 from obs_ros.interface.bindings import HEADER, Binding
@@ -17,11 +17,13 @@ NAMED_VECTOR = 'sensor_msgs/msg/JointState'
 class Reader(Protocol):
     """Makes a stamp and a vector out of a message of the type called `type`.
 
-    `whole` says that each message brings all of the `places`.
+    `whole` says that each message brings all of the `places`; `others` counts those that brought
+    further names, which nobody wants.
     """
 
     type: str
     whole: bool
+    others: int
 
     @property
     def places(self) -> Sequence[int]:
@@ -40,10 +42,10 @@ def nanoseconds(stamp: Any) -> int:
 
 
 class VectorReader:
-    """Reads the entries `names` out of named vectors, which may have them in any order.
+    """Reads the entries `names` out of named vectors, in any order and among any others.
 
     They go to the `places`, which rise, of a vector (width,), whose other entries are NaN; by
-    default they are the whole vector.
+    default they are the whole vector. `others` counts the messages that had further names.
     """
 
     type = NAMED_VECTOR
@@ -55,11 +57,14 @@ class VectorReader:
         self.places = range(len(names)) if places is None else places
         self._names = list(names)
         self._width = len(names) if width is None else width
+        self._last: list[str] = []  # names of the last message whose order was sought,
+        self._order: list[int] = []  # and where they have those wanted
+        self.others = 0
 
     def read(self, message: Any, arrival: int) -> tuple[int, Array]:
         """Return stamp (ns) and values (width,).
 
-        Raises MessageError, its reason one of `wrong_length`, `unknown_name`, `missing_name`.
+        Raises MessageError, its reason one of `wrong_length`, `missing_name`.
         """
         stamp = nanoseconds(message.header.stamp)
         names = message.name
@@ -69,25 +74,30 @@ class VectorReader:
             )
         values = np.array(message.position)
         if names != self._names:
-            values = values[self._order(names)]
+            if names != self._last:
+                self._order, self._last = self._found(names), list(names)
+            self.others += len(names) > len(self._names)
+            values = values[self._order]
         if len(values) == self._width:
             return stamp, values
         vector = np.full(self._width, np.nan)
         vector[self.places] = values
         return stamp, vector
 
-    def _order(self, names: Sequence[str]) -> list[int]:
-        for name in names:
-            if name not in self._names:
-                raise MessageError(
-                    'unknown_name', f'unknown name {quoted(name)}: {suggest(name, self._names)}'
-                )
+    def _found(self, names: Sequence[str]) -> list[int]:
+        """Return the places of the wanted names among those of a message."""
+        places: dict[str, int] = {}
+        for place, name in enumerate(names):
+            if places.setdefault(name, place) != place and name in self._names:
+                raise MessageError('wrong_length', f'{quoted(name)} stands twice')
         for name in self._names:
-            if name not in names:
-                raise MessageError('missing_name', f'{quoted(name)} is missing')
-        if len(names) != len(self._names):
-            raise MessageError('wrong_length', f'a name stands twice: {quoted(list(names))}')
-        return [names.index(name) for name in self._names]
+            if name not in places:
+                hint = meant(name, [other for other in places if other not in self._names])
+                text = (
+                    f'{quoted(name)} is missing: {hint}' if hint else f'{quoted(name)} is missing'
+                )
+                raise MessageError('missing_name', text)
+        return [places[name] for name in self._names]
 
 
 class FieldReader:
@@ -100,6 +110,7 @@ class FieldReader:
     def __init__(self, bound: Mapping[int, Binding], width: int) -> None:
         first = next(iter(bound.values()))
         self.type = first.type
+        self.others = 0
         self.places = list(bound)
         self.whole = len(bound) == 1
         self._by_header = first.stamp == HEADER

@@ -32,8 +32,9 @@ class SubscriptionStatus:
     `silence` (s of wall time) has passed since the last right message, whose stamp is `stamp` (ns);
     both are None before the first. `rate` is in messages per s of wall time. `refused` counts wrong
     messages by reason, `last_refusal` is the text of the newest; `refuses`: the last message was
-    one. `unheard` says why a publisher is not heard, if one is not. `alternating` publishers send
-    by turns; with `reliable` delivery lost messages are sent again.
+    one. `other_names` counts messages with names that are not wanted. `unheard` says why a
+    publisher is not heard, if one is not. `alternating` publishers send by turns; with `reliable`
+    delivery lost messages are sent again.
     """
 
     topic: str
@@ -44,6 +45,7 @@ class SubscriptionStatus:
     rate: float = 0.0
     lost: int = 0
     refused: Mapping[str, int] = field(default_factory=dict)
+    other_names: int = 0
     last_refusal: str = ''
     refuses: bool = False
     publishers: int = 1

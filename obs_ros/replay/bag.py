@@ -48,7 +48,8 @@ class Bag:
 
     Messages are read as the node reads them: named vectors on plant/output and plant/input, or
     fields of whatever `signals` names. The time is that in the header, or that of the recording
-    where `signals` says `arrival`. Messages that do not fit are counted by reason in `refused`.
+    where `signals` says `arrival`. Messages that do not fit are counted by reason in `refused`,
+    and so are those with further names, which are read all the same.
 
     Raises ValueError for topics that are missing or of another type, and for a path that is no bag.
     """
@@ -107,11 +108,14 @@ class Bag:
         now = self._recorded / 1e9
         self._merge.release(now)
         for reader, queue in self._readers[topic]:
+            others = reader.others
             try:
                 stamp, values = reader.read(message, self._recorded)
             except MessageError as error:
                 self.refused[f'{queue.role}.{error.reason}'] += 1
                 continue
+            if reader.others > others:
+                self.refused[f'{queue.role}.other_names'] += 1
             self._merge.add(queue, stamp, values, now)
         self._merge.release(now)
         yield from self._taken()

@@ -92,6 +92,7 @@ class Subscription:
             silence=self.silence,
             stamp=self.stamp,
             received=self.received,
+            other_names=self._reader.others,
             rate=(self.received - before) / max(now - since, 1e-9),
             lost=self._numbers.lost,
             refused=dict(self._refused),

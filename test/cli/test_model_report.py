@@ -4,6 +4,7 @@ import math
 import re
 from dataclasses import replace
 
+import numpy as np
 import pytest
 
 from obs_ros import Variable
@@ -94,3 +95,23 @@ def test_what_is_known_beforehand_makes_more_known(trial):
 
     alone = limit({})
     assert limit({'p2': (0.9, 0.5 * alone)}) == pytest.approx(alone / math.sqrt(2.0), rel=0.02)
+
+
+def test_sensors_and_actuators_stand_beside_the_rest_and_count(kernels, trial):
+    half = float(np.median(trial.record.y[:, 0]))
+    outputs = (
+        replace(TANKS.outputs[0], range=(0.0, half), resolution=0.5), TANKS.outputs[1]
+    )  # fmt: skip
+    inputs = (replace(TANKS.inputs[0], range=(0.0, 100.0), delay=(0.0, 2.0)), TANKS.inputs[1])
+    model = replace(TANKS, inputs=inputs, outputs=outputs)
+    lines = variables(model)
+    assert (
+        '  input      Q1               cm3/s    hold, nominal 30, delay 0 to 2, range 0 to 100'
+        in lines
+    )
+    assert f'  output     h1               cm       range 0 to {half:g}, resolution 0.5' in lines
+    (h1,) = [line for line in rollout(model, trial) if line.startswith('  output     h1 ')]
+    assert h1.endswith('; its sensor is saturated in 54% of the samples')
+    lines = identifiable(kernels_for(model, 'numpy'), trial, {'h1': 0.02, 'h2': 0.02})
+    assert lines[1] == '  output     h1               0.146 cm'
+    assert lines[2] == '  output     h2               0.02 cm'

@@ -11,7 +11,7 @@ import numpy as np
 import pytest
 
 from obs_ros import Model, Variable
-from obs_ros.core.model import inside, names
+from obs_ros.core.model import checked_noise, inside, names
 from obs_ros.models.three_tank import THREE_TANK
 
 INF = math.inf
@@ -283,3 +283,12 @@ def test_bounds_that_a_plant_cannot_leave(physical: Any) -> None:
 def test_what_is_no_such_bound_is_refused(physical: Any) -> None:
     with pytest.raises(ValueError, match=r'k: physical .* is none of none, lower, upper, both'):
         Variable('k', lower=0.0, physical=physical)
+
+
+def test_noise_given_is_raised_by_that_of_rounding() -> None:
+    outputs = [Variable('y', resolution=0.6), Variable('z')]
+    model = plant(outputs=outputs, output=lambda t, x, u, p: (x[0], x[0]))
+    assert outputs[0].rounding == pytest.approx(0.6 / math.sqrt(12.0)) and outputs[1].rounding == 0
+    found = checked_noise(model, {'y': 0.1, 'z': 0.2})
+    assert found == {'y': math.hypot(0.1, outputs[0].rounding), 'z': 0.2}
+    assert checked_noise(model, {}) == {} == checked_noise(model, None)

@@ -1,5 +1,7 @@
 """Tests of obs_ros.inference.noise."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from plants import INTEGRATOR, NAN, OSCILLATOR
@@ -148,3 +150,19 @@ def test_a_guess_of_white_noise_is_right(sigma: float) -> None:
 def test_a_guess_is_positive_where_there_is_no_noise() -> None:
     assert noise_guess(np.full(50, 3.0)) == 1.0
     assert noise_guess(np.linspace(0.0, 1.0, 50)) > 0.01
+
+
+def test_no_noise_is_below_that_of_rounding() -> None:
+    step, floor = 0.4, 0.4 / np.sqrt(12.0)
+    slow = np.round(np.linspace(0.0, 3.0, 300) / step) * step
+    assert noise_guess(slow) > 0.2, 'most second differences are 0: the spread stands for noise'
+    assert noise_guess(slow, rounding=floor) == floor == noise_guess(slow[:2], 0.0, floor)
+    noisy = slow + np.random.default_rng(0).standard_normal(300)
+    assert noise_guess(noisy, rounding=floor) == pytest.approx(1.0, rel=0.15)
+    model = replace(OSCILLATOR, outputs=[replace(v, resolution=step) for v in OSCILLATOR.outputs])
+    width = len(model.outputs)
+    record = Record(np.arange(9.0), np.zeros((9, 1)), np.zeros((9, width)))
+    grid = Grid.of(model, record, np.ones(width))
+    left = variances_left(np.full((9, width), 1e-3), grid, 2)
+    np.testing.assert_allclose(left, floor**2)
+    assert (variances_left(np.full((9, width), 2.0), grid, 2) > 4.0).all()

@@ -56,3 +56,35 @@ def test_rescaled_multiplies_the_scales_only() -> None:
 def test_a_record_of_another_plant_is_refused(u: int, y: int, message: str) -> None:
     with pytest.raises(ValueError, match=message):
         Grid.of(THREE_TANK, Record([0.0, 1.0], np.zeros((2, u)), np.zeros((2, y))), np.ones(2))
+
+
+def test_saturated_sensors_show_the_very_ends_of_their_range_and_are_no_values() -> None:
+    y = np.array([[10.0 + 1e-7, 5.0], [4.0, NAN], [NAN, 5.0]])
+    outputs = (replace(THREE_TANK.outputs[0], range=(0.0, 10.0)), THREE_TANK.outputs[1])
+    model = replace(THREE_TANK, outputs=outputs)
+    grid = Grid.of(model, Record([0.0, 1.0, 2.0], np.zeros((3, 2)), y), np.array([0.5, 2.0]))
+    assert grid.y.tolist() == [[10.0, 5.0], [4.0, 0.0], [0.0, 5.0]]
+    assert [grid.measured_values(k) for k in (0, 1, 2, 3)] == [0, 1, 2, 3]
+    np.testing.assert_array_equal(grid.values, [[NAN, 5.0], [4.0, NAN], [NAN, 5.0]])
+    np.testing.assert_array_equal(
+        grid.residuals(np.array([[9.0, 6.0], [12.0, 0.0], [0.0, 0.0]])),
+        [[-2.0, 0.5], [16.0, NAN], [NAN, -2.5]],
+    )
+    np.testing.assert_array_equal(
+        grid.residuals(np.array([[11.0, 6.0], [4.0, 0.0], [0.0, 0.0]])),
+        [[NAN, 0.5], [0.0, NAN], [NAN, -2.5]],
+    )
+    assert grid.stretch(1, 2).measured_values(2) == 2
+    assert grid.shown(np.full((3, 2, 4), 20.0))[:, 0, 0].tolist() == [10.0, 20.0, 20.0]
+
+
+def test_actuators_clip_inputs_and_rounding_is_noted() -> None:
+    model = replace(
+        THREE_TANK,
+        inputs=(replace(THREE_TANK.inputs[0], range=(0.0, 50.0)), THREE_TANK.inputs[1]),
+        outputs=(replace(THREE_TANK.outputs[0], resolution=0.6), THREE_TANK.outputs[1]),
+    )
+    u = np.array([[60.0, 60.0], [-5.0, -5.0]])
+    grid = Grid.of(model, Record([0.0, 1.0], u, np.zeros((2, 2))), np.ones(2))
+    assert grid.u.tolist() == [[50.0, 60.0], [0.0, -5.0]]
+    np.testing.assert_allclose(grid.rounding, [0.6 / np.sqrt(12.0), 0.0])

@@ -93,3 +93,11 @@ def test_what_lies_before_the_end_is_forgotten_but_its_values_hold() -> None:
     assert len(found) == 1
     found.clear()
     assert len(found) == 0 and not found.known_at(9 * S)
+
+
+def test_an_actuator_clips_what_the_plant_gets() -> None:
+    inputs = (replace(VESSEL.inputs[0], range=(0.0, 2.0)),)
+    found = InputHistory(replace(VESSEL, inputs=inputs))
+    for t, u in ((0, 3.0), (1, -1.0), (2, 1.0)):
+        assert found.add(t * S, np.array([u]))
+    assert found.path(0, 3 * S).u[:3, 0].tolist() == [2.0, 0.0, 1.0]

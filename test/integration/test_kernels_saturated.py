@@ -11,7 +11,10 @@ from obs_ros.core.record import Record
 from obs_ros.core.typing import Array
 from obs_ros.integration.backends import kernels_for
 from obs_ros.integration.filter_pass import FilterPass
+from obs_ros.integration.filter_step import LiveFilter
 from obs_ros.integration.grid import Grid
+from obs_ros.integration.path import Path
+from obs_ros.integration.stepper import stepper_for
 
 RANGES = ((-0.3, 0.4), (-np.inf, 0.2), None)
 RANGED = replace(
@@ -126,3 +129,26 @@ def test_a_diverged_candidate_is_known_beside_a_saturated_sensor(backend: str, s
         .sum(axis=0)
     )
     assert np.isnan(squares[3]) and np.isfinite(np.delete(squares, 3)).all()
+
+
+def test_live_filters_take_saturated_sensors_alike() -> None:
+    """As the pass does, from output to output; both backends, and without writing into outputs."""
+    grid, found = grid_of(), passed('numpy')
+    y = np.where(grid.weight > 0.0, grid.y, np.nan)
+    y.flags.writeable = False
+    lives = []
+    for backend in ('numpy', 'numba'):
+        stepper = stepper_for(RANGED, backend)
+        live = LiveFilter.of(RANGED, X0, P, PRIOR, WALKS, NOISE, np.array([0, 1]))
+        silent = np.zeros(y.shape, dtype=bool)
+        for k in range(1, 61):
+            part = grid.stretch(k - 1, k)
+            path = Path(1, part.t, np.diff(part.t), part.steps, part.u, 0.0 * part.u)
+            stepper.filter(live, path, y[k])
+            silent[k] = np.isfinite(y[k]) & np.isnan(live.innovation)
+            assert (np.isnan(live.S) == np.isnan(live.innovation)).all()
+        lives.append((live.x, live.p, live.P, silent))
+    for one, two in zip(*lives, strict=True):
+        np.testing.assert_allclose(two, one, rtol=1e-8, atol=1e-10)
+    assert grid.ends is not None and (grid.ends.saturated | ~lives[0][3]).all()
+    assert lives[0][3].sum() > 5 and found.measured.any()

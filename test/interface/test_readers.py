@@ -38,9 +38,9 @@ def test_order_is_by_name():
     ('names', 'values', 'reason', 'text'),
     [
         (['a'], [1.0], 'missing_name', "'b' is missing"),
-        (['a', 'bb'], [1.0, 2.0], 'unknown_name', "unknown name 'bb'"),
+        (['a', 'bb'], [1.0, 2.0], 'missing_name', "'b' is missing: did you mean 'bb'"),
         (['a', 'b'], [1.0], 'wrong_length', '2 names but 1 positions'),
-        (['a', 'b', 'a'], [1.0, 2.0, 3.0], 'wrong_length', 'twice'),
+        (['a', 'b', 'a'], [1.0, 2.0, 3.0], 'wrong_length', "'a' stands twice"),
         ([], [], 'missing_name', "'a' is missing"),
     ],
 )
@@ -49,6 +49,19 @@ def test_wrong_messages_say_why(names, values, reason, text):
     with pytest.raises(MessageError, match=text) as caught:
         VectorReader(('a', 'b')).read(message, 0)
     assert caught.value.reason == reason
+
+
+def test_further_names_are_ignored_and_their_messages_counted():
+    reader = VectorReader(('a', 'b'), (1, 3), 4)
+    for names, values in (
+        (['c', 'b', 'a'], (3.0, 2.0, 1.0)), (['c', 'b', 'a'], (6.0, 5.0, 4.0)),
+        (['b', 'a'], (8.0, 7.0)), (['a', 'x', 'x', 'b'], (9.0, 0.0, 0.0, 10.0)),
+    ):  # fmt: skip
+        found = reader.read(joints(names, values), 0)[1]
+        wanted = dict(zip(names, values, strict=True))
+        assert found[[1, 3]].tolist() == [wanted['a'], wanted['b']]
+        assert np.isnan(found[[0, 2]]).all()
+    assert reader.others == 3
 
 
 def test_values_outlive_their_message():

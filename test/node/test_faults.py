@@ -225,8 +225,11 @@ FAULTS = {
     'nothing but NaN': Fault(all_nan, {'samples.all_nan': 6}),
     'huge values': Fault(entries(1e300, 6), {'samples.huge': 30}),
     'values beyond a million boxes': Fault(entries(1.1e8, 6), {'samples.huge': 30}),
-    'wrong names': Fault(besides(names=('h1', 'h9')), {'output.unknown_name': 6}),
+    'wrong names': Fault(besides(names=('h1', 'h9')), {'output.missing_name': 6}),
     'missing names': Fault(besides(names=('h1',), values=(1.0,)), {'output.missing_name': 6}),
+    'further names': Fault(
+        besides(names=('h1', 'x', 'h2'), values=(1.0, 2.0, 3.0)), {'output.other_names': 6}
+    ),
     'wrong sizes': Fault(besides(values=(1.0, 2.0, 3.0)), {'output.wrong_length': 6}),
     'outputs in m': flagged(scaled('output', (0.01, 0.01)), MISMATCH, UNSKILLED),
     'outputs in m, noise unknown': flagged(

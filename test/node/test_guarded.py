@@ -146,7 +146,7 @@ def test_a_name_of_a_megabyte_makes_no_megabyte_of_diagnostics(ros, capfd):
 
     send(1.0, [name, 'h2'], [1.0, 2.0])
     (status,) = ros.spin_until(refused)[0].status
-    assert figures(status)['output.unknown_name'] == '1'
+    assert figures(status)['output.missing_name'] == '1'
     texts = [status.message, *(text for each in status.values for text in (each.key, each.value))]
     assert sum(map(len, texts)) < 10_000
     assert all(text.isprintable() for text in texts)

@@ -72,8 +72,8 @@ def test_its_status_tells_what_came_what_was_refused_and_how_often(ros):
     speak(2.0, ('h1', 'h9'), (1.0, 2.0))
     ros.spin_until(lambda: heard.received == 2)
     status = heard.status()
-    assert status.refuses and dict(status.refused) == {'unknown_name': 1}
-    assert status.last_refusal.startswith("plant/output: unknown name 'h9'")
+    assert status.refuses and dict(status.refused) == {'missing_name': 1}
+    assert status.last_refusal.startswith("plant/output: 'h2' is missing: did you mean 'h9'?")
     assert (status.stamp, status.publishers, status.lost) == (10**9, 1, 0)
     assert status.reliable and not status.alternating and status.rate > 0.0
     assert heard.status().rate == 0.0, 'nothing came since'

@@ -65,7 +65,16 @@ def test_what_does_not_fit_is_counted(tmp_path):
         bag.vector('/plant/input', S, S, u=0.1)
     recording, samples = read(tmp_path / 'bag')
     assert samples == [(S, [0.1], None)]
-    assert recording.refused == {'output.unknown_name': 1, 'output.missing_name': 1}
+    assert recording.refused == {'output.missing_name': 2}
+
+
+def test_further_names_are_ignored_and_counted(tmp_path):
+    with BagMaker(tmp_path / 'bag') as bag:
+        bag.vector('/plant/output', S, S, other=3.0, y=0.5)
+        bag.vector('/plant/input', S, S, u=0.1)
+    recording, samples = read(tmp_path / 'bag')
+    assert samples == [(S, None, [0.5]), (S, [0.1], None)]
+    assert recording.refused == {'output.other_names': 1}
 
 
 def test_topics_may_have_other_names(tmp_path):

@@ -1,7 +1,11 @@
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
+from obs_ros import Variable
 from obs_ros.models.three_tank import THREE_TANK
+from obs_ros.samples.resolution import Resolutions
 from obs_ros.samples.stuck_sensor import Repeats, StuckSettings, long_runs, stuck, words
 
 REPEATS = StuckSettings().repeats
@@ -88,3 +92,53 @@ def test_the_words_name_the_sensor():
     assert words(THREE_TANK, [0, 1]) == (
         'look at the sensors: h1 and h2 repeat the same value, not taken for measured'
     )
+
+
+def coarse_walk(rows: int, step: float, noise: float) -> np.ndarray:
+    """A slow signal that a sensor rounds, beside one that moves."""
+    slow = 20.0 + 10.0 * np.sin(np.arange(rows) / 200.0) + noise * RNG.standard_normal(rows)
+    return np.column_stack([np.round(slow / step) * step, RNG.standard_normal(rows)])
+
+
+@pytest.mark.parametrize('noise', [0.0, 0.05])
+def test_a_sensor_whose_step_is_learned_or_declared_repeats_values_as_it_likes(noise):
+    y = coarse_walk(3000, 1.0, noise)
+    y = y[np.insert(np.diff(y[:, 0]) == 0.0, 0, True)] if noise else y  # no short runs
+    assert stuck(y, [True, True])[:, 0].sum() > 100
+    learned, declared = (Resolutions([Variable('a', resolution=step), Variable('b')])
+                         for step in (None, 1.0))  # fmt: skip
+    learned.note(y)
+    for resolutions in (learned, declared):
+        assert not stuck(y, [True, True], resolutions=resolutions).any()
+
+
+@pytest.mark.parametrize('given', [3.0, np.nan])
+def test_a_sensor_that_rounds_more_finely_than_its_noise_is_stuck_all_the_same(given):
+    y = np.round(20.0 + 3.0 * noisy(4000))
+    y = y[np.insert(np.diff(y[:, 0]) != 0.0, 0, True)][:2000]  # no short runs
+    y = frozen(y, 0, 1500, 1999)
+    resolutions = Resolutions([Variable('a'), Variable('b')])
+    resolutions.note(y)
+    noise = np.array([given, given])
+    mask = stuck(y, [True, True], resolutions=resolutions, noise=noise)
+    assert np.flatnonzero(mask[:, 0]).tolist() == list(range(1500, 2000))
+
+
+def test_value_after_value_a_step_is_known_too():
+    for declared in (None, 1.0):
+        repeats = Repeats([True, True], outputs=[Variable('a', resolution=declared), Variable('b')])
+        y = coarse_walk(3000, 1.0, 0.0)
+        found = [repeats.note(row) for row in y]
+        # A step that is learned takes its time.
+        assert not any(found[2000:]) and (any(found) if declared is None else not any(found))
+        assert repeats.resolutions.learned == ({} if declared else {'a': 1.0})
+
+
+def test_a_sensor_at_the_end_of_its_range_is_not_stuck():
+    repeats = Repeats.of(THREE_TANK, [0.1, 0.1])
+    ranged = replace(THREE_TANK.outputs[0], range=(0.0, 10.0))
+    saturated = Repeats.of(replace(THREE_TANK, outputs=(ranged, THREE_TANK.outputs[1])), [0.1, 0.1])
+    rows = np.column_stack([np.full(30, 10.0), noisy(30, 1)[:, 0]])
+    assert repeats.note(rows[0]) == ()
+    assert any(repeats.note(row) for row in rows)
+    assert not any(saturated.note(row) for row in rows)

@@ -64,3 +64,8 @@ def test_what_outliers_would_have_added_is_not_missed() -> None:
     fit = Fit(100.0, 200.0, whiteness(np.zeros((3, 1))), 1.0, noise_known=True, negligible=False)
     assert fit.too_small
     assert not replace(fit, trimmed=True).too_small
+
+
+def test_a_sensor_that_rounds_more_coarsely_than_its_noise_may_leave_less() -> None:
+    fit = Fit(100.0, 200.0, whiteness(np.zeros((3, 1))), 1.0, noise_known=True, negligible=False)
+    assert not replace(fit, rounded=True).too_small
