@@ -166,7 +166,7 @@ def observer_model(
         flows, actuators, kept = x[:r], x[r:n], x[n:]
         given, inputs = p[:q], u[:m]
         # The actuators do not depend on the process, whose states only fill the places here.
-        moving = plant(t, kept[:r] + actuators, inputs, given)
+        moving: tuple[Any, ...] = plant(t, kept[:r] + actuators, inputs, given)
         feed = fed(flow_gain(given), moving)
         own = rates(t, flows, kept, inputs, u[m:weights], u[weights:], feed, given, p[q:])
         return own[:r] + moving[r:] + own[r:]
