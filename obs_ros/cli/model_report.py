@@ -13,7 +13,7 @@ from obs_ros.core.saturation import unsaturated
 from obs_ros.core.typing import Array
 from obs_ros.core.variable_fields import SENSOR_FIELDS
 from obs_ros.inference.assessment.deviations import Deviations
-from obs_ros.inference.assessment.identifiability import advice, weak_directions
+from obs_ros.inference.assessment.identifiability import advice, unseparated, weak_directions
 from obs_ros.inference.assessment.informed_subspace import informed_information
 from obs_ros.inference.assessment.interval import covariance_without_boxes
 from obs_ros.inference.jumps.hypothesis import hypothesis_at
@@ -162,10 +162,13 @@ def identifiable(
         known = f'known to +- {2.0 * deviation:.2g}{_unit(v)}'
         word = 'not determined' if math.isnan(deviation) else known
         lines.append(f'  {kind:9}  {v.name:16} {value:.4g}, {word}')
-    weak = weak_directions(objective, z[n:], informed_information(best), covariance[n:, n:])
+    structural = unseparated(objective)
+    weak = weak_directions(
+        objective, z[n:], informed_information(best), covariance[n:, n:], structural
+    )
     lines += [f'  {words}' for words in weak]
     lost = np.flatnonzero(np.isnan(deviations.parameters)) + n
-    if lost.size and (words := advice(objective, trial.states[-1], trial.p, lost)):
+    if lost.size and (words := advice(objective, trial.states[-1], trial.p, lost, structural)):
         lines.append(f'  {words}')
     if not np.isnan(found).any():
         lines.append('  everything is determined (95 % of the true values lie within these limits)')

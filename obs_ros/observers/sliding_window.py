@@ -1,5 +1,6 @@
 """Windows of a stream, solved one after the other (Yang, Li & Dahhou 2020, section 4.4)."""
 
+import logging
 import threading
 from collections.abc import Mapping
 from typing import Any, ClassVar
@@ -12,11 +13,14 @@ from obs_ros.core.rng import random_generator
 from obs_ros.horizon.moving_horizon import MovingHorizon
 from obs_ros.horizon.settings import EstimationSettings
 from obs_ros.horizon.solver import Solver
+from obs_ros.inference.assessment.structural import confounded
 from obs_ros.inference.outlier_count import OutlierCount
 from obs_ros.inference.parameterisation import Unknowns
 from obs_ros.models import load_model
 from obs_ros.samples.range_check import limits
 from obs_ros.samples.window import SlidingWindow
+
+log = logging.getLogger(__name__)
 
 
 class SlidingWindowObserver:
@@ -77,8 +81,14 @@ class SlidingWindowObserver:
         return self._solver.unknowns
 
     def prepare(self) -> float:
-        """Compile the model's kernels, unless they are; return the seconds that it took."""
-        return self._solver.prepare()
+        """Compile the model's kernels, unless they are; return the seconds that it took.
+
+        Parameters that no input can tell apart are looked for, and told in the log.
+        """
+        seconds = self._solver.prepare()
+        for each in confounded(self._solver.kernels, self.unknowns, self._geometry[0]):
+            log.warning('model %r: %s', self.model.name, each)
+        return seconds
 
     def absorb(self, sample: Sample) -> bool:
         """Store a sample; return whether it closed a window. Never blocks for long."""

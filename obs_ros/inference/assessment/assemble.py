@@ -12,7 +12,7 @@ from obs_ros.core.typing import Array
 from obs_ros.inference.assessment.contradiction import contradictions
 from obs_ros.inference.assessment.deviations import Deviations
 from obs_ros.inference.assessment.fit import Fit, root_mean_square
-from obs_ros.inference.assessment.identifiability import advice, weak_directions
+from obs_ros.inference.assessment.identifiability import advice, unseparated, weak_directions
 from obs_ros.inference.assessment.outcome import (
     Findings,
     at_bound,
@@ -197,15 +197,21 @@ def _knowledge(
     if (alone := uncertainty.determined_alone) is not None:
         deviations.parameters[unknowns.index[n:][~alone] - len(model.states)] = np.nan
         covariance = covariance + np.diag(np.where(alone, 0.0, BOX_VARIANCE))
-    weak = weak_directions(objective, best.point[final], uncertainty.information, covariance)
+    lost = any(np.isnan(deviations.parameters[unknowns.index[n:] - len(model.states)]))
+    structural = unseparated(objective) if lost else ()
+    weak = weak_directions(
+        objective, best.point[final], uncertainty.information, covariance, structural
+    )
     values = np.concatenate([deviations.state, deviations.parameters])
     estimated = [i for i in unknowns.index[n:] if np.isnan(values[i])]
     chosen = np.flatnonzero(np.isin(unknowns.index, estimated))
+    hopeless = {name for each in structural for name in each.names}
+    told = np.array([i for i in chosen if unknowns.names[i] in hopeless], dtype=np.int64)
     return Knowledge(
         deviations,
         weak,
         # A model that is only roughly right foretells no longer window.
-        advice(objective, state, p, chosen) if chosen.size and fit.is_noise else '',
+        advice(objective, state, p, chosen if fit.is_noise else told, structural),
         tuple(np.array(names(model.variables))[np.isnan(values)].tolist()),
     )
 

@@ -5,6 +5,7 @@ of the box (local identifiability; Ljung 1999, section 4.5; Bellman & Astrom 197
 """
 
 import math
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from itertools import pairwise
 
@@ -12,6 +13,8 @@ import numpy as np
 
 from obs_ros.core.linear_algebra import eigen, inverted
 from obs_ros.core.typing import Array, BoolArray, IntArray
+from obs_ros.inference.assessment.power_products import power_product, sparse
+from obs_ros.inference.assessment.structural import Confounded, confounded
 from obs_ros.inference.objective import Objective
 from obs_ros.inference.parameterisation import Unknowns
 from obs_ros.inference.prior import Prior
@@ -24,8 +27,6 @@ class IdentifiabilitySettings:
     - `undetermined` (boxes), `largest_share` (of the value, on a log scale): standard deviations
       above which nothing is known of a parameter;
     - `support`: share of a direction's largest entry below which a parameter does not belong to it;
-    - `round_ratio`, `most_halves`: how near a ratio must be to a multiple of one half, and the
-      largest such multiple, for a power product that means something;
     - `unseen`: standard deviations by which a change along such a product may show;
     - `smallest_value` (boxes): below, a relative change means nothing;
     - `horizon` (windows), `nodes`, `lengths`: how far ahead, in how many nodes and at how many
@@ -35,8 +36,6 @@ class IdentifiabilitySettings:
     undetermined: float = 0.1
     largest_share: float = 0.3
     support: float = 0.1
-    round_ratio: float = 0.05
-    most_halves: int = 6
     unseen: float = 2.0
     smallest_value: float = 0.01
     horizon: int = 32
@@ -65,12 +64,17 @@ def undetermined_states(unknowns: Unknowns) -> Array:
 
 
 def weak_directions(
-    objective: Objective, values: Array, information: Array, covariance: Array
+    objective: Objective,
+    values: Array,
+    information: Array,
+    covariance: Array,
+    structural: Sequence[Confounded] = (),
 ) -> tuple[str, ...]:
     """Say which combinations of the estimated parameters the window does not determine.
 
-    `values` (q,) are the parameters in boxes, `information` (q, q) that of the window about
-    them, with the initial state unknown, `covariance` (q, q) their posterior one.
+    `structural` are those that no input tells apart, whose quantities are known. `values` (q,) are
+    the parameters in boxes, `information` (q, q) that of the window about them, with the initial
+    state unknown, `covariance` (q, q) their posterior one.
     """
     unknowns = objective.unknowns
     n = unknowns.n_states
@@ -83,15 +87,46 @@ def weak_directions(
     eigenvalues, vectors = eigen(information)
     weak = vectors[:, eigenvalues * LIMITS.undetermined**2 < 1.0].T
     found = []
-    for relative in _sparse(weak / size):
-        words = _words(unknowns.names[n:], relative, definite, size, information)
+    for relative in sparse(weak / size):
+        words = _known_words(unknowns.names[n:], relative, structural) or _words(
+            unknowns.names[n:], relative, definite, size, information
+        )
         direction = relative * size / np.linalg.norm(relative * size)
         known = direction @ covariance @ direction < LIMITS.undetermined**2
         found.append(f'{words} (known from earlier windows)' if known else words)
     return tuple(found)
 
 
-def advice(objective: Objective, state: Array, p: Array, chosen: IntArray) -> str:
+def unseparated(objective: Objective) -> tuple[Confounded, ...]:
+    """Return the estimated parameters that no input tells apart in windows of this length."""
+    grid = objective.grid
+    return confounded(objective.kernels, objective.unknowns, float(grid.t[-1] - grid.t[0]))
+
+
+def advice(
+    objective: Objective,
+    state: Array,
+    p: Array,
+    chosen: IntArray,
+    structural: Sequence[Confounded] = (),
+) -> str:
+    """Say what would determine the parameters `chosen` (places of unknowns).
+
+    Where no input can (`structural`), that is to fix one; else inputs, or a longer window.
+    """
+    names = {objective.unknowns.names[i] for i in chosen}
+    hopeless = [each for each in structural if names & set(each.names)]
+    lost = {name for each in hopeless for name in each.names}
+    others = np.array(
+        [i for i in chosen if objective.unknowns.names[i] not in lost], dtype=np.int64
+    )
+    parts = [str(each) for each in hopeless]
+    if others.size and (longer := _longer(objective, state, p, others)):
+        parts.append(longer)
+    return '; '.join(parts)
+
+
+def _longer(objective: Objective, state: Array, p: Array, chosen: IntArray) -> str:
     """Say how long a window must be to determine the parameters `chosen` (places of unknowns).
 
     The model is run ahead from `state` (n,) with parameters p (q,) and the last input held.
@@ -153,20 +188,14 @@ def _jacobian_ahead(objective: Objective, state: Array, p: Array) -> Array:
         return np.asarray(weight[:, :, None] * (y[:, :, 1:] - y[:, :, :1]) / step)
 
 
-def _sparse(directions: Array) -> Array:
-    """Return other directions (k, q) that span the same space, each with k - 1 zeros at least."""
-    rows = directions.copy()
-    pivots: list[int] = []
-    for k in range(len(rows)):
-        free = np.abs(rows[k])
-        free[pivots] = 0.0
-        pivot = int(free.argmax())
-        rows[k] /= rows[k, pivot]
-        for other in range(len(rows)):
-            if other != k:
-                rows[other] -= rows[other, pivot] * rows[k]
-        pivots.append(pivot)
-    return rows
+def _known_words(names: tuple[str, ...], relative: Array, structural: Sequence[Confounded]) -> str:
+    """Name a direction of relative changes (q,) that no input reveals; '' if it is none of them."""
+    support = np.flatnonzero(np.abs(relative) > LIMITS.support * np.abs(relative).max())
+    members = {names[i] for i in support}
+    for each in structural:
+        if each.quantity and members == set(each.names):
+            return f'only {each.quantity} is determined'
+    return ''
 
 
 def _words(
@@ -186,10 +215,10 @@ def _words(
     if support.size == 2 and definite[support].all():
         a, b = support
         ratio = float(relative[a] / relative[b])
-        if not (product := _product(names[a], names[b], ratio)):
+        if not (product := power_product(names[a], names[b], ratio)):
             part = information[np.ix_(support, support)]
             ratio = _nearest_unseen(ratio, size[support], part)
-            product = _product(names[a], names[b], ratio)
+            product = power_product(names[a], names[b], ratio)
         if product:
             return f'only {product} is determined'
     share = relative[support] / np.abs(relative[support]).min()
@@ -211,21 +240,3 @@ def _nearest_unseen(ratio: float, size: Array, information: Array) -> float:
         seen[0.5 * halves] = float(direction @ information @ direction)
     nearest = min(seen, key=lambda halves: seen[halves], default=math.nan)
     return nearest if seen.get(nearest, math.inf) < LIMITS.unseen**2 else math.nan
-
-
-def _product(a: str, b: str, ratio: float) -> str:
-    """Return the power product that does not change when a changes `ratio` times as much as b."""
-    if math.isnan(ratio):
-        return ''
-    halves = round(2.0 * ratio)
-    if abs(halves) > LIMITS.most_halves:
-        return ''
-    if halves == 0:  # the other way round
-        return _product(b, a, 1.0 / ratio) if abs(ratio) > LIMITS.round_ratio else ''
-    if abs(2.0 * ratio - halves) > 2.0 * LIMITS.round_ratio * max(1.0, abs(ratio)):
-        return ''
-    # d ln a = ratio * d ln b, so a / b^ratio stays.
-    over, under = (1, abs(halves) // 2) if halves % 2 == 0 else (2, abs(halves))
-    first = a if over == 1 else f'{a}^{over}'
-    second = b if under == 1 else f'{b}^{under}'
-    return f'{first}/{second}' if halves > 0 else f'{first}*{second}'

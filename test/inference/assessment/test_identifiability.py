@@ -9,7 +9,11 @@ from plants import LAG, window_of
 
 from obs_ros import Model, Record, Variable
 from obs_ros.core.typing import Array
-from obs_ros.inference.assessment.identifiability import advice, weak_directions
+from obs_ros.inference.assessment.identifiability import (
+    advice,
+    unseparated,
+    weak_directions,
+)
 from obs_ros.inference.assessment.informed_subspace import marginal_information
 from obs_ros.inference.jumps.hypothesis import Hypothesis, hypothesis_at
 from obs_ros.inference.jumps.piecewise import PiecewiseProblem
@@ -147,6 +151,31 @@ def test_a_window_as_long_as_advised_determines(sigma: float) -> None:
 
     assert deviation(2.0 * length) < 0.1
     assert deviation(length / 4.0) > 0.1
+
+
+def hopeless(*p: float) -> tuple[Any, ...]:
+    """A window of x' = (p1 + p2) u - x at rest, what it says, and what no input tells apart."""
+    model = plant(lambda p, u: (p[0] + p[1]) * u, 2)
+    objective = window_of(model, Record(T, np.sin(T), np.zeros(61)), SIGMA)
+    z = objective.unknowns.point({'x': 1.0, 'p1': p[0], 'p2': p[1]})
+    best = hypothesis_at(PiecewiseProblem(objective, Prior.box(objective.unknowns)), z)
+    return best, z, unseparated(objective)
+
+
+def test_a_sum_that_no_input_tells_is_named_as_one() -> None:
+    best, z, structural = hopeless(3.3, 2.5)
+    information = marginal_information(best, 1)
+    words = weak_directions(
+        best.problem.objective, z[1:], information, best.covariance[1:, 1:], structural
+    )
+    assert words == ('only p1 + p2 is determined',)
+
+
+def test_no_input_is_asked_for_where_none_can_help() -> None:
+    best, _, structural = hopeless(1.0, 1.0)
+    objective, p = best.problem.objective, np.array([1.0, 1.0])
+    words = advice(objective, best.linearisation.state, p, np.array([1, 2]), structural)
+    assert words == 'no input can tell p1 from p2: fix one, or estimate their sum'
 
 
 def test_where_no_window_would_do_moving_the_inputs_is_advised() -> None:
