@@ -8,7 +8,8 @@ from typing import Literal, NamedTuple
 
 import numpy as np
 
-from obs_ros.core.model import names
+from obs_ros.core.model import Variable, names
+from obs_ros.core.periods import periods, within
 from obs_ros.core.typing import Array
 from obs_ros.models import load_model
 from plant_sim.actuators import IDEAL, Actuator, Inputs
@@ -24,7 +25,10 @@ NoiseReference = Literal['unit', 'measured']
 
 @dataclass(frozen=True)
 class Instant:
-    """The plant at one sample: time t (s), true x, told inputs u, parameters p, measured y."""
+    """The plant at one sample: time t (s), true x, told inputs u, parameters p, measured y.
+
+    States and outputs with a period lie in [-period/2, period/2).
+    """
 
     t: float
     x: tuple[float, ...]
@@ -122,7 +126,8 @@ class Simulation:
         u = self._drive(t, measured())
         self._inputs.tell(t, u, actuators)
         self._samples += 1
-        return _Measured(Instant(t, plant.x, u, p, measured()), error, outliers)
+        x = _within(self.model.states, plant.x)
+        return _Measured(Instant(t, x, u, p, measured()), error, outliers)
 
     def _stamped(self, measured: _Measured, sensors: Sequence[Sensor]) -> Instant:
         """Return the instant with the readings of sensors that are early or late."""
@@ -138,11 +143,11 @@ class Simulation:
         self, sensors: Sequence[Sensor], values: tuple[float, ...], outliers: tuple[float, ...]
     ) -> tuple[float, ...]:
         """Return what the sensors read of measured values."""
-        if not self.sensors:
-            return values
-        quiet = math.isinf(self.snr_db)
-        sigma = 1.0 if quiet else noise_deviation(self.snr_db, self._power)
-        return readings(sensors, values, outliers, np.broadcast_to(sigma, len(values)))
+        if self.sensors:
+            quiet = math.isinf(self.snr_db)
+            sigma = 1.0 if quiet else noise_deviation(self.snr_db, self._power)
+            values = readings(sensors, values, outliers, np.broadcast_to(sigma, len(values)))
+        return _within(self.model.outputs, values)
 
     def _advance(self, to: float, actuators: Sequence[Actuator], *, remember: bool) -> None:
         """Run to time `to`, stopping at each scheduled change on the way."""
@@ -166,6 +171,10 @@ class Simulation:
     def _parameters(self, t: float) -> tuple[float, ...]:
         scheduled = zip(self.model.parameters, self.scenario.parameters(t), strict=True)
         return tuple(self.faults.get(variable.name, value) for variable, value in scheduled)
+
+
+def _within(variables: Sequence[Variable], values: tuple[float, ...]) -> tuple[float, ...]:
+    return tuple(within(np.array(values), periods(variables)).tolist())
 
 
 def _sum(exact: tuple[float, ...], error: Array) -> tuple[float, ...]:

@@ -9,6 +9,7 @@ import numpy as np
 
 from obs_ros.cli.model_trial import Trial
 from obs_ros.core.model import Model, Variable
+from obs_ros.core.periods import lasting_bounds
 from obs_ros.core.saturation import unsaturated
 from obs_ros.core.typing import Array
 from obs_ros.core.variable_fields import SENSOR_FIELDS
@@ -100,8 +101,9 @@ def rollout(model: Model, trial: Trial) -> list[str]:
     ):
         for v, column in zip(group, columns.T, strict=True):
             left = ''
-            if kind == 'state' and not (v.lower <= column.min() and column.max() <= v.upper):
-                left = f'; it leaves its bounds, {v.lower:g} to {v.upper:g}'
+            low, high = lasting_bounds(v)
+            if kind == 'state' and not (low <= column.min() and column.max() <= high):
+                left = f'; it leaves its bounds, {low:g} to {high:g}'
             if kind == 'output' and v.range is not None:
                 shown = unsaturated([v], column[:, None])
                 left = f'; its sensor is saturated in {np.isnan(shown).mean():.0%} of the samples'

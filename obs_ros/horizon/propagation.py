@@ -18,6 +18,7 @@ import numpy as np
 from obs_ros.core.estimate import Estimate
 from obs_ros.core.jit import accelerated
 from obs_ros.core.model import Model, inside, names
+from obs_ros.core.periods import nearest, periods, shortest
 from obs_ros.core.saturation import contradicting, ends_of
 from obs_ros.core.typing import Array, IntArray
 from obs_ros.integration.backends import Backend
@@ -113,6 +114,7 @@ class Rollout:
     def __init__(self, model: Model, backend: Backend | None, start: Start) -> None:
         self._stepper, self._outputs = stepper_for(model, backend), model.outputs
         self._noise = start.noise**2
+        self._period = periods(model.outputs)
         self._last: Interval | None = None
         n = start.x.size
         index = np.append(np.arange(n), n + start.moving)
@@ -144,9 +146,10 @@ class Rollout:
             return Carried(x, variances, nothing, nothing)
         path, end = self._last.path, self._last.path.pieces
         self._stepper.measure(path.t[end], path.u[end], self._x, self._p, self._y)
+        self._y[:] = nearest(self._y, self._y[:, :1], self._period[:, None])
         S = spread(self._y, self._minus, self._gaps, self._P) + self._noise
         y = contradicting(self._outputs, self._last.y, self._y[:, 0])
-        return Carried(x, variances, y - self._y[:, 0], S)
+        return Carried(x, variances, shortest(y - self._y[:, 0], self._period), S)
 
 
 class Filter:

@@ -6,6 +6,7 @@ from typing import Literal, get_args
 
 import numpy as np
 
+from obs_ros.core.periods import shortest
 from obs_ros.core.typing import Array, IntArray
 from obs_ros.inference.parameterisation import Unknowns
 from obs_ros.integration.backends import Kernels
@@ -57,6 +58,16 @@ class Objective:
         return replace(self, grid=self.grid.rescaled(factors))
 
     @property
+    def wraps(self) -> bool:
+        """Whether residuals of some output go by the shortest way round its period."""
+        return bool(self.grid.period.any())
+
+    @property
+    def straight(self) -> 'Objective':
+        """The same objective with residuals as they are: for outputs free of wraps."""
+        return replace(self, grid=self.grid.straight)
+
+    @property
     def evaluations(self) -> int:
         """Number of candidates rolled out so far, by this objective and its copies."""
         return self.counter.candidates
@@ -89,10 +100,12 @@ class Objective:
     def signal(self) -> float:
         """Mean square of the measured outputs about their means, in units of their scales."""
         total = 0.0
-        for weight, y in zip(self.grid.weight.T, self.grid.y.T, strict=True):
+        columns = zip(self.grid.weight.T, self.grid.y.T, self.grid.period, strict=True)
+        for weight, y, period in columns:
             known = weight > 0.0
             if known.any():
-                total += float(np.sum((weight[known] * _centred(y[known])) ** 2))
+                off = shortest(_centred(y[known]), period)
+                total += float(np.sum((weight[known] * off) ** 2))
         return total / max(1, self.count(self.nodes))
 
     def floor(self, nodes: int) -> float:
@@ -142,7 +155,8 @@ class Objective:
 
     def _trajectories(self, z: Array) -> tuple[Array, Array]:
         self.counter.candidates += len(z)
-        return self.kernels.trajectories(self.grid, *self.unknowns.values(z))
+        states, outputs = self.kernels.trajectories(self.grid, *self.unknowns.values(z))
+        return states, self.grid.nearest(outputs)
 
     def _correlation_costs(self, z: Array, nodes: int) -> Array:
         outputs = self.grid.shown(self._trajectories(z)[1])[:nodes]

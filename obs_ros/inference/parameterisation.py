@@ -9,63 +9,15 @@ import numpy as np
 
 from obs_ros.core.jit import accelerated
 from obs_ros.core.model import Model, Variable, check_bounds, names
+from obs_ros.core.periods import nearest, periods
 from obs_ros.core.registry import suggest
 from obs_ros.core.texts import quoted
 from obs_ros.core.typing import Array, IntArray
+from obs_ros.inference.scale import Scale
 
 REACH = 10.0  # of the nominal value, or units: where a search begins that has no bound
 SMALLEST_STEP = 16  # units in the last place: smaller ones would be rounding
-EVERY = slice(None)
 EPSILON = float(np.finfo(np.float64).eps)
-TINY = float(np.finfo(np.float64).tiny)
-
-
-@dataclass(frozen=True)
-class Scale:
-    """The boxes of d unknowns, in their units, and how places z in [0, 1] become values.
-
-    On a linear scale the value is lower + z (upper - lower). On a log scale, where growth is
-    ln(upper / lower) instead of 0, it is lower exp(z growth): equal steps are equal ratios.
-    lower, upper and growth have shape (d,).
-    """
-
-    lower: Array
-    upper: Array
-    growth: Array
-
-    @cached_property
-    def width(self) -> Array:
-        """Widths (d,) of the boxes."""
-        return self.upper - self.lower
-
-    @cached_property
-    def unit(self) -> Array:
-        """Widths (d,) of the boxes, on a log scale those of the logarithms."""
-        return np.where(self.growth > 0.0, self.growth, self.width)
-
-    def values(self, z: Array, i: int | slice = EVERY) -> Array:
-        """Return the values of unknown i at places z of its box, or of all at points z (..., d)."""
-        linear = self.lower[i] + z * self.width[i]
-        # Rounding must not leave the upper bound behind.
-        powers = np.minimum(self.lower[i] * np.exp(z * self.growth[i]), self.upper[i])
-        return np.where(self.growth[i] > 0.0, powers, linear)
-
-    def slopes(self, z: Array, i: int | slice = EVERY) -> Array:
-        """Return d value / d z there, in the unknowns' units per box."""
-        return np.where(self.growth[i] > 0.0, self.growth[i] * self.values(z, i), self.width[i])
-
-    def places(self, values: Array) -> Array:
-        """Return the points (..., d) of the unit box at which the unknowns have these values."""
-        return self.places_of(values, 0)
-
-    def places_of(self, values: Array, first: int) -> Array:
-        """Return the places (..., m) of the unknowns from the `first` on with these values."""
-        some = slice(first, first + values.shape[-1])
-        lower, growth = self.lower[some], self.growth[some]
-        log = growth > 0.0
-        ratio = np.where(log, np.maximum(values, TINY) / np.where(log, lower, 1.0), 1.0)
-        logarithmic = np.log(ratio) / np.where(log, growth, 1.0)
-        return np.where(log, logarithmic, (values - lower) / self.width[some])
 
 
 @dataclass(frozen=True)
@@ -117,10 +69,9 @@ class Unknowns:
                 low, high = bounds.get(variable.name, (variable.lower, variable.upper))
                 check_bounds(variable.name, low, high, variable.scale)
                 _check_prior(variable, low, high)
-                boxes.append(_beginning(variable, low, high))
-                limits.append(
-                    (0.0 if np.isfinite(low) else low, 1.0 if np.isfinite(high) else high)
-                )
+                box, limit = _beginning(variable, low, high)
+                boxes.append(box)
+                limits.append(limit)
                 growth.append(math.log(high / low) if variable.scale == 'log' else 0.0)
                 continue
             given[i] = _given(variable, fixed)
@@ -209,8 +160,13 @@ class Unknowns:
         return lanes[:n], lanes[n:], steps
 
     def point(self, values: Mapping[str, float]) -> Array:
-        """Return the point z (d,) nearest to named values; NaN becomes the middle of the box."""
-        z = self.scale.places(np.array([values[name] for name in self.names]))
+        """Return the point z (d,) nearest to named values; NaN becomes the middle of the box.
+
+        A state with a period has its value in the box, or nearest to it, whole periods away.
+        """
+        given = np.array([values[name] for name in self.names])
+        middle = 0.5 * (self.scale.lower + self.scale.upper)
+        z = self.scale.places(nearest(given, middle, periods(self._variables)))
         return np.clip(np.where(np.isfinite(z), z, 0.5), *self.limits)
 
 
@@ -272,15 +228,27 @@ def _given(variable: Variable, fixed: Mapping[str, float]) -> float:
     return value
 
 
-def _beginning(variable: Variable, low: float, high: float) -> tuple[float, float]:
-    """Return finite bounds to begin a search in."""
+def _beginning(
+    variable: Variable, low: float, high: float
+) -> tuple[tuple[float, float], tuple[float, float]]:
+    """Return finite bounds to begin a search in, and the limits of places in that box.
+
+    Bounds a period apart, or more, are none: the box is one period.
+    """
     nominal = variable.nominal if variable.prior is None else variable.prior[0]
+    if variable.period is not None and not high - low < variable.period:
+        middle = 0.5 * (low + high) if np.isfinite(high - low) else 0.0
+        middle = middle if nominal is None else nominal
+        half = 0.5 * variable.period
+        return (middle - half, middle + half), (-math.inf, math.inf)
+    limit = 0.0 if np.isfinite(low) else low, 1.0 if np.isfinite(high) else high
     origin = nominal if nominal is not None else next((b for b in (low, high) if np.isfinite(b)), 0)
     reach = REACH * max(abs(nominal or 0.0), 1.0)
-    return (
+    box = (
         low if np.isfinite(low) else min(origin, high) - reach,
         high if np.isfinite(high) else max(origin, low) + reach,
     )
+    return box, limit
 
 
 def _chosen(

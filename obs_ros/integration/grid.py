@@ -6,6 +6,7 @@ import numpy as np
 
 from obs_ros.core.interpolation import segments
 from obs_ros.core.model import Model
+from obs_ros.core.periods import nearest, periods
 from obs_ros.core.record import Record
 from obs_ros.core.saturation import Ends, applied, ends_of
 from obs_ros.core.typing import Array, BoolArray, IntArray
@@ -38,7 +39,8 @@ class Grid:
     t (K,) in s; steps (K-1,) integration steps from each node to the next; the input at node k plus
     s seconds is u[k] + s * slope[k], with u and slope (K, m); y (K, r) measured outputs with 0
     where nothing was measured; weight (K, r) one over the output's scale, 0 where not measured;
-    scale (r,) those scales; measured (K,) whether a node has any measured output. With an injection
+    scale (r,) those scales; measured (K,) whether a node has any measured output; period (r,) the
+    outputs' periods, 0 for those without: residuals go by the shortest way round. With an injection
     the weights are one over the innovations' standard deviations. `ends` are those that saturated
     sensors show, whose y are exactly these; None where no sensor has a range. rounding (r,) is the
     standard deviation of the errors by which sensors round, 0 where that is not known.
@@ -52,6 +54,7 @@ class Grid:
     weight: Array
     measured: BoolArray
     scale: Array
+    period: Array
     rounding: Array
     ends: Ends | None = None
     injection: Injection | None = None
@@ -87,6 +90,7 @@ class Grid:
             weight=mask / scale,
             measured=np.asarray(mask.any(axis=1)),
             scale=scale,
+            period=periods(model.outputs),
             rounding=np.array([variable.rounding for variable in model.outputs]),
             ends=ends,
         )
@@ -139,6 +143,19 @@ class Grid:
         if self.ends is not None:
             residuals[self.ends.beyond(outputs)] = np.nan
         return np.asarray(residuals)
+
+    def nearest(self, outputs: Array) -> Array:
+        """Return outputs (K, r) or (K, r, B), whole periods away, nearest those measured."""
+        if not self.period.any():
+            return outputs
+        if outputs.ndim == 2:
+            return nearest(outputs, self.y, self.period)
+        return nearest(outputs, self.y[:, :, None], self.period[:, None])
+
+    @property
+    def straight(self) -> 'Grid':
+        """The same grid with residuals as they are, not by the shortest way round."""
+        return replace(self, period=np.zeros_like(self.period))
 
     def unscaled(self, residuals: Array) -> Array:
         """Return scaled residuals (K, r) in the outputs' units; NaN = not measured."""

@@ -6,6 +6,7 @@ from importlib.resources import files
 import numba
 
 from obs_ros.core.model import Model
+from obs_ros.core.periods import periods
 from obs_ros.core.saturation import has_range, ranges
 from obs_ros.integration.filter_pass import DIFFERENCE, central
 from obs_ros.integration.path import LANES, lanes
@@ -15,6 +16,18 @@ BLOCK_VALUES = 4096  # 32 kB: the outputs of one time block stay in the first-le
 # Products may be fused, reciprocals taken and the sign of zero lost; NaN and infinity must survive,
 # since a diverged candidate is known by them.
 FASTMATH = {'contract', 'arcp', 'nsz'}
+
+# Differences of outputs as in `core/periods.shortest`; without periods nothing is left of them.
+SHORTEST = """@jit
+def shortest(difference, period):
+    if period > 0.0:
+        return difference - period * np.floor(difference / period + 0.5)
+    return difference
+"""
+STRAIGHT = """@jit
+def shortest(difference, period):
+    return difference
+"""
 
 
 def source(model: Model) -> str:
@@ -51,7 +64,8 @@ def header(model: Model) -> str:
 
     at = f'a[np.uint64(# * {LANES}) + lane]'
     clip = 'max(min(x[#], high[#]), low[#])'  # in this order NaN stays NaN
-    residual = '(weight[k, #] * (yhat[#] - y[k, #]))'
+    turns = periods(model.outputs).tolist()
+    squares = ''.join(f'    {squared(i, turn > 0.0)}\n' for i, turn in enumerate(turns))
     low, high = (tuple(ends.tolist()) for ends in ranges(model.outputs))
     return '\n'.join(
         [
@@ -59,8 +73,10 @@ def header(model: Model) -> str:
             'import numpy as np\n',
             f'N_STATES, N_OUTPUTS, N_PARAMETERS, N_LANES = {n}, {r}, {q}, {LANES}',
             f'LANES, BLOCK_VALUES = np.uint64({LANES}), {BLOCK_VALUES}',
+            f'PERIODS, PERIODIC = {tuple(turns)}, {any(turns)}',
             f'RANGED, inf = {has_range(model.outputs)}, np.inf',
             f'LOW, HIGH = {low}, {high}\n',
+            SHORTEST if any(turns) else STRAIGHT,
             shown(model),
             returning('gather_x(a, lane)', at, n),
             returning('gather_p(a, lane)', at, q),
@@ -71,7 +87,7 @@ def header(model: Model) -> str:
             doing('put_lane(a, lane, x)', 'a[#, lane] = x[#]', n),
             doing('put_outputs(a, lane, y)', 'a[#, lane] = y[#]', r),
             doing('put_rows(a, row, lane, y, w, k)', 'a[row + #, lane] = y[#] * w[k, #]', r),
-            doing('add_squares(a, lane, yhat, y, weight, k)', f'{at} += {residual} ** 2', r),
+            f'@jit\ndef add_squares(a, lane, yhat, y, weight, period, k):\n{squares}',
             corrections(model),
             returning('input_at(u, slope, k, s)', 'u[k, #] + s * slope[k, #]', m),
             returning('inputs(u)', 'u[#]', m),
@@ -102,6 +118,13 @@ def _shown(model: Model, i: int, output: str, measured: str) -> str:
     return output
 
 
+def squared(i: int, wraps: bool) -> str:
+    """Text that adds the squared scaled residual of output i to its sum."""
+    residual = f'yhat[{i}] - y[k, {i}]'
+    residual = f'shortest({residual}, period[{i}])' if wraps else residual
+    return f'a[np.uint64({i} * {LANES}) + lane] += (weight[k, {i}] * ({residual})) ** 2'
+
+
 def corrections(model: Model) -> str:
     """Text of the updates of all states by all outputs, one after the other; see `Injection`.
 
@@ -114,16 +137,19 @@ def corrections(model: Model) -> str:
     def number(entry: str) -> str:
         return f'node[{numbers.setdefault(entry, len(numbers))}]'
 
-    lines = []
-    for i in range(r):
+    lines, n, r = [], len(model.states), len(model.outputs)
+    for i, variable in enumerate(model.outputs):
         cross = ''.join(f' + {number(f"cross[k, {i}, {j}]")} * e{j}' for j in range(i))
-        measured = number(f'y[k, {i}]')
-        lines += [
-            f'    h{i} = yhat[{i}]{cross}',
-            f'    e{i} = {measured} - h{i} if {number(f"weight[k, {i}]")} != 0.0 else 0.0',
-        ]
-        if model.outputs[i].range is not None:
-            lines.insert(-1, f'    h{i} = {_shown(model, i, f"h{i}", measured)}')
+        y, weight = number(f'y[k, {i}]'), number(f'weight[k, {i}]')
+        error = f'{y} - h{i}'
+        if variable.period:
+            error = f'shortest({error}, {number(f"period[{i}]")})'
+        lines.append(f'    h{i} = yhat[{i}]{cross}')
+        if variable.range is not None:
+            lines.append(f'    h{i} = {_shown(model, i, f"h{i}", y)}')
+        lines.append(f'    e{i} = {error} if {weight} != 0.0 else 0.0')
+        if variable.period:
+            lines.append(f'    h{i} = {y} - e{i} if {weight} != 0.0 else h{i}')
     states = [
         f'x[{s}]' + ''.join(f' + {number(f"gain[k, {i}, {s}]")} * e{i}' for i in range(r))
         for s in range(n)
@@ -131,7 +157,7 @@ def corrections(model: Model) -> str:
     parts = states, [f'h{i}' for i in range(r)], [f'e{i}' for i in range(r)]
     return '\n'.join(
         [
-            '@jit\ndef node_at(y, weight, gain, cross, k):',
+            '@jit\ndef node_at(y, weight, period, gain, cross, k):',
             f'    return ({", ".join(numbers)},)\n',
             '@jit\ndef corrected(x, yhat, node):',
             *lines,

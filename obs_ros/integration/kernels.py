@@ -48,7 +48,7 @@ def load(source, chunk, rows, x):
 
 
 @entry
-def squares(t, steps, u, slope, y, weight, measured, prefixes, x0, p, out):
+def squares(t, steps, u, slope, y, weight, measured, period, prefixes, x0, p, out):
     """Sums of squared scaled residuals from prefix to prefix: out (prefixes, outputs, lanes)."""
     x = np.empty(N_STATES * N_LANES)
     q = np.empty(max(1, N_PARAMETERS) * N_LANES)
@@ -67,7 +67,7 @@ def squares(t, steps, u, slope, y, weight, measured, prefixes, x0, p, out):
                     for lane in range(LANES):
                         yk = output(t[k], gather_x(x, lane), uk, gather_p(q, lane))
                         yk = shown(yk, y, k)
-                        add_squares(total, lane, yk, y, weight, k)
+                        add_squares(total, lane, yk, y, weight, period, k)
                 k += 1
             for i in range(N_OUTPUTS):
                 for lane in range(N_LANES):
@@ -159,7 +159,7 @@ def pursue(t, dt, u, y, known, weight, measured, lower, upper, x0, p, squares, e
 
 
 @entry
-def grams(t, steps, u, slope, y, weight, measured, nodes, x0, p, out):
+def grams(t, steps, u, slope, y, weight, measured, period, nodes, x0, p, out):
     """Gram matrices of residuals and output differences: out (starts, 1 + d, 1 + d).
 
     Each start owns 1 + d neighbouring lanes: its base point, then one perturbed point per unknown.
@@ -176,7 +176,7 @@ def grams(t, steps, u, slope, y, weight, measured, nodes, x0, p, out):
         load(p, chunk, N_PARAMETERS, q[chunk])
     block = max(1, BLOCK_VALUES // (lanes * N_OUTPUTS))
     rows = np.empty((block * N_OUTPUTS, lanes))
-    targets = np.empty(block * N_OUTPUTS)
+    targets, turns = np.empty(block * N_OUTPUTS), np.empty(block * N_OUTPUTS)
     columns = np.empty((width, block * N_OUTPUTS))
     out[:] = 0.0
     first = 0
@@ -187,6 +187,7 @@ def grams(t, steps, u, slope, y, weight, measured, nodes, x0, p, out):
             if measured[k]:
                 for i in range(N_OUTPUTS):
                     targets[n_rows + i] = y[k, i] * weight[k, i]
+                    turns[n_rows + i] = period[i] * weight[k, i]
                 n_rows += N_OUTPUTS
         for chunk in range(chunks):
             xc = x[chunk]
@@ -204,18 +205,22 @@ def grams(t, steps, u, slope, y, weight, measured, nodes, x0, p, out):
                         put_rows(rows, row, offset + lane, yk, weight, k)
                     row += N_OUTPUTS
         for s in range(starts):
-            add_gram(out[s], rows, targets, n_rows, s * width, width, columns)
+            add_gram(out[s], rows, targets, turns, n_rows, s * width, width, columns)
         first = last
 
 
 @jit_sum
-def add_gram(gram, rows, targets, n_rows, lane, width, columns):
-    """Add the block's rows of one start to its Gram matrix."""
+def add_gram(gram, rows, targets, turns, n_rows, lane, width, columns):
+    """Add the block's rows of one start to its Gram matrix; turns are their periods."""
     for row in range(n_rows):
         base = rows[row, lane]
         columns[0, row] = base - targets[row]
         for j in range(1, width):
             columns[j, row] = rows[row, lane + j] - base
+    if PERIODIC:
+        for j in range(width):
+            for row in range(n_rows):
+                columns[j, row] = shortest(columns[j, row], turns[row])
     for i in range(width):
         for j in range(i, width):
             total = 0.0

@@ -13,6 +13,8 @@ from typing import NamedTuple
 import numpy as np
 
 from obs_ros.core.jit import accelerated
+from obs_ros.core.model import Variable, names
+from obs_ros.core.periods import periods, shortest
 from obs_ros.core.typing import Array, IntArray
 from obs_ros.inference.outlier_count import OutlierCount
 from obs_ros.inference.outliers import NORMAL_MEDIAN, OUTLIERS
@@ -86,16 +88,16 @@ class Admission:
     observer that judges by its covariance gives none, and uses the gate itself.
     """
 
-    def __init__(self, gate: Gate, outputs: Sequence[str], noise: Array) -> None:
+    def __init__(self, gate: Gate, outputs: Sequence[Variable], noise: Array) -> None:
         self.gate = gate
         self.last = ''  # the last one rejected, in words
-        self.counts = OutlierCount(outputs).counts
+        self.counts = OutlierCount(names(outputs)).counts
         self.judges = gate.limit > 0.0 and not np.isnan(noise).all()
-        self._outputs, self._noise = tuple(outputs), noise
+        self._outputs, self._noise, self._period = names(outputs), noise, periods(outputs)
 
     @classmethod
     def of(
-        cls, outputs: Sequence[str], settings: Settings, noise: Mapping[str, float]
+        cls, outputs: Sequence[Variable], settings: Settings, noise: Mapping[str, float]
     ) -> 'Admission':
         """Return that of an observer with some settings, by the noise of outputs by name.
 
@@ -103,11 +105,11 @@ class Admission:
         """
         limit, patience = settings.innovation_gate, settings.gate_patience
         gate = Gate.of(len(outputs), limit, patience, first=patience if noise else 0)
-        return cls(gate, outputs, np.array([noise.get(name, math.nan) for name in outputs]))
+        return cls(gate, outputs, np.array([noise.get(v.name, math.nan) for v in outputs]))
 
     def admit(self, y: Array, expected: Array, *, filled: bool) -> None:
         """Turn outputs y (r,) too far from those expected (r,) to NaN, or to these if `filled`."""
-        sizes = np.abs(y - expected) / self._noise
+        sizes = np.abs(shortest(y - expected, self._period)) / self._noise
         for i, size in enumerate(sizes.tolist()):
             if judged(self.gate, i, size) == REJECTED:
                 y[i] = expected[i] if filled else math.nan

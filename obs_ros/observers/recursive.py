@@ -9,9 +9,9 @@ import numpy as np
 
 from obs_ros.core.estimate import Estimate, Outcome, normal_intervals
 from obs_ros.core.model import Model, checked_noise, inside, names
+from obs_ros.core.periods import periods, within
 from obs_ros.core.record import Sample
 from obs_ros.core.rng import random_generator
-from obs_ros.core.saturation import at_an_end
 from obs_ros.core.typing import Array
 from obs_ros.inference.parameterisation import Unknowns
 from obs_ros.integration.backends import Backend, check_backend
@@ -20,8 +20,8 @@ from obs_ros.integration.stepper import Stepper, stepper_for
 from obs_ros.models import load_model
 from obs_ros.observers import settings as table
 from obs_ros.observers.innovation_gate import Admission, expected_outputs, root_mean_square
-from obs_ros.observers.saturated_outputs import SaturatedOutputs
-from obs_ros.observers.start import initial_values
+from obs_ros.observers.output_intake import OutputIntake, outputs_at, rehearsed
+from obs_ros.observers.start import initial_values, kept_bounds
 from obs_ros.samples.gate import GateSettings
 from obs_ros.samples.stuck_sensor import Repeats, words
 from obs_ros.samples.successive_outputs import SuccessiveOutputs
@@ -104,8 +104,7 @@ class RecursiveObserver:
                 raise ValueError(f'{type(self).__name__} estimates states only, no parameters')
             parameters = ()
         self.unknowns = Unknowns.of(self.model, parameters, states, fixed, bounds)
-        limits = [(bounds or {}).get(v.name, (v.lower, v.upper)) for v in self.model.variables]
-        self.lower, self.upper = np.array(limits, dtype=np.float64).T.copy()
+        self.lower, self.upper = kept_bounds(self.model, bounds)
         self.noise = checked_noise(self.model, noise)
         self.initial = initial_values(self.unknowns, initial or {})
         self.backend: Backend | None = backend
@@ -122,7 +121,8 @@ class RecursiveObserver:
         self.x, self.p, self.stddev = np.empty(n), np.empty(q), np.empty(n + q)
         self.innovation, self.innovation_stddev = np.empty((2, r))
         own = {} if self.gates_itself else self.noise
-        self._admission = Admission.of(self._outputs, self.settings, own)
+        admission = Admission.of(self.model.outputs, self.settings, own)
+        self._intake = OutputIntake(self.model, admission, filled=self.needs_outputs)
         self._fixed_parameters = np.setdiff1d(np.arange(n, n + q), self.unknowns.index)
         self.figures: dict[str, float] = {}
         self._before: Instant | None = None
@@ -132,9 +132,9 @@ class RecursiveObserver:
         # Outputs whose noise is known cannot stand still; see `stuck_sensor`.
         deviations = [self.noise.get(name, math.nan) for name in self._outputs]
         self._repeats = Repeats.of(self.model, deviations)
-        self._saturated = SaturatedOutputs(self.model, stand_in=self.needs_outputs)
         reach = GateSettings(reach=self.settings.longest_gap).within_steps(self.model)
         self._samples = SuccessiveOutputs(self.model, reach, self._repeats)
+        self._periods = periods(self.model.states), periods(self.model.outputs)
         self._forget()
 
     @classmethod
@@ -160,12 +160,7 @@ class RecursiveObserver:
         twin = type(self)(self.model, **self._arguments)
         period = round(1e9 * min(self.model.max_step, self.settings.longest_gap or 1.0, 1.0))
         u = np.array([inside(variable) for variable in self.model.inputs])
-        with np.errstate(all='ignore'):
-            y = np.array(self.model.output(0.0, tuple(twin.x), tuple(u), tuple(twin.p)))
-        y = np.where(np.isfinite(y), y, 0.0)
-        for k in range(self.rehearsal):
-            # The last output is at the ends of all ranges, which takes a rollout.
-            y = y if k + 1 < self.rehearsal else at_an_end(self.model.outputs, y)
+        for k, y in enumerate(rehearsed(self.model, u, twin.x, twin.p, self.rehearsal)):
             twin.absorb(Sample(k * period, y=y, u=u))
         return time.perf_counter() - begin
 
@@ -189,8 +184,9 @@ class RecursiveObserver:
         self._due = False
         assert self._before is not None
         now, (states, parameters) = self._before, self._names
-        x, p, stddev = self.x.tolist(), self.p.tolist(), self.stddev.tolist()
-        innovation, spread = self.innovation.tolist(), self.innovation_stddev.tolist()
+        x = within(self.x, self._periods[0]).tolist()
+        innovation = within(self.innovation, self._periods[1]).tolist()
+        p, stddev, spread = (a.tolist() for a in (self.p, self.stddev, self.innovation_stddev))
         if self._diverged or self._blind:
             x, p, stddev = ([math.nan] * len(each) for each in (x, p, stddev))
         outcome = Outcome.DIVERGED if self._diverged else Outcome.CONVERGED
@@ -218,7 +214,7 @@ class RecursiveObserver:
             innovation_stddev=dict(zip(self._outputs, spread, strict=True)),
             solve_time=self._step_time,
             figures=self.figures | self._repeats.resolutions.figures,
-            last_outlier=self._admission.last,
+            last_outlier=self._intake.last_outlier,
         )
 
     def inherit(self, other: 'RecursiveObserver') -> bool:
@@ -237,7 +233,7 @@ class RecursiveObserver:
     @property
     def counts(self) -> Mapping[str, int]:
         """Numbers of samples dropped, mended or skipped so far, by reason."""
-        return {**self._samples.counts, **self._admission.counts, **self._counts}
+        return {**self._samples.counts, **self._intake.counts, **self._counts}
 
     @property
     def collected(self) -> None:
@@ -259,18 +255,20 @@ class RecursiveObserver:
         begin = time.perf_counter()
         before = self._before
         path = self._samples.inputs.path(stamp if before is None else before.stamp, stamp)
+        t, u, first = stamp / 1e9, path.u[path.pieces].copy(), before is None
+
+        def expected() -> Array:
+            return expected_outputs(self.stepper, path, t, u, self.x, self.p)
+
         # Overflow is found below; compiled steps do not warn either.
         with np.errstate(all='ignore'):
-            if self._saturated.needed:
-                y = self._saturated.told(y, stamp / 1e9, path, self.x, self.p, self.stepper)
-            now = Instant(stamp, stamp / 1e9, y, path.u[path.pieces].copy())
+            if first:
+                self._intake.begin(outputs_at(self.model, t, u, self.x, self.p))
+            now = Instant(stamp, t, self._intake.taken(y, expected, first=first), u)
             if before is None:
                 self._begin(now)
             else:
-                if self._admission.judges:
-                    self._admission.admit(y, self._expected(now, path), filled=self.needs_outputs)
                 self._step(before, now, path)
-                self._admission.note(now.t)
         self._diverged = not math.isfinite(sum(self.x.tolist()) + sum(self.p.tolist()))
         if self._diverged:
             wrong = np.flatnonzero(~np.isfinite(np.concatenate([self.x, self.p])))
@@ -279,13 +277,10 @@ class RecursiveObserver:
                 'reset_non_finite', f'started again at {now.t:g} s, because {name} was not finite'
             )
             self._begin(now)
+        self._intake.note(t, now.y, self.innovation, first=first)
         self._before, self._due = now, True
         self._taken += 1
         self._step_time = time.perf_counter() - begin
-
-    def _expected(self, now: Instant, path: Path) -> Array:
-        """Return the outputs (r,) that the model expects at the end of a path from x and p."""
-        return expected_outputs(self.stepper, path, now.t, now.u, self.x, self.p)
 
     def _begin(self, now: Instant) -> None:
         self._set_out()
@@ -298,7 +293,7 @@ class RecursiveObserver:
         self.stddev[:] = self.innovation[:] = self.innovation_stddev[:] = math.nan
         self.stddev[self._fixed_parameters] = 0.0
         self.figures.clear()
-        self._admission.gate.clear()
+        self._intake.gate.clear()
 
     def _forget(self) -> None:
         self._due = self._diverged = self._blind = False

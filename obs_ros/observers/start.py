@@ -1,8 +1,11 @@
-"""The values that an observer starts from."""
+"""The values that an observer starts from, and the bounds that it keeps."""
 
 from collections.abc import Mapping
 
-from obs_ros.core.model import names
+import numpy as np
+
+from obs_ros.core.model import Model, names
+from obs_ros.core.periods import lasting_bounds
 from obs_ros.core.typing import Array
 from obs_ros.inference.parameterisation import Unknowns
 
@@ -22,3 +25,15 @@ def initial_values(unknowns: Unknowns, given: Mapping[str, float]) -> Array:
     unknowns.check_initial(given)
     values[[order.index(name) for name in given]] = list(given.values())
     return values
+
+
+def kept_bounds(
+    model: Model, bounds: Mapping[str, tuple[float, float]] | None
+) -> tuple[Array, Array]:
+    """Return lower and upper bounds (n + q,) of all along: the model's, or those given by name."""
+    limits = [
+        lasting_bounds(v) if v.period else (bounds or {}).get(v.name, (v.lower, v.upper))
+        for v in model.variables
+    ]
+    lower, upper = np.array(limits, dtype=np.float64).T.copy()
+    return lower, upper

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 from plants import LAG, lag_outputs, square_wave
 
-from obs_ros import Sample
+from obs_ros import Sample, Variable
 from obs_ros.integration.path import Path
 from obs_ros.integration.stepper import stepper_for
 from obs_ros.observers.innovation_gate import (
@@ -25,6 +25,7 @@ from obs_ros.observers.kalman_filters.ukf import UnscentedKalmanObserver
 
 SIGMA, T = 0.05, 0.1 * np.arange(400)
 TRUTH = (1.2, 3.0)
+OUTPUTS = (Variable('h1'), Variable('h2'))
 
 
 def sizes(count: int, scale: float = 1.0) -> list[float]:
@@ -62,7 +63,7 @@ def test_the_first_ones_pass_and_none_is_rejected_without_limit_or_number() -> N
 
 
 def test_outputs_are_admitted_counted_and_told() -> None:
-    admission = Admission(Gate.of(2, 5.0, 9), ('h1', 'h2'), np.array([0.1, math.nan]))
+    admission = Admission(Gate.of(2, 5.0, 9), OUTPUTS, np.array([0.1, math.nan]))
     assert admission.judges
     for k in range(6):
         y = np.array([2.0, 9.0])
@@ -71,8 +72,8 @@ def test_outputs_are_admitted_counted_and_told() -> None:
         np.testing.assert_array_equal(y, [0.0 if k == 0 else math.nan, 9.0])
     assert admission.counts == {'outlier.h1': 6, 'burst.h1': 1, 'outlier.h2': 0, 'burst.h2': 0}
     assert admission.last == 'h1 at 5.00 s (20 sigma)'
-    assert not Admission(Gate.of(1, 5.0, 9), ('h1',), np.array([math.nan])).judges
-    assert not Admission(Gate.of(1, 0.0, 9), ('h1',), np.array([0.1])).judges
+    assert not Admission(Gate.of(1, 5.0, 9), OUTPUTS[:1], np.array([math.nan])).judges
+    assert not Admission(Gate.of(1, 0.0, 9), OUTPUTS[:1], np.array([0.1])).judges
 
 
 @pytest.mark.parametrize('backend', ['numpy', None])

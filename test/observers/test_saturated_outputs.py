@@ -12,6 +12,7 @@ from obs_ros.integration.path import Path
 from obs_ros.integration.stepper import stepper_for
 from obs_ros.models import MODELS, load_model
 from obs_ros.observers.base import OBSERVERS, load_observer
+from obs_ros.observers.innovation_gate import expected_outputs
 from obs_ros.observers.saturated_outputs import SaturatedOutputs
 
 TANK = Model(
@@ -34,7 +35,10 @@ def told(level: float, shown: float, **settings: Any) -> float:
     path = Path(1, np.array([0.0, 1.0]), np.ones(1), np.array([20]), np.zeros((2, 1)),
                 np.zeros((2, 1)))  # fmt: skip
     y, x, p = np.array([shown]), np.array([level]), np.array([0.3])
-    return float(saturated.told(y, 1.0, path, x, p, stepper_for(TANK, 'numpy'))[0])
+    stepper = stepper_for(TANK, 'numpy')
+    return float(
+        saturated.told(y, lambda: expected_outputs(stepper, path, 1.0, np.zeros(1), x, p))[0]
+    )
 
 
 def test_a_saturated_sensor_says_something_where_the_model_is_inside_only() -> None:

@@ -8,6 +8,7 @@ import numpy as np
 
 from obs_ros.core.estimate import Outcome
 from obs_ros.core.model import Model, Variable
+from obs_ros.core.periods import lasting_bounds
 from obs_ros.core.typing import Array
 from obs_ros.inference.assessment.fit import Fit
 from obs_ros.inference.assessment.skill import SKILL
@@ -248,11 +249,12 @@ def states_at_bound(model: Model, states: Array) -> str:
     """Say which states (K, n) lie at a bound, or beyond it, for more than a moment."""
     found = []
     for variable, path in zip(model.states, states.T, strict=True):
-        reach = AT_BOUND * (variable.upper - variable.lower)
+        lower, upper = lasting_bounds(variable)
+        reach = AT_BOUND * (upper - lower)
         margin = reach if np.isfinite(reach) else 0.0
         for side, bound, beyond in (
-            ('lower', variable.lower, path <= variable.lower + margin),
-            ('upper', variable.upper, path >= variable.upper - margin),
+            ('lower', lower, path <= lower + margin),
+            ('upper', upper, path >= upper - margin),
         ):
             if np.isfinite(bound) and np.mean(beyond) > MOMENT:
                 found.append(

@@ -125,7 +125,7 @@ class ObserverFormObserver(RecursiveObserver):
     def _step(self, before: Instant, now: Instant, path: Path) -> None:
         n, interval = self.x.size, (now.stamp - before.stamp) / 1e9
         # Where the model stands in for a silent sensor, theta would learn from itself.
-        silent = self._saturated.silent
+        silent = self._intake.silent
         gain = np.zeros_like(self._gain) if silent else self._gain
         advance(
             self._s, path.pieces, path.dt, path.steps, path.u, path.slope, before.y, now.y,
