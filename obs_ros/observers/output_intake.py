@@ -58,10 +58,17 @@ class OutputIntake:
         return y
 
     def note(self, t: float, y: Array, innovation: Array, *, first: bool) -> None:
-        """Take note of the outputs (r,) that were taken at time t (s), and of their innovations."""
-        if not first:
-            self._admission.note(t)
+        """Take note of the outputs (r,) taken at time t (s), and of their innovations (r,).
+
+        These become those that were judged where some were rejected.
+        """
+        if not first and self._admission.note(t) and self._admission.judges:
+            innovation[:] = self._admission.innovation
         self._continuous.note(y, innovation)
+
+    def clear(self) -> None:
+        """Forget all outputs, but not the counts."""
+        self._admission.clear()
 
 
 def outputs_at(model: Model, t: float, u: Array, x: Array, p: Array) -> Array:

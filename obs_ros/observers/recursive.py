@@ -269,6 +269,7 @@ class RecursiveObserver:
                 self._begin(now)
             else:
                 self._step(before, now, path)
+            self._intake.note(t, now.y, self.innovation, first=first)
         self._diverged = not math.isfinite(sum(self.x.tolist()) + sum(self.p.tolist()))
         if self._diverged:
             wrong = np.flatnonzero(~np.isfinite(np.concatenate([self.x, self.p])))
@@ -277,9 +278,7 @@ class RecursiveObserver:
                 'reset_non_finite', f'started again at {now.t:g} s, because {name} was not finite'
             )
             self._begin(now)
-        self._intake.note(t, now.y, self.innovation, first=first)
-        self._before, self._due = now, True
-        self._taken += 1
+        self._before, self._due, self._taken = now, True, self._taken + 1
         self._step_time = time.perf_counter() - begin
 
     def _begin(self, now: Instant) -> None:
@@ -293,7 +292,7 @@ class RecursiveObserver:
         self.stddev[:] = self.innovation[:] = self.innovation_stddev[:] = math.nan
         self.stddev[self._fixed_parameters] = 0.0
         self.figures.clear()
-        self._intake.gate.clear()
+        self._intake.clear()
 
     def _forget(self) -> None:
         self._due = self._diverged = self._blind = False
