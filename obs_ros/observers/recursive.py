@@ -77,7 +77,7 @@ class RecursiveObserver:
     rehearsal: ClassVar[int] = 3  # outputs, until all is compiled
     difference: ClassVar[float] = 6e-6  # of a range, in central differences: eps^(1/3)
     reasons: ClassVar[tuple[str, ...]] = ()  # for which a subclass counts more
-    misses_outputs: ClassVar[bool] = True  # False: its steps cannot do without a value of each
+    needs_outputs: ClassVar[bool] = False  # all of them, at each step
 
     def __init__(
         self,
@@ -127,7 +127,7 @@ class RecursiveObserver:
         # Outputs whose noise is known cannot stand still; see `stuck_sensor`.
         deviations = [self.noise.get(name, math.nan) for name in self._outputs]
         self._repeats = Repeats.of(self.model, deviations)
-        self._saturated = SaturatedOutputs(self.model, stand_in=not self.misses_outputs)
+        self._saturated = SaturatedOutputs(self.model, stand_in=self.needs_outputs)
         gate = GateSettings(reach=self.settings.longest_gap).within_steps(self.model)
         self._samples = SuccessiveOutputs(self.model, gate, self._repeats)
         self._forget()

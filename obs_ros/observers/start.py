@@ -1,4 +1,4 @@
-"""The values that an observer which goes sample by sample starts from."""
+"""The values that an observer starts from."""
 
 from collections.abc import Mapping
 
@@ -8,7 +8,11 @@ from obs_ros.inference.parameterisation import Unknowns
 
 
 def initial_values(unknowns: Unknowns, given: Mapping[str, float]) -> Array:
-    """Return states and parameters (n + q,) to start from."""
+    """Return states and parameters (n + q,) to start from; `given` are some of them by name.
+
+    The others are at a prior's mean, their nominal value, or in the middle of their box. Raises
+    ValueError for a name that is not estimated.
+    """
     model, scale = unknowns.model, unknowns.scale
     values = unknowns.given.copy()
     for i, low, high in zip(unknowns.index, scale.lower, scale.upper, strict=True):
