@@ -57,7 +57,7 @@ class VectorReader:
         self.places = range(len(names)) if places is None else places
         self._names = list(names)
         self._width = len(names) if width is None else width
-        self._last: list[str] = []  # names of the last message whose order was sought,
+        self._last: list[str] | None = None  # names of the last message whose order was sought,
         self._order: list[int] = []  # and where they have those wanted
         self.others = 0
 

@@ -52,7 +52,7 @@ def test_wrong_messages_say_why(names, values, reason, text):
 
 
 def test_further_names_are_ignored_and_their_messages_counted():
-    reader = VectorReader(('a', 'b'), (1, 3), 4)
+    reader = VectorReader(('a', 'b'), [1, 3], 4)
     for names, values in (
         (['c', 'b', 'a'], (3.0, 2.0, 1.0)), (['c', 'b', 'a'], (6.0, 5.0, 4.0)),
         (['b', 'a'], (8.0, 7.0)), (['a', 'x', 'x', 'b'], (9.0, 0.0, 0.0, 10.0)),
