@@ -45,15 +45,16 @@ def fails(words: str) -> None:
 
 
 def test_a_run_that_fails_is_told_and_does_not_meet_what_is_asked() -> None:
-    (found,) = carried_out(attempted, {'one': [(fails, 'no | such\nthing')]}, 'runs')['one']
+    found = attempted(fails, 'no | such\nthing')
     assert found == Failure('ValueError: no | such thing')
+    zero, fine = carried_out(divmod, {'both': [(7, 0), (7, 2)]}, 'runs')['both']
+    assert isinstance(zero, Failure) and 'ZeroDivisionError' in zero.words and fine == (3, 1)
     row = judged('all is well', [1, found], lambda results: ('never', True))
     assert row == (
         'all is well', '1 of 2 runs failed: ValueError: no / such thing', False
     )  # fmt: skip
     assert not judged('all is well', [], lambda results: ('never', True)).met
     assert judged('all is well', [1, 2], lambda own: (f'{sum(own)}', sum(own) == 3)).met
-    assert attempted(divmod, 7, 2) == (3, 1)
 
 
 def test_scores_of_windows() -> None:
@@ -161,6 +162,10 @@ def test_every_way_of_writing_means_the_same() -> None:
     for way, (dynamics, output) in WAYS.items():
         np.testing.assert_allclose(dynamics(0.0, x, u, p), rates(0.0, x, u, p), err_msg=way)
         np.testing.assert_allclose(output(0.0, x, u, p), seen(0.0, x, u, p), err_msg=way)
+
+
+@pytest.mark.slow
+def test_the_plain_way_of_writing_finds_the_truth() -> None:
     found = functions.written(PLAIN, 1)
     assert found.accepted and np.abs(found.error / found.sd).max() < 4.0
 
