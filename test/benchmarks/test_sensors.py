@@ -45,15 +45,16 @@ def fails(words: str) -> None:
 
 
 def test_a_run_that_fails_is_told_and_does_not_meet_what_is_asked() -> None:
-    (found,) = carried_out(attempted, {'one': [(fails, 'no | such\nthing')]}, 'runs')['one']
+    found = attempted(fails, 'no | such\nthing')
     assert found == Failure('ValueError: no | such thing')
+    zero, fine = carried_out(divmod, {'both': [(7, 0), (7, 2)]}, 'runs')['both']
+    assert isinstance(zero, Failure) and 'ZeroDivisionError' in zero.words and fine == (3, 1)
     row = judged('all is well', [1, found], lambda results: ('never', True))
     assert row == (
         'all is well', '1 of 2 runs failed: ValueError: no / such thing', False
     )  # fmt: skip
     assert not judged('all is well', [], lambda results: ('never', True)).met
     assert judged('all is well', [1, 2], lambda own: (f'{sum(own)}', sum(own) == 3)).met
-    assert attempted(divmod, 7, 2) == (3, 1)
 
 
 def test_scores_of_windows() -> None:
@@ -139,9 +140,10 @@ def test_windows_are_apart_by_deviations_and_by_what_they_determine() -> None:
 
 
 def test_suggestions_are_read() -> None:
-    match = delays.SUGGESTION.search('all is well; y looks 48.2 ms late')
-    assert match is not None and match.groups() == ('y', '48.2', 'late')
-    assert not delays.SUGGESTION.search('y is late')
+    assert delays.said(['', 'all is well; y looks 48.2 ms late'])
+    assert delays.said(['force looks 55 ms late'])
+    for other in ('y is late', 'y looks 20 ms late', 'y looks 50 ms early', 'x looks 50 ms late'):
+        assert not delays.said([other])
     for kind in delays.KINDS:
         drawn = delays.late(kind, 1.5, 3)
         assert drawn.record.t.size == delays.SAMPLES
@@ -161,6 +163,10 @@ def test_every_way_of_writing_means_the_same() -> None:
     for way, (dynamics, output) in WAYS.items():
         np.testing.assert_allclose(dynamics(0.0, x, u, p), rates(0.0, x, u, p), err_msg=way)
         np.testing.assert_allclose(output(0.0, x, u, p), seen(0.0, x, u, p), err_msg=way)
+
+
+@pytest.mark.slow
+def test_the_plain_way_of_writing_finds_the_truth() -> None:
     found = functions.written(PLAIN, 1)
     assert found.accepted and np.abs(found.error / found.sd).max() < 4.0
 
