@@ -228,7 +228,7 @@ def run(
             P = predicted(F, found.dt[k - 1], Q, P)
         if grid.measured[k]:
             x, p, gaps = lanes_about(z)
-            h, C = derivatives(model.output(grid.t[k], x, tuple(grid.u[k]), p), gaps)
+            h, C = derivatives(model.output(grid.clock[k], x, tuple(grid.u[k]), p), gaps)
             e = np.zeros(h.size)
             for i in np.flatnonzero(found.measured[k]):
                 found.sensitivity[k, i] = C[i]

@@ -1,6 +1,7 @@
 """A record laid out for integration: when, with which inputs, against which measurements."""
 
 from dataclasses import dataclass, replace
+from functools import cached_property
 
 import numpy as np
 
@@ -38,7 +39,8 @@ class Grid:
     s seconds is u[k] + s * slope[k], with u and slope (K, m); y (K, r) measured outputs with 0
     where nothing was measured; weight (K, r) one over the output's scale, 0 where not measured;
     scale (r,) those scales; measured (K,) whether a node has any measured output. With an injection
-    the weights are one over the innovations' standard deviations.
+    the weights are one over the innovations' standard deviations. The model's own time counts from
+    `origin` s.
     """
 
     t: Array
@@ -50,10 +52,13 @@ class Grid:
     measured: BoolArray
     scale: Array
     injection: Injection | None = None
+    origin: float = 0.0
 
     @classmethod
-    def of(cls, model: Model, record: Record, scale: Array) -> 'Grid':
+    def of(cls, model: Model, record: Record, scale: Array, start: float | None = None) -> 'Grid':
         """Lay out a record for a model, outputs in units of `scale` (r,).
+
+        `start` (s) is where the window begins that the record belongs to, if not at its first node.
 
         Raises ValueError when the record has other numbers of inputs or outputs than the model.
         """
@@ -80,7 +85,13 @@ class Grid:
             weight=mask / scale,
             measured=np.asarray(mask.any(axis=1)),
             scale=scale,
+            origin=0.0 if model.time == 'stamp' else float(record.t[0]) if start is None else start,
         )
+
+    @cached_property
+    def clock(self) -> Array:
+        """The model's own time (K,) in s at the nodes."""
+        return self.t - self.origin if self.origin else self.t
 
     def rescaled(self, factor: Array) -> 'Grid':
         """Return the same grid with the outputs' scales (r,) multiplied by `factor` (r,).

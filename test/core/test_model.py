@@ -246,3 +246,9 @@ def test_bounds_that_a_plant_cannot_leave(physical: Any) -> None:
 def test_what_is_no_such_bound_is_refused(physical: Any) -> None:
     with pytest.raises(ValueError, match=r'k: physical .* is none of none, lower, upper, both'):
         Variable('k', lower=0.0, physical=physical)
+
+
+def test_another_time_than_stamp_and_window_is_refused() -> None:
+    assert plant().time == 'stamp'
+    with pytest.raises(ValueError, match="time 'epoch' is none of stamp, window"):
+        plant(time='epoch')
