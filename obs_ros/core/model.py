@@ -22,6 +22,7 @@ Interpolation = Literal['hold', 'linear', 'mean']
 Scale = Literal['linear', 'log']
 Physical = Literal['none', 'lower', 'upper', 'both']
 Integrator = Literal['rk4', 'euler']
+Time = Literal['stamp', 'window']
 
 CANDIDATES = 16  # with which a model is tried
 
@@ -128,6 +129,10 @@ class Model:
     methods of objects become such functions, and constants keep the values that they have then.
     `max_step` (s) is the longest integration step: longer sample intervals are split evenly.
 
+    `time` says what t is: the sample's `stamp` in s, which with ROS counts from 1970 unless time is
+    simulated, or the time since the start of the `window`. Then what depends on t begins anew in
+    every window; only sliding windows have such a time. The simulator's t counts from its start.
+
     Raises ValueError when names clash, a step is not positive, a state's walk is infinite, or a
     function takes its arguments in another order, fails, returns something else than one number
     for each entry, or is finite nowhere; with the line at fault.
@@ -143,6 +148,7 @@ class Model:
     max_step: float = math.inf
     integrator: Integrator = 'rk4'
     reference: str = ''
+    time: Time = 'stamp'
 
     def __post_init__(self) -> None:
         for field in ('states', 'inputs', 'outputs', 'parameters'):
@@ -162,6 +168,10 @@ class Model:
             raise ValueError(
                 f'model {self.name!r}: integrator {self.integrator!r} is none of '
                 f'{", ".join(get_args(Integrator))}'
+            )
+        if self.time not in get_args(Time):
+            raise ValueError(
+                f'model {self.name!r}: time {self.time!r} is none of {", ".join(get_args(Time))}'
             )
         for variable in (*self.states, *self.inputs, *self.outputs):
             if variable.scale != 'linear':

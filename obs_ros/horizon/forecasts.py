@@ -125,7 +125,7 @@ class Forecasts:
         part = self._since_then(record)
         if part is None:
             return
-        grid = Grid.of(kernels.model, part, np.ones(part.y.shape[1]))
+        grid = Grid.of(kernels.model, part, np.ones(part.y.shape[1]), float(record.t[0]))
         x, p = (np.array(rows).T for rows in zip(*self._lanes, strict=True))
         states, outputs = kernels.trajectories(grid, x, p)
         ends = [Ends(x, p) for x, p in zip(states[-1].T, p.T, strict=True)]

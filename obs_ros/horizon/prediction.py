@@ -87,6 +87,7 @@ class Prediction:
         self._carrier: Propagation | None = None
         self._newest: int | None = None
         self.since: int | None = None  # stamp of the estimate
+        self._origin = 0.0  # s, where its window began
 
     def prepare(self, *, correcting: bool = False) -> None:
         """Compile the model's steps, and with `correcting` the filter; may take some seconds."""
@@ -138,7 +139,7 @@ class Prediction:
             return  # the inputs since then are not known any more
         start = Start.of(self.model, estimate, self._moving)
         self._carrier = propagation(self.model, self._backend, start)
-        self.since = stamp
+        self.since, self._origin = stamp, estimate.t0
         self._rest += self._trail
         self._rest[:1] = [interval.cut(stamp) for interval in self._rest[:1]]
 
@@ -169,7 +170,10 @@ class Prediction:
 
     def _advance(self) -> None:
         if self._rest and self._carrier is not None:
-            self._carrier.advance(self._rest)
+            rest = self._rest
+            if self.model.time == 'window':
+                rest = [interval.since(self._origin) for interval in rest]
+            self._carrier.advance(rest)
             self._rest.clear()
 
     def _forget(self) -> None:

@@ -46,6 +46,10 @@ class Interval(NamedTuple):
             return self
         return self._replace(begin=stamp, path=after(self.path, (stamp - self.begin) / 1e9))
 
+    def since(self, origin: float) -> 'Interval':
+        """Return it with the model's time counted from `origin` (s)."""
+        return self._replace(path=self.path._replace(t=self.path.t - origin))
+
 
 class Start(NamedTuple):
     """An estimate in numbers: state x (n,), parameters p (q,), covariance P (n + q, n + q).

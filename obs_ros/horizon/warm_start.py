@@ -37,7 +37,7 @@ def _run_on(kernels: Kernels, previous: Estimate, record: Record) -> Array:
         u=np.tile(record.u[0], (2, 1)),
         y=np.zeros((2, len(model.outputs))),
     )
-    grid = Grid.of(model, bridge, np.ones(len(model.outputs)))
+    grid = Grid.of(model, bridge, np.ones(len(model.outputs)), previous.t0)
     x0 = np.array([[previous.state[name]] for name in names(model.states)])
     p = np.array([previous.parameters[name] for name in names(model.parameters)]).reshape(-1, 1)
     states, _ = kernels.trajectories(grid, x0, p)

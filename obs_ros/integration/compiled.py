@@ -159,7 +159,7 @@ class CompiledSeriesParallel:
 
 def axis(grid: Grid) -> tuple[AnyArray, ...]:
     """Return the arrays that say when, and with which inputs."""
-    return grid.t, grid.steps, grid.u, grid.slope
+    return grid.clock, grid.steps, grid.u, grid.slope
 
 
 def measurements(grid: Grid) -> tuple[AnyArray, ...]:

@@ -237,7 +237,7 @@ def run(
             P = predicted(F, found.dt[k - 1], Q, P)
         if grid.measured[k]:
             x, p, gaps = lanes_about(z)
-            y = model.output(grid.t[k], x, tuple(grid.u[k]), p)
+            y = model.output(grid.clock[k], x, tuple(grid.u[k]), p)
             h, C = derivatives(y, gaps, grid.period[:, None])
             e = np.zeros(h.size)
             for i in np.flatnonzero(found.measured[k]):

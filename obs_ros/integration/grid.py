@@ -1,6 +1,7 @@
 """A record laid out for integration: when, with which inputs, against which measurements."""
 
 from dataclasses import dataclass, replace
+from functools import cached_property
 
 import numpy as np
 
@@ -44,6 +45,7 @@ class Grid:
     the weights are one over the innovations' standard deviations. `ends` are those that saturated
     sensors show, whose y are exactly these; None where no sensor has a range. rounding (r,) is the
     standard deviation of the errors by which sensors round, 0 where that is not known.
+    The model's own time counts from `origin` s.
     """
 
     t: Array
@@ -58,10 +60,13 @@ class Grid:
     rounding: Array
     ends: Ends | None = None
     injection: Injection | None = None
+    origin: float = 0.0
 
     @classmethod
-    def of(cls, model: Model, record: Record, scale: Array) -> 'Grid':
+    def of(cls, model: Model, record: Record, scale: Array, start: float | None = None) -> 'Grid':
         """Lay out a record for a model, outputs in units of `scale` (r,).
+
+        `start` (s) is where the window begins that the record belongs to, if not at its first node.
 
         Raises ValueError when the record has other numbers of inputs or outputs than the model.
         """
@@ -93,7 +98,13 @@ class Grid:
             period=periods(model.outputs),
             rounding=np.array([variable.rounding for variable in model.outputs]),
             ends=ends,
+            origin=0.0 if model.time == 'stamp' else float(record.t[0]) if start is None else start,
         )
+
+    @cached_property
+    def clock(self) -> Array:
+        """The model's own time (K,) in s at the nodes."""
+        return self.t - self.origin if self.origin else self.t
 
     def rescaled(self, factor: Array) -> 'Grid':
         """Return the same grid with the outputs' scales (r,) multiplied by `factor` (r,).

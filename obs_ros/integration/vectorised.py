@@ -82,7 +82,7 @@ class NumpyKernels:
             for k in range(nodes):
                 if k > 0:
                     x = self._advance(grid, k - 1, x, parameters)
-                y = self.model.output(grid.t[k], x, tuple(grid.u[k]), parameters)
+                y = self.model.output(grid.clock[k], x, tuple(grid.u[k]), parameters)
                 if grid.injection is not None and grid.measured[k]:
                     x, parameters, y = corrected(grid, grid.injection, k, x, parameters, y)
                 yield k, x, parameters, y
@@ -94,7 +94,7 @@ class NumpyKernels:
             u0, u1, u2 = (
                 tuple(grid.u[k] + after * grid.slope[k]) for after in (s, s + 0.5 * h, s + h)
             )
-            x = self.step(self.model.dynamics, grid.t[k] + s, h, x, u0, u1, u2, p)
+            x = self.step(self.model.dynamics, grid.clock[k] + s, h, x, u0, u1, u2, p)
         return x
 
 

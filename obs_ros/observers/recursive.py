@@ -96,7 +96,7 @@ class RecursiveObserver:
         backend: Backend | None = None,
         **settings: Any,
     ) -> None:
-        self.model = load_model(model)
+        self.model = table.stamped(load_model(model))
         self.suits(self.model)
         self.settings: Any = table.settings_of(self.Settings, settings)
         if not self.estimates_parameters:

@@ -5,6 +5,7 @@ from typing import Any, TypeVar
 
 import numpy as np
 
+from obs_ros.core.model import Model
 from obs_ros.core.parameter_spec import ParameterSpec, Value
 from obs_ros.core.registry import suggest
 from obs_ros.core.texts import quoted
@@ -71,3 +72,13 @@ def settings_of(kind: type[Kind], given: dict[str, Any]) -> Kind:
         if name not in known:
             raise ValueError(f'unknown setting {quoted(name)}: {suggest(name, known)}')
     return kind(**given)
+
+
+def stamped(model: Model) -> Model:
+    """Return the model; raises ValueError where its time counts from the start of a window."""
+    if model.time == 'window':
+        raise ValueError(
+            f"use the observer sliding_window, or Model(time='stamp'): the time of model "
+            f'{model.name!r} counts from the start of a window, and there are none here'
+        )
+    return model

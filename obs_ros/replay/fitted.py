@@ -34,7 +34,7 @@ def fitted_outputs(history: History) -> Array:
     inputs = _held(history)
     columns = (tuple(values.T) for values in (rows[:, :n], inputs, rows[:, n:]))
     with np.errstate(all='ignore'):
-        outputs = model.output(path.stamps / 1e9, *columns)
+        outputs = model.output(history.clock.rows[:, 0], *columns)
     found = np.column_stack([np.broadcast_to(y, len(path)) for y in outputs]).astype(np.float64)
     return within(found, periods(model.outputs))
 

@@ -57,9 +57,9 @@ class Forecaster:
         self._inputs = InputStream(len(model.inputs), capacity)
         self._gate = Gate.of(model, self, GateSettings(reach=reach))
         self._kinds = [variable.interpolation for variable in model.inputs]
-        self._open: deque[tuple[int, int, Array, Array]] = (
+        self._open: deque[tuple[int, int, float, Array, Array]] = (
             deque()
-        )  # index, stamp, state, parameters
+        )  # index, stamp, start of the window in s, state, parameters
 
     def push(self, sample: Sample) -> None:
         """Take a sample that the observer gets too; a new timeline ends all open forecasts."""
@@ -86,13 +86,13 @@ class Forecaster:
                 np.array(list(values.values()), dtype=np.float64)
                 for values in (estimate.state, estimate.parameters)
             )
-            self._open.append((index, estimate.stamp, x, p))
+            self._open.append((index, estimate.stamp, estimate.t0, x, p))
 
     def judge(self) -> list[Forecast]:
         """Return the forecasts that can be judged since the last call."""
         found = []
         while self._open and self._passed(self._open[0][1] + self._horizon):
-            index, stamp, x, p = self._open.popleft()
+            index, stamp, start, x, p = self._open.popleft()
             self._outputs.drop_until(stamp - 1)
             self._inputs.drop_until(stamp - 1)
             if not len(self._outputs) or self._outputs.stamps[0] != stamp:
@@ -100,15 +100,15 @@ class Forecaster:
             end = stamp + self._horizon
             record = align(self._outputs, self._inputs, end, self._kinds)
             if record is not None and not np.isnan(record.u[0]).any():
-                found.append(self._compare(index, record, x, p))
+                found.append(self._compare(index, record, start, x, p))
         return found
 
     def _passed(self, end: int) -> bool:
         reached = self._gate.reached()
         return reached is not None and reached >= end
 
-    def _compare(self, index: int, record: Record, x: Array, p: Array) -> Forecast:
-        grid = Grid.of(self._model, record, np.ones(len(self._model.outputs)))
+    def _compare(self, index: int, record: Record, start: float, x: Array, p: Array) -> Forecast:
+        grid = Grid.of(self._model, record, np.ones(len(self._model.outputs)), start)
         with np.errstate(all='ignore'):
             outputs = kernels_for(self._model).trajectories(grid, x[:, None], p[:, None])[1]
             foretold = grid.shown(outputs)[:, :, 0]

@@ -29,8 +29,9 @@ class History:
     disjoint windows over their standard deviations, as far as an estimate's figures tell. Of the
     traces, `measured` (K, r) and `applied` (K, m) are as recorded; `path` (K, n + q) are the states
     that the windows found for their samples, each sample by the first window that holds it, and the
-    parameters at that time. The first `most_jumps` jumps and retractions are kept, in little memory
-    whatever is announced; all are counted, and so are the estimates in which a parameter drifts.
+    parameters at that time, at the model's times `clock` (K, 1) in s. The first `most_jumps` jumps
+    and retractions are kept, in little memory whatever is announced; all are counted, and so are
+    the estimates in which a parameter drifts.
     """
 
     def __init__(self, model: Model, most_jumps: int = 1000) -> None:
@@ -54,6 +55,7 @@ class History:
         }  # fmt: skip
         self._numbers = {kind: array('d') for kind in self._widths}
         self.path, self._followed = Trace(width), -(2**62)  # ns, where it ends
+        self.clock = Trace(1)
         self.measured, self.applied = Trace(r), Trace(len(model.inputs))
 
     def __len__(self) -> int:
@@ -111,6 +113,7 @@ class History:
         parameters = np.array(list(estimate.parameters.values()), dtype=np.float64)
         if not estimate.times.size:  # an observer that goes sample by sample
             self.path.add(estimate.stamp, (*estimate.state.values(), *parameters))
+            self.clock.add(estimate.stamp, (estimate.stamp / 1e9,))
             return
         states = within(estimate.states, periods(self.model.states))
         stamps = estimate.stamp + np.round((estimate.times - estimate.t1) * 1e9).astype(np.int64)
@@ -120,8 +123,10 @@ class History:
         for jump in estimate.jumps:
             for place, name in enumerate(estimate.parameters, n):
                 rows[estimate.times < jump.time, place] -= jump.sizes.get(name, 0.0)
+        start = estimate.t0 if self.model.time == 'window' else 0.0
         for stamp, row in zip(stamps[fresh], rows[fresh], strict=True):
             self.path.add(int(stamp), row)
+            self.clock.add(int(stamp), (stamp / 1e9 - start,))
         self._followed = int(stamps[-1])
 
     def judged(self, forecasts: Sequence[Forecast]) -> None:

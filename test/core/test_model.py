@@ -292,3 +292,9 @@ def test_noise_given_is_raised_by_that_of_rounding() -> None:
     found = checked_noise(model, {'y': 0.1, 'z': 0.2})
     assert found == {'y': math.hypot(0.1, outputs[0].rounding), 'z': 0.2}
     assert checked_noise(model, {}) == {} == checked_noise(model, None)
+
+
+def test_another_time_than_stamp_and_window_is_refused() -> None:
+    assert plant().time == 'stamp'
+    with pytest.raises(ValueError, match="time 'epoch' is none of stamp, window"):
+        plant(time='epoch')

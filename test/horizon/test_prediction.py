@@ -234,3 +234,13 @@ def test_an_angle_is_predicted_within_its_period(noisy):
         assert -0.5 * turn <= now.state['x'] < 0.5 * turn
         assert now.state['x'] == pytest.approx(wrapped[t], abs=1e-9)
         assert now.residual['y'] == pytest.approx(0.0, abs=1e-9)
+
+
+def test_a_time_that_counts_from_the_windows_start_goes_on_in_the_prediction() -> None:
+    """x' = t, from a window that began at 1000 s and ended at 1004 s with x = 8, to 1006 s."""
+    model = replace(VESSEL, time='window', dynamics=lambda t, x, u, p: (t + 0.0 * u[0],))
+    prediction = Prediction(model)
+    absorb(prediction, (1000, 'u', 0), (1004, 'y', 8), (1005, 'y', 12))
+    prediction.start(replace(estimate(model, 1004, (8.0,), (0.5, 0.0)), t0=1000.0))
+    absorb(prediction, (1006, 'y', 18), (1006.5, 'u', 0))
+    assert prediction.now().state['x'] == pytest.approx(8.0 + (6.0**2 - 4.0**2) / 2.0, rel=1e-12)

@@ -11,8 +11,10 @@ import numpy as np
 import pytest
 from plants import BLOW_UP, LAG, OSCILLATOR
 
+from obs_ros import Record
 from obs_ros.core.prior_knowledge import with_knowledge
 from obs_ros.integration.backends import check_backend, kernels_for, run_once
+from obs_ros.integration.grid import Grid
 from obs_ros.integration.stepper import stepper_for
 from obs_ros.integration.vectorised import NumpyKernels
 
@@ -164,3 +166,23 @@ def test_for_another_walk_or_prior_nothing_is_compiled(monkeypatch: Any) -> None
                  if hasattr(kernel, 'signatures')]  # fmt: skip
         assert after == before
     assert made == ['counted'] and sum(before) > 0
+
+
+@pytest.mark.parametrize('backend', ['numpy', 'numba'])
+def test_functions_get_the_windows_own_time(backend: Any) -> None:
+    if backend == 'numba':
+        pytest.importorskip('numba')
+    model = replace(
+        BLOW_UP,
+        name='clock',
+        time='window',
+        dynamics=lambda t, x, u, p: (2.0 * t,),
+        output=lambda t, x, u, p: (x[0] + 100.0 * t,),
+    )
+    t = 1.7e9 + 0.25 * np.arange(5)
+    grid = Grid.of(model, Record(t, None, np.zeros(5)), np.ones(1))
+    kernels = kernels_for(model, backend)
+    states, outputs = kernels.trajectories(grid, np.ones((1, 1)), np.ones((0, 1)))
+    since = t - t[0]
+    np.testing.assert_allclose(states[:, 0, 0], 1.0 + since**2, rtol=1e-12)
+    np.testing.assert_allclose(outputs[:, 0, 0], 1.0 + since**2 + 100.0 * since, rtol=1e-12)

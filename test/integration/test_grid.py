@@ -88,3 +88,14 @@ def test_actuators_clip_inputs_and_rounding_is_noted() -> None:
     grid = Grid.of(model, Record([0.0, 1.0], u, np.zeros((2, 2))), np.ones(2))
     assert grid.u.tolist() == [[50.0, 60.0], [0.0, -5.0]]
     np.testing.assert_allclose(grid.rounding, [0.6 / np.sqrt(12.0), 0.0])
+
+
+def test_the_models_time_counts_from_the_windows_start_where_it_is_asked_to() -> None:
+    record = Record([1e9, 1e9 + 1.0, 1e9 + 2.0], np.zeros((3, 2)), np.ones((3, 2)))
+    stamped = Grid.of(THREE_TANK, record, np.ones(2))
+    assert stamped.clock is stamped.t
+    model = replace(THREE_TANK, time='window')
+    grid = Grid.of(model, record, np.ones(2))
+    assert grid.clock.tolist() == [0.0, 1.0, 2.0]
+    assert grid.stretch(1, 2).clock.tolist() == [1.0, 2.0]
+    assert Grid.of(model, record, np.ones(2), 1e9 - 5.0).clock.tolist() == [5.0, 6.0, 7.0]

@@ -10,6 +10,7 @@ from plants import BLOW_UP, OSCILLATOR, exact, with_interpolation
 from obs_ros import Outcome, Sample, Variable
 from obs_ros.integration.path import LANES
 from obs_ros.models.three_tank import THREE_TANK
+from obs_ros.observers.kalman_filters.ekf import ExtendedKalmanObserver
 from obs_ros.observers.recursive import Instant, RecursiveObserver
 
 P = {'stiffness': 0.8, 'push': 0.7}
@@ -179,3 +180,9 @@ def test_observers_of_states_take_no_parameters_to_estimate() -> None:
         StatesOnly(THREE_TANK, parameters=['p1'])
     with pytest.raises(ValueError, match='stiffness is not estimated and has no nominal value'):
         StatesOnly(OSCILLATOR)
+
+
+def test_a_time_of_windows_is_refused_where_there_are_none() -> None:
+    model = replace(THREE_TANK, time='window')
+    with pytest.raises(ValueError, match='use the observer sliding_window'):
+        ExtendedKalmanObserver(model)

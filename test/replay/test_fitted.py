@@ -55,3 +55,20 @@ def test_outputs_that_wrap_are_fitted_within_their_period():
         )
     )  # fmt: skip
     assert fitted_outputs(history)[:, 0].tolist() == [1.0, -2.0, 1.0]
+
+
+def test_outputs_follow_the_time_of_the_window_that_found_them():
+    model = Model(
+        name='clock', states=(Variable('x'),), outputs=(Variable('y'),), time='window',
+        dynamics=lambda t, x, u, p: (0.0 * x[0],), output=lambda t, x, u, p: (x[0] + t,),
+    )  # fmt: skip
+    history = History(model)
+    for start in (100.0, 101.0):
+        history.add(
+            Estimate(
+                {}, {'x': 5.0}, {'x': 5.0}, {}, Outcome.CONVERGED, '', start, start + 2.0,
+                times=start + np.arange(3.0), states=np.full((3, 1), 5.0),
+                stamp=round((start + 2.0) * 1e9),
+            )
+        )  # fmt: skip
+    assert fitted_outputs(history)[:, 0].tolist() == [5.0, 6.0, 7.0, 7.0]

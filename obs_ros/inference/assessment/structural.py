@@ -37,6 +37,8 @@ class StructuralSettings:
     - `rank`: singular value, of the largest, below which a direction has no effect;
     - `support`: share of a direction's largest entry below which a parameter does not belong to it;
     - `constant`: relative change from point to point of what counts as constant;
+    - `steps`: of the model in an experiment, without and with a compiler; longer windows are not
+      tested, which takes less than a second otherwise;
     - `longest` (s of the processor): after which nothing is claimed, as the model is too slow.
     """
 
@@ -48,6 +50,7 @@ class StructuralSettings:
     rank: float = 1e-6
     support: float = 1e-3
     constant: float = 1e-2
+    steps: tuple[int, int] = (2_000, 200_000)
     longest: float = 1.0
 
 
@@ -100,7 +103,8 @@ def _confounded(case: _Case) -> tuple[Confounded, ...]:
     unknowns, n = case.unknowns, case.unknowns.n_states
     q = unknowns.dimension - n
     end, rng = time.thread_time() + STRUCTURAL.longest, np.random.default_rng(0)
-    if not q or not case.seconds > 0.0:
+    steps = case.seconds / unknowns.model.max_step
+    if not q or not case.seconds > 0.0 or steps > STRUCTURAL.steps[case.kernels.name == 'numba']:
         return ()
     found: list[tuple[Array, Array]] = []
     for _ in range(STRUCTURAL.points):
