@@ -7,6 +7,7 @@ from typing import Any, Literal, get_args
 
 import numpy as np
 
+from obs_ros.core import estimated_delays
 from obs_ros.core.plant_function import Trial, normalised
 from obs_ros.core.registry import suggest
 from obs_ros.core.typing import Array
@@ -82,7 +83,7 @@ class Variable:
     delay: float | tuple[float, float] | None = None
 
     def __post_init__(self) -> None:
-        if not self.name.isidentifier():
+        if not estimated_delays.signal_of(self.name).isidentifier():
             raise ValueError(f'variable name {self.name!r} is not an identifier')
         for field in ('lower', 'upper', 'nominal', 'walk'):
             value = getattr(self, field)
@@ -133,6 +134,9 @@ class Model:
     simulated, or the time since the start of the `window`. Then what depends on t begins anew in
     every window; only sliding windows have such a time. The simulator's t counts from its start.
 
+    Each delay that is to be estimated is one more parameter, `<signal>.delay` in s, after those
+    that are given; the functions get those alone.
+
     Raises ValueError when names clash, a step is not positive, a state's walk is infinite, or a
     function takes its arguments in another order, fails, returns something else than one number
     for each entry, or is finite nowhere; with the line at fault.
@@ -155,6 +159,10 @@ class Model:
             object.__setattr__(self, field, tuple(getattr(self, field)))
         if not self.states or not self.outputs:
             raise ValueError(f'model {self.name!r} needs at least one state and one output')
+        own = tuple(v for v in self.parameters if not estimated_delays.is_delay(v.name))
+        signals = (*self.inputs, *self.outputs)
+        delays = estimated_delays.unknowns(signals, self.parameters, Variable)
+        object.__setattr__(self, 'parameters', (*own, *delays))
         for group in (self.variables, tuple(self.inputs), tuple(self.outputs)):
             names = [variable.name for variable in group]
             twice = sorted({name for name in names if names.count(name) > 1})
@@ -190,17 +198,22 @@ class Model:
                     'which only parameters may have'
                 )
         for function, entries in (('dynamics', self.states), ('output', self.outputs)):
-            object.__setattr__(self, function, self._normalised(function, entries))
+            made = self._normalised(function, entries, own)
+            if len(own) < len(self.parameters):
+                made = estimated_delays.of_first(made, len(own))
+            object.__setattr__(self, function, made)
 
-    def _normalised(self, kind: str, entries: Sequence[Variable]) -> PlantFunction:
+    def _normalised(
+        self, kind: str, entries: Sequence[Variable], parameters: Sequence[Variable]
+    ) -> PlantFunction:
         """Return a function as all backends run it, tried with arrays over candidates."""
         rng = np.random.default_rng(0)
-        groups = self.states, self.inputs, self.parameters
+        groups = self.states, self.inputs, parameters
         values = (tuple(_around(variable, rng) for variable in group) for group in groups)
         vectors = dict(zip('xup', map(names, groups), strict=True))
         trial = Trial((0.0, *values), vectors, names(entries), CANDIDATES)
         try:
-            return normalised(getattr(self, kind), trial)
+            return normalised(estimated_delays.plain(getattr(self, kind)), trial)
         except ValueError as error:
             raise ValueError(f'model {self.name!r}: {kind} {error}') from error
 

@@ -11,6 +11,7 @@ from typing import Any
 import numba
 import numpy as np
 
+from obs_ros.core.estimated_delays import plain
 from obs_ros.core.fingerprint import fingerprint
 from obs_ros.core.jit import OPTIONS
 from obs_ros.core.kernel_cache import stored
@@ -19,6 +20,7 @@ from obs_ros.core.plant_function import PerCandidate
 from obs_ros.core.rebuild import Rebuilder
 from obs_ros.core.selects import SELECTS
 from obs_ros.core.typing import AnyArray, Array, IntArray
+from obs_ros.integration.delayed import Delayed
 from obs_ros.integration.filter_pass import FilterPass, sizes
 from obs_ros.integration.filter_step import LiveFilter
 from obs_ros.integration.grid import Grid
@@ -88,6 +90,19 @@ class CompiledKernels:
         self.module.trajectories_injected(*corrections(grid), x, q, states, moved, outputs)
         parameters[:, injection.moving] = moved[..., :count]
         return states[..., :count], parameters, outputs[..., :count]
+
+    def delayed(self, window: Delayed, x0: Array, p: Array) -> tuple[Array, Array]:
+        """See `DelayedRollouts.delayed`."""
+        count = x0.shape[1]
+        every = x0, p, window.u, window.slope, window.offset
+        x, q, u, slope, offset = (filled(each) for each in every)
+        states = np.empty((window.at.size, *x.shape))
+        outputs = np.zeros((window.at.size, len(offset), x.shape[1]))
+        self.module.delayed(
+            window.t, window.steps, window.at, u, slope, window.along, window.there, offset,
+            window.late, window.wanted, x, q, states, outputs,
+        )  # fmt: skip
+        return states[..., :count], outputs[..., :count]
 
     def filter(
         self, grid: Grid, x0: Array, p: Array, walks: Array, noise: Array,
@@ -189,6 +204,13 @@ def padded(x0: Array, p: Array) -> tuple[Array, Array]:
     return full
 
 
+def filled(values: Array) -> Array:
+    """Repeat the last candidate's values (..., B) until the lanes are full."""
+    count = values.shape[-1]
+    width = lanes(count)
+    return np.ascontiguousarray(values[..., np.minimum(np.arange(width), count - 1)])
+
+
 def load_module(model: Model, text: str | None = None) -> ModuleType:
     """Return the model's generated module, whose functions compile when they are first called.
 
@@ -196,7 +218,7 @@ def load_module(model: Model, text: str | None = None) -> ModuleType:
     stale kernel. Without a writable cache folder everything works, but compiles in every process.
     """
     for kind in ('dynamics', 'output'):
-        if isinstance(function := getattr(model, kind), PerCandidate):
+        if isinstance(function := plain(getattr(model, kind)), PerCandidate):
             raise ValueError(f'{kind}: {function.reason}')
     text = source(model) if text is None else text
     name = f'obs_ros_kernels_{fingerprint(text, model.dynamics, model.output, *SELECTS.values())}'

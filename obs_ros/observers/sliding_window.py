@@ -17,6 +17,7 @@ from obs_ros.inference.assessment.structural import confounded
 from obs_ros.inference.outlier_count import OutlierCount
 from obs_ros.inference.parameterisation import Unknowns
 from obs_ros.models import load_model
+from obs_ros.samples.delay_line import Shifts
 from obs_ros.samples.range_check import limits
 from obs_ros.samples.window import SlidingWindow
 
@@ -61,6 +62,7 @@ class SlidingWindowObserver:
             interpolation=[variable.interpolation for variable in self.model.inputs],
             limits=(limits(self.model, self.model.inputs), limits(self.model, self.model.outputs)),
             outputs=self.model.outputs,
+            shifts=Shifts.of(self.model),
         )
         self._geometry = duration, period, capacity
         random_generator(seed)  # refuses a bad one now
