@@ -26,11 +26,12 @@ PIECES = 8
 class Delayed(NamedTuple):
     """A window for B candidates with delays.
 
-    Step f goes from t[f] to t[f + 1], of t (F,) in s of the model's own time, in steps[f] integration steps; s seconds into
-    it the inputs are u[f] + s slope[f], with u and slope (F, m, B). Node k of the window's K is at
-    t[at[k]]. Of several sets of parameters the one of a step is along[f] (F - 1,), that of a node
-    there[k] (K,). offset (r, B) says how many s before its stamp an output was measured, `late`
-    (r,) which outputs are off at all, `wanted` (K, r) at which nodes an output is asked for.
+    Step f goes from t[f] to t[f + 1], of the model's own time t (F,) in s, in steps[f] integration
+    steps; s seconds into it the inputs are u[f] + s slope[f], with u and slope (F, m, B). Node k of
+    the window's K is at t[at[k]]. Of several sets of parameters the one of a step is along[f]
+    (F - 1,), that of a node there[k] (K,). offset (r, B) says how many s before its stamp an output
+    was measured, `late` (r,) which outputs are off at all, `wanted` (K, r) at which nodes an output
+    is asked for.
     """
 
     t: Array
