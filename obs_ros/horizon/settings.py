@@ -7,7 +7,7 @@ from typing import Any
 
 from obs_ros.core.model import Model
 from obs_ros.core.registry import suggest
-from obs_ros.inference.objective import Fitness, Loss
+from obs_ros.inference.objective import FITNESSES, LOSSES, Fitness, Loss
 from obs_ros.inference.parameterisation import Unknowns
 from obs_ros.inference.process_noise import MODES, ProcessNoiseMode
 from obs_ros.integration.backends import Backend
@@ -73,6 +73,20 @@ class PosingSettings:
 
 
 POSING = PosingSettings()
+
+
+def check_misfit(settings: EstimationSettings, method: Method) -> None:
+    """Raise ValueError for a fitness or loss that is none, or does not suit the search."""
+    fitness, loss = settings.fitness, settings.loss
+    if fitness not in FITNESSES:
+        raise ValueError(f'unknown fitness {fitness!r}: {suggest(fitness, FITNESSES)}')
+    if loss not in LOSSES:
+        raise ValueError(f'unknown loss {loss!r}: {suggest(loss, LOSSES)}')
+    if method.needs_squares and fitness != 'least_squares':
+        raise ValueError(
+            f'search {settings.search!r} minimises least squares, not {fitness!r}: '
+            "use search='chaotic_de' for that"
+        )
 
 
 def with_starts(settings: EstimationSettings, unknowns: Unknowns) -> EstimationSettings:

@@ -15,7 +15,6 @@ from obs_ros.core.model import Model, checked_noise, names
 from obs_ros.core.periods import continuous, periods
 from obs_ros.core.prior_knowledge import with_knowledge
 from obs_ros.core.record import Record
-from obs_ros.core.registry import suggest
 from obs_ros.core.saturation import unsaturated
 from obs_ros.core.typing import Array
 from obs_ros.horizon.bases import Bases
@@ -24,7 +23,13 @@ from obs_ros.horizon.disturbance import assessed, explain_by_process_noise, untr
 from obs_ros.horizon.given_priors import under_given_priors
 from obs_ros.horizon.intervals import with_intervals
 from obs_ros.horizon.search import searched
-from obs_ros.horizon.settings import POSING, EstimationSettings, with_process_noise, with_starts
+from obs_ros.horizon.settings import (
+    POSING,
+    EstimationSettings,
+    check_misfit,
+    with_process_noise,
+    with_starts,
+)
 from obs_ros.horizon.warm_start import propagated
 from obs_ros.inference.assessment import profile_steps
 from obs_ros.inference.assessment.assemble import empty, report
@@ -36,7 +41,7 @@ from obs_ros.inference.disturbed import prepare_process_noise
 from obs_ros.inference.jumps.hypothesis import hypothesis_at
 from obs_ros.inference.jumps.piecewise import PiecewiseProblem
 from obs_ros.inference.noise import noise_guess
-from obs_ros.inference.objective import FITNESSES, LOSSES, Objective
+from obs_ros.inference.objective import Objective
 from obs_ros.inference.parameterisation import Unknowns
 from obs_ros.inference.prior import Posterior, Prior
 from obs_ros.inference.window_state import WindowState
@@ -75,16 +80,7 @@ class Solver:
             model, settings.parameters, settings.states, settings.fixed, settings.bounds
         )
         method, method_settings = method_for(settings.search, settings.search_options)
-        fitness = settings.fitness
-        if fitness not in FITNESSES:
-            raise ValueError(f'unknown fitness {fitness!r}: {suggest(fitness, FITNESSES)}')
-        if settings.loss not in LOSSES:
-            raise ValueError(f'unknown loss {settings.loss!r}: {suggest(settings.loss, LOSSES)}')
-        if method.needs_squares and fitness != 'least_squares':
-            raise ValueError(
-                f'search {settings.search!r} minimises least squares, not {fitness!r}: '
-                "use search='chaotic_de' for that"
-            )
+        check_misfit(settings, method)
         noise = checked_noise(model, settings.noise)
         check_backend(settings.backend)
         settings = with_process_noise(settings, model, method)
