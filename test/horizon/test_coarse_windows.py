@@ -117,7 +117,11 @@ def test_a_mean_noise_below_a_tenth_of_the_step_is_raised_by_that_of_rounding() 
         x = start * np.exp(-d * t) * (np.cos(w * t) + d / w * np.sin(w * t))
         y = np.round((x + 0.001 * rng.standard_normal(t.size)) / step) * step
         for model, into in ((spring, found), (blind, plain)):
-            into.append(solve_window(model, Record(t, 0.0 * t, y), seed=seed, noise={'y': 0.001}))
+            into.append(
+                solve_window(
+                    model, Record(t, 0.0 * t, y), seed=seed, noise={'y': 0.001}, process_noise='off'
+                )
+            )
     truth = {'gain': 16.0, 'leak': 0.6}
     assert [e.outcome for e in found] == [Outcome.CONVERGED] * 4
     assert Outcome.CONVERGED not in [e.outcome for e in plain]
@@ -159,7 +163,7 @@ def test_an_actuator_s_range_clips_what_the_plant_gets() -> None:
     y += NOISE * np.random.default_rng(0).standard_normal(y.size)
     model = replace(TANK, inputs=(replace(TANK.inputs[0], range=(0.0, 4.0)),))
     record = Record(t[:NODES], commanded[:NODES], y[:NODES])
-    clipped = solve_window(model, record, seed=1, noise={'y': NOISE})
-    naive = solve_window(TANK, record, seed=1, noise={'y': NOISE})
+    clipped = solve_window(model, record, seed=1, noise={'y': NOISE}, process_noise='off')
+    naive = solve_window(TANK, record, seed=1, noise={'y': NOISE}, process_noise='off')
     assert clipped.outcome is Outcome.CONVERGED and naive.outcome is not Outcome.CONVERGED
     assert clipped.parameters['gain'] == pytest.approx(1.0, abs=4.0 * clipped.stddev['gain'])
