@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from benchmarks.recordings import PLANTS
-from benchmarks.sensors import angles, coarse, delays, functions, outliers, spiked
+from benchmarks.sensors import angles, coarse, delays, functions, spiked, spikes
 from benchmarks.sensors.__main__ import left_out, main
 from benchmarks.sensors.attempts import Failure, attempted, carried_out, judged
 from benchmarks.sensors.scores import (
@@ -101,9 +101,9 @@ def test_faults_of_the_spring_leave_its_plant_and_noise_alone() -> None:
     ],
 )
 def test_each_window_has_the_outliers_that_are_said(kind: str, least: int, most: int) -> None:
-    clean, bad = outliers.spoiled(outliers.CLEAN, 3), outliers.spoiled(kind, 3)
+    clean, bad = spikes.spoiled(spikes.CLEAN, 3), spikes.spoiled(kind, 3)
     changed = (clean.record.y != bad.record.y).reshape(-1, SAMPLES).sum(axis=1)
-    assert changed.size == outliers.IN_RUN
+    assert changed.size == spikes.IN_RUN
     assert least <= changed.min() and changed.max() <= most and changed.any()
     off = np.abs(bad.record.y - clean.record.y)[clean.record.y != bad.record.y] / NOISE
     if kind != 'dropouts to zero':

@@ -10,6 +10,8 @@ from obs_ros import Estimate
 
 TRUTH = {'stiffness': 8.0, 'friction': 0.3, 'torque.delay': 0.1}
 DEVIATIONS = 4.0  # that an estimate may be off: of some twenty, by chance in one of 800 runs
+# One exact window in a hundred is taken for approximate by chance: its residual is not white.
+OUTCOMES = ('converged', 'at_bound', 'approximate')
 BLOCKS = python_blocks((ROOT / 'docs' / 'sensors.md').read_text())
 
 
@@ -33,7 +35,7 @@ def test_every_estimate_of_the_page_holds_the_truth() -> None:
         estimates = {n: scope.pop(n) for n in list(scope) if isinstance(scope[n], Estimate)}
         for name, estimate in estimates.items():
             assert isinstance(estimate, Estimate)
-            assert estimate.outcome in ('converged', 'at_bound'), (block, estimate)
+            assert estimate.outcome in OUTCOMES, (block, estimate)
             for parameter, value in estimate.parameters.items():
                 off = abs(value - TRUTH[parameter]) / estimate.stddev[parameter]
                 assert off < DEVIATIONS, (block, name, parameter, value, off)
