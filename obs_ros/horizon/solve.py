@@ -21,6 +21,7 @@ from obs_ros.inference.process_noise import ProcessNoiseMode
 from obs_ros.integration.backends import Backend
 from obs_ros.models import load_model
 from obs_ros.optimization.methods import Method
+from obs_ros.samples.delay_line import at_own_times
 
 
 def solve_window(
@@ -49,7 +50,8 @@ def solve_window(
     Parameters
     ----------
     model : a Model, a built-in model's name, or `module:ATTRIBUTE`.
-    record : times (K,), inputs (K, m) and outputs (K, r); NaN = not measured.
+    record : times (K,), inputs (K, m) and outputs (K, r); NaN = not measured. By known delays
+        each sample goes to its own time first; outputs before all inputs are known are left out.
     search, and all that is not listed here : see `EstimationSettings`.
     seed : of everything random; without a deadline, the same seed gives the same bits.
     deadline : s until the best so far is returned, from when the model is compiled; None takes
@@ -76,4 +78,4 @@ def solve_window(
     solver = Solver.of(load_model(model), settings)
     rng = random_generator(seed)
     solver.prepare()  # before the clock starts
-    return solver.solve(record, rng, Deadline(deadline), previous)
+    return solver.solve(at_own_times(solver.model, record), rng, Deadline(deadline), previous)

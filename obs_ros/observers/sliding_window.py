@@ -14,6 +14,7 @@ from obs_ros.horizon.settings import EstimationSettings
 from obs_ros.horizon.solver import Solver
 from obs_ros.inference.parameterisation import Unknowns
 from obs_ros.models import load_model
+from obs_ros.samples.delay_line import Shifts
 from obs_ros.samples.range_check import limits
 from obs_ros.samples.window import SlidingWindow
 
@@ -56,6 +57,7 @@ class SlidingWindowObserver:
             interpolation=[variable.interpolation for variable in self.model.inputs],
             limits=(limits(self.model, self.model.inputs), limits(self.model, self.model.outputs)),
             outputs=self.model.outputs,
+            shifts=Shifts.of(self.model),
         )
         self._geometry = duration, period, capacity
         random_generator(seed)  # refuses a bad one now

@@ -13,6 +13,8 @@ from obs_ros.core.record import Sample
 from obs_ros.core.typing import Array, IntArray
 from obs_ros.replay.forecast import Forecast
 from obs_ros.replay.trace import Trace
+from obs_ros.samples.delay_line import Shifts
+from obs_ros.samples.merge import Role
 
 FORECASTS = ('forecasts', 'held', 'near', 'near_held')
 
@@ -26,10 +28,11 @@ class History:
     `Forecast`), `rms` (K, 1) over all outputs. `walks` (K, n + q) are the process noise that
     explains a window, `skill` (K, 1) is the skill of its forecasts, `scatter` (K, q) that of
     disjoint windows over their standard deviations, as far as an estimate's figures tell. Of the
-    traces, `measured` (K, r) and `applied` (K, m) are as recorded; `path` (K, n + q) are the states
-    that the windows found for their samples, each sample by the first window that holds it, and the
-    parameters at that time. The first `most_jumps` jumps and retractions are kept, in little memory
-    whatever is announced; all are counted, and so are the estimates in which a parameter drifts.
+    traces, `measured` (K, r) and `applied` (K, m) are as recorded, at the times that known delays
+    leave; `path` (K, n + q) are the states that the windows found for their samples, each sample by
+    the first window that holds it, and the parameters at that time. The first `most_jumps` jumps
+    and retractions are kept, in little memory whatever is announced; all are counted, and so are
+    the estimates in which a parameter drifts.
     """
 
     def __init__(self, model: Model, most_jumps: int = 1000) -> None:
@@ -42,6 +45,7 @@ class History:
         self.jump_count = self.retraction_count = 0
         self.drifting: Counter[str] = Counter()
         self.solve_time = 0.0  # s, all together
+        self._shifts = Shifts.of(model)
         self._unknowns, self._outputs = names(model.variables), names(model.outputs)
         self._stamps = array('q')
         self._outcomes: list[str] = []
@@ -59,10 +63,16 @@ class History:
         return len(self._stamps)
 
     def record(self, sample: Sample) -> None:
-        """Note the measured outputs, or the applied inputs."""
-        for trace, values in ((self.measured, sample.y), (self.applied, sample.u)):
-            if values is not None and trace.width:
-                trace.add(sample.stamp, values)
+        """Note the measured outputs, or the applied inputs, at their own times."""
+        self._note('output', sample.stamp, sample.y, self.measured)
+        self._note('input', sample.stamp, sample.u, self.applied)
+
+    def _note(self, role: Role, stamp: int, values: Array | None, trace: Trace) -> None:
+        if values is None or not trace.width:
+            return
+        parts = self._shifts.parts(role, stamp, values) if self._shifts else ((stamp, values),)
+        for time, part in parts:
+            trace.add(time, part)
 
     def add(self, estimate: Estimate) -> int:
         """Note an estimate; return its index."""

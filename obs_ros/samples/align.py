@@ -47,7 +47,8 @@ def seconds(stamps: IntArray) -> Array:
 def on_grid(t: Array, times: Array, values: Array) -> Array:
     """Return values (n, width) at their times (n,) on the grid t (K,), NaN elsewhere."""
     grid = np.full((t.size, values.shape[1]), np.nan)
-    grid[np.searchsorted(t, times)] = values
+    rows, columns = np.nonzero(~np.isnan(values))  # a NaN must not wipe out a node's other sample
+    grid[np.searchsorted(t, times)[rows], columns] = values[rows, columns]
     return grid
 
 

@@ -11,6 +11,7 @@ from obs_ros.core.model import Model
 from obs_ros.core.record import Sample
 from obs_ros.core.typing import Array
 from obs_ros.samples.break_detector import Suspects, describe_break
+from obs_ros.samples.delay_line import DelayLine, Shifts
 from obs_ros.samples.merge import Role
 from obs_ros.samples.range_check import COUNTS as MEASURABLE
 from obs_ros.samples.range_check import Limits, limits, measured
@@ -109,16 +110,25 @@ class Gate:
 
     The decisions depend on the samples, the settings and `Store.passed` only: two gates with the
     same settings take the same stream for the same timeline.
+
+    Stamps are those of the messages. With `shifts` the store gets the samples at their own times.
     """
 
     def __init__(
-        self, inputs: Limits, outputs: Limits, store: Store, settings: GateSettings
+        self,
+        inputs: Limits,
+        outputs: Limits,
+        store: Store,
+        settings: GateSettings,
+        shifts: Shifts | None = None,
     ) -> None:
         self.limit(settings)
+        self._line = None if shifts is None else DelayLine(store, shifts)
         self.counts = dict.fromkeys(COUNTS, 0)
         self.last_break: str | None = None
         self._ranges: dict[Role, Limits] = {'input': inputs, 'output': outputs}
-        self._store = store
+        self._passing = store
+        self._store = self._line or store
         self._suspects: dict[Role, Suspects] = {
             'input': Suspects(settings.believed), 'output': Suspects(settings.believed)
         }  # fmt: skip
@@ -127,7 +137,8 @@ class Gate:
     @classmethod
     def of(cls, model: Model, store: Store, settings: GateSettings) -> 'Gate':
         """Return a gate for samples of a model."""
-        return cls(limits(model, model.inputs), limits(model, model.outputs), store, settings)
+        ranges = limits(model, model.inputs), limits(model, model.outputs)
+        return cls(*ranges, store, settings, Shifts.of(model))
 
     def limit(self, settings: GateSettings) -> None:
         """Let samples enter by these limits from now on."""
@@ -142,12 +153,16 @@ class Gate:
         self.newest: dict[Role, int | None] = {'input': None, 'output': None}  # ns
         self._first, self._outputs = 0, 0  # stamp (ns) of the first, and number, of this timeline
         self._interval = 0.0  # ns, mean over the samples that began this timeline
+        if self._line is not None:
+            self._line.clear()
 
     def reached(self) -> int | None:
-        """Return the stamp (ns) that outputs and inputs have both reached; None before it."""
-        stamps = [self.newest[role] for role, ranges in self._ranges.items() if ranges]
-        known = [stamp for stamp in stamps if stamp is not None]
-        return min(known) if len(known) == len(stamps) else None
+        """Return the time (ns) that outputs and inputs have both reached; None before it."""
+        stamps = {role: self.newest[role] for role, ranges in self._ranges.items() if ranges}
+        known = {role: stamp for role, stamp in stamps.items() if stamp is not None}
+        if len(known) < len(stamps):
+            return None
+        return min(known.values()) if self._line is None else self._line.reached(known)
 
     def push(self, sample: Sample) -> bool:
         """Take a sample; return whether it began a new timeline.
@@ -193,7 +208,7 @@ class Gate:
         if role == 'output':
             self._first = self._first if self._outputs else stamp
             self._outputs += 1
-        elif (passed := self._store.passed) is not None:
+        elif (passed := self._passed(role)) is not None:
             self.counts['late'] += stamp <= passed
         self._store.keep(role, stamp, values)
 
@@ -201,13 +216,20 @@ class Gate:
         """Let the store sort in a sample that is not the newest; return why to count it."""
         if stamp == newest:
             return 'duplicate'
-        passed = self._store.passed
+        passed = self._passed(role)
         # Before anything is settled, a stray old stamp must not become the start.
         if stamp > (newest - self._reach if passed is None else passed):
             return 'reordered' if self._store.keep(role, stamp, values) else 'duplicate'
         if role == 'input' and passed is not None:
             self._store.keep(role, stamp, values)
         return 'late'
+
+    def _passed(self, role: Role) -> int | None:
+        """Return the stamp (ns) up to which all is over for samples of that role."""
+        passed = self._passing.passed
+        if passed is None or self._line is None:
+            return passed
+        return passed - self._line.earliest(role)
 
     @property
     def _mean_interval(self) -> float:

@@ -9,6 +9,7 @@ from obs_ros.core.model import Interpolation, Variable
 from obs_ros.core.record import Record, Sample
 from obs_ros.core.typing import Array, IntArray
 from obs_ros.samples.align import align
+from obs_ros.samples.delay_line import Shifts
 from obs_ros.samples.gate import COUNTS as ENTERING
 from obs_ros.samples.gate import Gate, GateSettings
 from obs_ros.samples.merge import Role
@@ -42,8 +43,9 @@ class SlidingWindow:
     today's dates such a float resolves 0.24 us, and samples closer than that share a node.
 
     Samples enter by the rules of `Gate`, with a reach of T + D; those dropped or mended are counted
-    by reason, see COUNTS. `limits` are those of measured inputs and outputs. Values of saturated
-    sensors are counted for the `outputs` given.
+    by reason, see COUNTS. `limits` are those of measured inputs and outputs, `shifts` lead from
+    stamps to the samples' own times, at which they lie here. Values of saturated sensors are
+    counted for the `outputs` given.
 
     One thread at a time may call its methods. Memory is bounded by `capacity` samples a stream.
 
@@ -62,6 +64,7 @@ class SlidingWindow:
         interpolation: Sequence[Interpolation] | None = None,
         limits: tuple[Limits, Limits] | None = None,
         outputs: Sequence[Variable] = (),
+        shifts: Shifts | None = None,
     ) -> None:
         if capacity < 2:
             raise ValueError(f'capacity {capacity} is too small: a window needs two samples')
@@ -74,7 +77,8 @@ class SlidingWindow:
         self._outputs = Stream(n_outputs, capacity)
         self._inputs = InputStream(n_inputs, capacity)
         reach = GateSettings(reach=(self._duration + self._period) / 1e9)
-        self._gate = Gate(*(limits or (anything(n_inputs), anything(n_outputs))), self, reach)
+        limits = limits or (anything(n_inputs), anything(n_outputs))
+        self._gate = Gate(*limits, self, reach, shifts)
         self._saturation = SaturationCount(outputs)
         self._counts = dict.fromkeys(COUNTS.keys() - ENTERING.keys(), 0)
         # The open window covers (left, end] once its place is settled; before that, a late output

@@ -70,6 +70,23 @@ def test_linear_inputs_are_cut_where_they_are():
     assert prediction.now().state == {'x': pytest.approx(10.0 - (16.0 - 1.0) / 2.0)}
 
 
+def test_known_delays_put_inputs_and_outputs_at_their_own_times():
+    model = replace(
+        VESSEL,
+        inputs=[replace(v, delay=0.5) for v in VESSEL.inputs],
+        outputs=[replace(v, delay=2.0) for v in VESSEL.outputs],
+    )
+    prediction = Prediction(model)
+    # Acting from 0.5 and 1.5 s on; measured at 1 and 2 s.
+    samples = (0, 'u', 1), (1, 'u', 3), (3, 'y', 0), (4, 'y', 0)
+    assert absorb(prediction, *samples) == [None] * 4
+    prediction.start(vessel()(1.0, 10.0))
+    assert prediction.now().stamp == 2 * S
+    assert prediction.now().state == {'x': pytest.approx(10.0 - 0.25 - 1.25)}
+    assert absorb(prediction, (6, 'y', 0)) == [4 * S]
+    assert prediction.now().state == {'x': pytest.approx(8.5 - 5.0)}
+
+
 def test_a_newer_estimate_takes_over(prediction):
     absorb(prediction, (0, 'u', 1), *((t, 'y', 0) for t in range(10)))
     prediction.start(vessel()(2.0, 10.0))

@@ -6,7 +6,18 @@ from typing import Any
 
 import numpy as np
 import pytest
-from plants import BLOW_UP, COARSE_TANKS, NAN, OSCILLATOR, exact, tank_outputs, tank_record
+from plants import (
+    BLOW_UP,
+    COARSE_TANKS,
+    LAG,
+    NAN,
+    OSCILLATOR,
+    exact,
+    lag_outputs,
+    square_wave,
+    tank_outputs,
+    tank_record,
+)
 from scipy.optimize import least_squares
 
 from obs_ros import Estimate, Model, Outcome, Record, Variable, solve_window
@@ -37,6 +48,33 @@ def optimum(record: Record, truth: Array) -> float:
         residual, truth / upper, jacobian, (0.0, 1.0), xtol=1e-12, ftol=1e-12, gtol=1e-12
     )
     return 2.0 * float(found.cost)
+
+
+def test_known_delays_of_either_sign_leave_the_estimate_as_it_is() -> None:
+    """Inputs 0.3 s early, an output 0.2 s late: with these delays told it is the window in time."""
+    t = 0.1 * np.arange(101)
+    u, p = square_wave(t), np.tile([1.5, 2.0], (100, 1))
+    y = lag_outputs(t, u, 0.5, p) + 0.01 * np.random.default_rng(3).standard_normal(101)
+    late = replace(
+        LAG,
+        inputs=[replace(v, delay=0.3) for v in LAG.inputs],
+        outputs=[replace(v, delay=0.2) for v in LAG.outputs],
+    )
+    at = 0.1 * np.arange(-3, 103)
+    stamped = Record(
+        at,
+        np.interp(np.arange(-3, 103) + 3, np.arange(101), u, right=NAN),
+        np.concatenate([np.full(5, NAN), y]),
+    )
+    plain, found = (
+        solve_window(model, record, seed=1)
+        for model, record in ((LAG, Record(t, u, y)), (late, stamped))
+    )
+    assert (found.t0, found.t1) == pytest.approx((0.0, 10.0), abs=1e-9)
+    assert values(found) == pytest.approx(values(plain), rel=1e-6)
+    assert found.stddev == pytest.approx(plain.stddev, rel=1e-3)
+    told = solve_window(LAG, Record(at[5:], np.interp(at[5:], t, u), y), seed=1)
+    assert abs(told.parameters['tau'] - 2.0) > 1.0, 'without them it is 80 % off'
 
 
 @pytest.fixture(scope='module')

@@ -1,6 +1,6 @@
 """Tests of every observer of the registry: what it must do with any stream of samples."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cache
 from typing import Any
 
@@ -91,12 +91,12 @@ def midst(model: Model) -> tuple[tuple[float, ...], tuple[float, ...]]:
     return tuple(x0), tuple(p)
 
 
-def make(name: str, **settings: Any) -> Any:
+def make(name: str, *, model: Model | None = None, **settings: Any) -> Any:
     case = case_of(name)
     noise = dict.fromkeys(names(case.model.outputs), case.sigma)
     windows = {'duration': 100.0 * case.period} if name == 'sliding_window' else {'noise': noise}
     windows |= LIGHT.get(name, {})
-    return load_observer(name)(case.model, **windows, **settings)
+    return load_observer(name)(model or case.model, **windows, **settings)
 
 
 def run(observer: Any, samples: list[Sample]) -> list[Estimate]:
@@ -204,6 +204,29 @@ class TestEveryObserver:
         assert observer.counts['reset'] == 1
         assert found[-1].t0 >= start * case.period
         check_follows(case, found[-1], start)
+
+    def test_known_delays_change_nothing_but_the_stamps(self, name: str) -> None:
+        """Inputs are stamped ahead, outputs behind; the delays declared put both right."""
+        case = case_of(name)
+        model = replace(
+            case.model,
+            inputs=[replace(v, delay=-3.0 * case.period) for v in case.model.inputs],
+            outputs=[replace(v, delay=2.0 * case.period) for v in case.model.outputs],
+        )
+        parts = [Sample(s.stamp, u=s.u) for s in case.stream()]
+        parts += [Sample(s.stamp, y=s.y) for s in case.stream()]
+        moved = [
+            Sample(s.stamp + round((2 if s.u is None else 3) * case.period * 1e9), y=s.y, u=s.u)
+            for s in parts
+        ]
+        expected = run(make(name), sorted(parts, key=lambda s: s.stamp))
+        observer = make(name, model=model)
+        found = run(observer, sorted(moved, key=lambda s: s.stamp))
+        assert len(expected) - 2 <= len(found) <= len(expected)
+        for one, other in zip(expected, found, strict=False):
+            assert (one.stamp, one.t0, one.t1) == (other.stamp, other.t0, other.t1)
+            assert (one.state, one.parameters) == (other.state, other.parameters)
+        assert not any(observer.counts[why] for why in ('late', 'reordered', 'duplicate'))
 
     @pytest.mark.parametrize('values', [('y', 1), ('u', 1), ('y', 0)])
     def test_wrong_numbers_of_values_are_refused_and_it_lives_on(

@@ -72,6 +72,19 @@ def test_measured_and_applied_are_as_recorded():
     assert history.measured.rows.tolist() == [[4.0]]
 
 
+def test_known_delays_are_taken_off_what_is_recorded():
+    model = replace(
+        VESSEL,
+        inputs=[replace(v, delay=0.5) for v in VESSEL.inputs],
+        outputs=[replace(v, delay=2.0) for v in VESSEL.outputs],
+    )
+    history = History(model)
+    history.record(Sample(4 * S, u=np.array([3.0])))
+    history.record(Sample(4 * S, y=np.array([1.0])))
+    assert history.applied.stamps.tolist() == [4 * S + S // 2]
+    assert history.measured.stamps.tolist() == [2 * S]
+
+
 def test_a_sample_is_on_the_path_by_the_first_window_that_holds_it():
     history = History(VESSEL)
     for t1, states in ((2.0, [1.0, 2.0, 3.0]), (3.0, [9.0, 9.0, 4.0])):
