@@ -8,7 +8,7 @@ from typing import Any, Literal, get_args
 
 import numpy as np
 
-from obs_ros.core import model_check
+from obs_ros.core import estimated_delays, model_check
 from obs_ros.core.registry import suggest
 from obs_ros.core.typing import Array
 from obs_ros.core.variable_fields import (
@@ -81,7 +81,7 @@ class Variable:
     delay: float | tuple[float, float] | None = None
 
     def __post_init__(self) -> None:
-        if not self.name.isidentifier():
+        if not estimated_delays.signal_of(self.name).isidentifier():
             raise ValueError(f'variable name {self.name!r} is not an identifier')
         for field in ('lower', 'upper', 'nominal', 'walk'):
             value = getattr(self, field)
@@ -127,6 +127,9 @@ class Model:
     candidate, and compiled. `max_step` (s) is the longest integration step: longer sample intervals
     are split evenly.
 
+    Each delay that is to be estimated is one more parameter, `<signal>.delay` in s, after those
+    that are given; the functions get those alone.
+
     Raises ValueError when names clash, a step is not positive, a state's walk is infinite, or a
     function fails, returns something else than one number for each entry, or is finite nowhere;
     with the line at fault.
@@ -148,6 +151,10 @@ class Model:
             object.__setattr__(self, field, tuple(getattr(self, field)))
         if not self.states or not self.outputs:
             raise ValueError(f'model {self.name!r} needs at least one state and one output')
+        own = tuple(v for v in self.parameters if not estimated_delays.is_delay(v.name))
+        signals = (*self.inputs, *self.outputs)
+        delays = estimated_delays.unknowns(signals, self.parameters, Variable)
+        object.__setattr__(self, 'parameters', (*own, *delays))
         for group in (self.variables, tuple(self.inputs), tuple(self.outputs)):
             names = [variable.name for variable in group]
             twice = sorted({name for name in names if names.count(name) > 1})
@@ -180,11 +187,20 @@ class Model:
                 )
         for function, entries in (('dynamics', self.states), ('output', self.outputs)):
             # A function that its author compiled already is taken as written.
-            plain = getattr(getattr(self, function), 'py_func', getattr(self, function))
+            plain = estimated_delays.plain(getattr(self, function))
+            plain = getattr(plain, 'py_func', plain)
+            self._try(plain, function, entries, own)
+            if len(own) < len(self.parameters):
+                plain = estimated_delays.of_first(plain, len(own))
             object.__setattr__(self, function, plain)
-            self._try(plain, function, entries)
 
-    def _try(self, function: PlantFunction, kind: str, entries: Sequence[Variable]) -> None:
+    def _try(
+        self,
+        function: PlantFunction,
+        kind: str,
+        entries: Sequence[Variable],
+        parameters: Sequence[Variable],
+    ) -> None:
         """Call a function once with arrays over candidates, as searches do."""
         if not isinstance(function, FunctionType):
             raise ValueError(
@@ -195,10 +211,10 @@ class Model:
             0.0,
             *(
                 tuple(_around(variable, rng) for variable in group)
-                for group in (self.states, self.inputs, self.parameters)
+                for group in (self.states, self.inputs, parameters)
             ),
         )
-        vectors = {'x': names(self.states), 'u': names(self.inputs), 'p': names(self.parameters)}
+        vectors = {'x': names(self.states), 'u': names(self.inputs), 'p': names(parameters)}
         try:
             returned = model_check.called(function, arguments, vectors)
             model_check.check_returned(function, returned, names(entries), CANDIDATES)

@@ -25,7 +25,8 @@ class Record:
 
     A single input or output may come as (K,); `u` is None or empty for a plant without inputs.
     The arrays are copied and read-only. `stamp` is the newest output's stamp in ns, where the
-    samples came with stamps.
+    samples came with stamps. `past` are the inputs before, where they may act late: times (L,) that
+    end with t[0], and inputs (L, m), as u with a value of each at the first.
 
     Raises ValueError for wrong shapes, fewer than two samples, times that do not rise or are not
     finite, infinite values, no measured output at all, and an input without a value at the first
@@ -36,9 +37,15 @@ class Record:
     u: Array
     y: Array
     stamp: int | None = None
+    past: tuple[Array, Array] | None = None
 
     def __init__(
-        self, t: ArrayLike, u: ArrayLike | None, y: ArrayLike, stamp: int | None = None
+        self,
+        t: ArrayLike,
+        u: ArrayLike | None,
+        y: ArrayLike,
+        stamp: int | None = None,
+        past: tuple[Array, Array] | None = None,
     ) -> None:
         times = np.array(t, dtype=np.float64)
         check_times(times)
@@ -56,6 +63,7 @@ class Record:
             array.flags.writeable = False
             object.__setattr__(self, name, array)
         object.__setattr__(self, 'stamp', None if stamp is None else index(stamp))
+        object.__setattr__(self, 'past', past)
 
     def with_outputs(self, y: Array) -> 'Record':
         """Return the record with other outputs (K, r), and the stamp of the newest of them."""
@@ -65,7 +73,7 @@ class Record:
                 float(self.t[np.isfinite(each).any(axis=1)][-1]) for each in (self.y, y)
             )
             stamp -= round((newest - left) * 1e9)
-        return Record(self.t, self.u, y, stamp)
+        return Record(self.t, self.u, y, stamp, self.past)
 
 
 def check_times(t: Array) -> None:

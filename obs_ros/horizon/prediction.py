@@ -17,6 +17,7 @@ from obs_ros.inference.disturbed import estimated_parameters
 from obs_ros.inference.parameterisation import Unknowns
 from obs_ros.integration.backends import Backend
 from obs_ros.integration.path import own
+from obs_ros.samples.delay_line import Shifts
 from obs_ros.samples.gate import DEFAULT as GATE
 from obs_ros.samples.gate import GateSettings
 from obs_ros.samples.stuck_sensor import Repeats
@@ -60,7 +61,8 @@ class Prediction:
 
     Samples enter by the rules of `Gate`; `limit` sets the limits that the observer has, and
     `unknowns` what it estimates (None: all). What a stuck sensor repeats corrects nothing. One
-    thread calls everything but `prepare`, which compiles and is for any.
+    thread calls everything but `prepare`, which compiles and is for any. Samples that come after an
+    estimate are shifted by the delays that it tells.
     """
 
     def __init__(
@@ -117,8 +119,8 @@ class Prediction:
                 path = own(self._samples.inputs.path(self._newest, stamp))
                 interval = Interval(self._newest, stamp, path, y, stuck)
                 self._trail.append(interval)
-                if self.since is not None:
-                    self._rest.append(interval)
+                if self.since is not None and stamp > self.since:
+                    self._rest.append(interval.cut(self.since))
             self._newest = stamp
         if len(self._rest) >= self._at_once:
             self._advance()
@@ -137,6 +139,7 @@ class Prediction:
         start = Start.of(self.model, estimate, self._moving)
         self._carrier = propagation(self.model, self._backend, start)
         self.since = stamp
+        self._samples.gate.shift(Shifts.of(self.model, estimate.parameters))
         self._rest += self._trail
         self._rest[:1] = [interval.cut(stamp) for interval in self._rest[:1]]
 
@@ -153,7 +156,8 @@ class Prediction:
             return None
         stddev = roots(carried.variances, self._undetermined)
         return Predicted(
-            self._newest,
+            # An output that was measured long before its stamp may be older than the estimate.
+            self._newest if self.since is None else max(self._newest, self.since),
             dict(zip(self._states, x, strict=True)),
             dict(zip(self._states, stddev, strict=True)),
             dict(zip(self._outputs, carried.innovation.tolist(), strict=True)),

@@ -10,6 +10,7 @@ from obs_ros.inference.objective import Fitness
 from obs_ros.inference.parameterisation import Unknowns
 from obs_ros.inference.process_noise import MODES, ProcessNoiseMode
 from obs_ros.integration.backends import Backend
+from obs_ros.integration.delayed import delay_names
 from obs_ros.optimization.methods import Method
 
 
@@ -86,13 +87,19 @@ def check_process_noise(settings: EstimationSettings, model: Model, method: Meth
     mode = settings.process_noise
     if mode not in MODES:
         raise ValueError(f'unknown process_noise {mode!r}: {suggest(mode, MODES)}')
-    if mode == 'given' and not method.needs_squares:
-        raise ValueError(
-            f"set process_noise to 'off', not {mode!r}: "
-            f'search {settings.search!r} does without squares'
-        )
+    if mode == 'given' and (why := without_process_noise(settings, model, method)):
+        raise ValueError(f"set process_noise to 'off', not {mode!r}: {why}")
     if mode == 'given' and not any(variable.walk for variable in model.states):
         raise ValueError(
             f"give a state of model {model.name!r} a walk, or set process_noise to 'auto': "
             "'given' finds none"
         )
+
+
+def without_process_noise(settings: EstimationSettings, model: Model, method: Method) -> str:
+    """Return why there can be no process noise; '' where there can."""
+    if not method.needs_squares:
+        return f'search {settings.search!r} does without squares'
+    if delays := delay_names(model):
+        return f'{delays[0]} is estimated, which no filter does; once it is found, give that number'
+    return ''

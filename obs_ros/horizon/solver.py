@@ -23,7 +23,13 @@ from obs_ros.horizon.cleaning import cleaned, rescaled_to_residuals
 from obs_ros.horizon.disturbance import assessed, explain_by_process_noise, untried
 from obs_ros.horizon.given_priors import under_given_priors
 from obs_ros.horizon.intervals import with_intervals
-from obs_ros.horizon.settings import POSING, EstimationSettings, check_process_noise, with_starts
+from obs_ros.horizon.settings import (
+    POSING,
+    EstimationSettings,
+    check_process_noise,
+    with_starts,
+    without_process_noise,
+)
 from obs_ros.horizon.warm_start import propagated
 from obs_ros.inference.assessment import profile_steps
 from obs_ros.inference.assessment.assemble import empty, report
@@ -86,8 +92,9 @@ class Solver:
         noise = checked_noise(model, settings.noise)
         check_backend(settings.backend)
         check_process_noise(settings, model, method)
-        if settings.process_noise == 'auto' and not method.needs_squares:
-            log.info('process noise is off: search %r does without squares', settings.search)
+        why = without_process_noise(settings, model, method)
+        if settings.process_noise == 'auto' and why:
+            log.info('process noise is off: %s', why)
             settings = replace(settings, process_noise='off')
         settings = with_starts(settings, unknowns)
         return cls(unknowns, method, method_settings, noise, settings)

@@ -8,7 +8,7 @@ import os
 import re
 import time
 from collections.abc import Callable
-from typing import Any, Literal, Protocol, TypeVar
+from typing import TYPE_CHECKING, Any, Literal, Protocol, TypeVar
 
 import numpy as np
 
@@ -16,11 +16,15 @@ from obs_ros.core.model import Model, inside
 from obs_ros.core.prior_knowledge import without_knowledge
 from obs_ros.core.record import Record
 from obs_ros.core.typing import Array, IntArray
+from obs_ros.integration.delayed import DelayedKernels, delay_names
 from obs_ros.integration.filter_pass import FilterPass
 from obs_ros.integration.grid import Grid
 from obs_ros.integration.linear_path import LinearPath
 from obs_ros.integration.smoother import smoothed
 from obs_ros.integration.vectorised import NumpyKernels
+
+if TYPE_CHECKING:
+    from obs_ros.integration.compiled import CompiledKernels
 
 Backend = Literal['numba', 'numpy']
 Made = TypeVar('Made')
@@ -100,11 +104,16 @@ def _kernels(model: Model, backend: str | None) -> Kernels:
     def compiled() -> Kernels:
         from obs_ros.integration.compiled import CompiledKernels
 
-        kernels = CompiledKernels(model)
+        kernels = with_delays(CompiledKernels(model))
         kernels.compile_time = run_once(kernels)
         return kernels
 
-    return compiled_or_numpy(model, backend, compiled, lambda: NumpyKernels(model))
+    return compiled_or_numpy(model, backend, compiled, lambda: with_delays(NumpyKernels(model)))
+
+
+def with_delays(kernels: 'CompiledKernels | NumpyKernels') -> Kernels:
+    """Return the kernels themselves, or those for a model whose delays are estimated."""
+    return DelayedKernels(kernels) if delay_names(kernels.model) else kernels
 
 
 def of_model(made: Made, model: Model) -> Made:

@@ -16,6 +16,7 @@ from obs_ros.core.jit import OPTIONS
 from obs_ros.core.kernel_cache import stored
 from obs_ros.core.model import Model
 from obs_ros.core.typing import AnyArray, Array, IntArray
+from obs_ros.integration.delayed import Delayed
 from obs_ros.integration.filter_pass import FilterPass, sizes
 from obs_ros.integration.filter_step import LiveFilter
 from obs_ros.integration.functions import Rebuilder
@@ -87,6 +88,19 @@ class CompiledKernels:
         self.module.trajectories_injected(*corrections(grid), x, q, states, moved, outputs)
         parameters[:, injection.moving] = moved[..., :count]
         return states[..., :count], parameters, outputs[..., :count]
+
+    def delayed(self, window: Delayed, x0: Array, p: Array) -> tuple[Array, Array]:
+        """See `DelayedRollouts.delayed`."""
+        count = x0.shape[1]
+        every = x0, p, window.u, window.slope, window.offset
+        x, q, u, slope, offset = (filled(each) for each in every)
+        states = np.empty((window.at.size, *x.shape))
+        outputs = np.zeros((window.at.size, len(offset), x.shape[1]))
+        self.module.delayed(
+            window.t, window.steps, window.at, u, slope, window.along, window.there, offset,
+            window.late, window.wanted, x, q, states, outputs,
+        )  # fmt: skip
+        return states[..., :count], outputs[..., :count]
 
     def filter(
         self, grid: Grid, x0: Array, p: Array, walks: Array, noise: Array,
@@ -186,6 +200,13 @@ def padded(x0: Array, p: Array) -> tuple[Array, Array]:
         all_lanes[:, :count] = values
         all_lanes[:, count:] = values[:, -1:]
     return full
+
+
+def filled(values: Array) -> Array:
+    """Repeat the last candidate's values (..., B) until the lanes are full."""
+    count = values.shape[-1]
+    width = lanes(count)
+    return np.ascontiguousarray(values[..., np.minimum(np.arange(width), count - 1)])
 
 
 def load_module(model: Model, text: str | None = None) -> ModuleType:

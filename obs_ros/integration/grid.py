@@ -1,14 +1,18 @@
 """A record laid out for integration: when, with which inputs, against which measurements."""
 
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
 
 from obs_ros.core.interpolation import segments
-from obs_ros.core.model import Model
+from obs_ros.core.model import Interpolation, Model, Variable
 from obs_ros.core.record import Record
 from obs_ros.core.saturation import Ends, applied, ends_of
 from obs_ros.core.typing import Array, BoolArray, IntArray
+from obs_ros.integration.input_path import InputPath
+
+SAME_TIME = 1e-6  # s: stamps since 1970 as floats are no finer
 
 
 @dataclass(frozen=True)
@@ -42,6 +46,7 @@ class Grid:
     the weights are one over the innovations' standard deviations. `ends` are those that saturated
     sensors show, whose y are exactly these; None where no sensor has a range. rounding (r,) is the
     standard deviation of the errors by which sensors round, 0 where that is not known.
+    `path` are the inputs of a model that estimates how late they act, since before the window.
     """
 
     t: Array
@@ -55,10 +60,14 @@ class Grid:
     rounding: Array
     ends: Ends | None = None
     injection: Injection | None = None
+    path: InputPath | None = None
 
     @classmethod
     def of(cls, model: Model, record: Record, scale: Array) -> 'Grid':
         """Lay out a record for a model, outputs in units of `scale` (r,).
+
+        Where an output may have been measured outside of the window, by its delay that is to be
+        estimated, it counts as not measured.
 
         Raises ValueError when the record has other numbers of inputs or outputs than the model.
         """
@@ -75,7 +84,7 @@ class Grid:
         kinds = [variable.interpolation for variable in model.inputs]
         u, slope = segments(record.t, applied(model.inputs, record.u), kinds)
         ends = ends_of(model.outputs, record.y)
-        mask = np.isfinite(record.y)
+        mask = np.isfinite(record.y) & _inside(model, record.t)
         y = record.y if ends is None else ends.measured(record.y)
         interval = np.diff(record.t) / longest_step(model)
         return cls(
@@ -89,6 +98,7 @@ class Grid:
             scale=scale,
             rounding=np.array([variable.rounding for variable in model.outputs]),
             ends=ends,
+            path=_path(model, record, kinds) if any(map(is_estimated, model.inputs)) else None,
         )
 
     def rescaled(self, factor: Array) -> 'Grid':
@@ -175,6 +185,30 @@ class Grid:
             return int(np.count_nonzero(self.weight[:nodes]))
         values = (self.weight > 0.0) & ~self.ends.saturated
         return int(np.count_nonzero(values[:nodes]))
+
+
+def _inside(model: Model, t: Array) -> BoolArray | bool:
+    """Whether each output (K, r) was surely measured between the first and last of t (K,)."""
+    if not any(map(is_estimated, model.outputs)):
+        return True
+    delays = [v.delay if isinstance(v.delay, tuple) else (0.0, 0.0) for v in model.outputs]
+    lower, upper = np.array(delays).T
+    after = t[:, None] - upper >= t[0] - SAME_TIME
+    return np.asarray(after & (t[:, None] - lower <= t[-1] + SAME_TIME))
+
+
+def _path(model: Model, record: Record, kinds: Sequence[Interpolation]) -> InputPath:
+    """Return the inputs of a record, and what it has of them before its start."""
+    t, u = record.t, record.u
+    if record.past is not None:
+        before, values = record.past
+        t, u = np.concatenate([before, t[1:]]), np.concatenate([values, u[1:]])
+    return InputPath(t, *segments(t, applied(model.inputs, u), kinds))
+
+
+def is_estimated(variable: Variable) -> bool:
+    """Whether the delay of an input or output is to be estimated."""
+    return isinstance(variable.delay, tuple)
 
 
 def longest_step(model: Model, tolerance: float = 0.01) -> float:

@@ -7,6 +7,7 @@ import numba
 
 from obs_ros.core.model import Model
 from obs_ros.core.saturation import has_range, ranges
+from obs_ros.integration.delayed import delay_names
 from obs_ros.integration.filter_pass import DIFFERENCE, central
 from obs_ros.integration.path import LANES, lanes
 
@@ -19,7 +20,8 @@ FASTMATH = {'contract', 'arcp', 'nsz'}
 
 def source(model: Model) -> str:
     """Text of the generated module: sizes and tuple functions of the model, then the kernels."""
-    return text_of(model, 'kernels.py', 'kernels_injected.py')
+    more = 'kernels_delayed.py' if delay_names(model) else 'kernels_injected.py'
+    return text_of(model, 'kernels.py', more)
 
 
 def filter_source(model: Model, d: int) -> str:
@@ -51,6 +53,8 @@ def header(model: Model) -> str:
 
     at = f'a[np.uint64(# * {LANES}) + lane]'
     clip = 'max(min(x[#], high[#]), low[#])'  # in this order NaN stays NaN
+    late = 'u[k, #, lane] + s * slope[k, #, lane]'
+    between = 'a * x[k, #, lane] + b * x[k + 1, #, lane] + c * v[k, #, lane] + d * w[k, #, lane]'
     residual = '(weight[k, #] * (yhat[#] - y[k, #]))'
     low, high = (tuple(ends.tolist()) for ends in ranges(model.outputs))
     return '\n'.join(
@@ -74,6 +78,10 @@ def header(model: Model) -> str:
             doing('add_squares(a, lane, yhat, y, weight, k)', f'{at} += {residual} ** 2', r),
             corrections(model),
             returning('input_at(u, slope, k, s)', 'u[k, #] + s * slope[k, #]', m),
+            returning('late_input(u, slope, k, lane, s)', late, m),
+            returning('track_at(track, k, lane)', 'track[k, #, lane]', n),
+            returning('hermite_at(x, v, w, k, lane, a, b, c, d)', between, n),
+            doing('put_entry(a, k, i, lane, y)', 'if i == #: a[k, #, lane] = y[#]', r),
             returning('inputs(u)', 'u[#]', m),
             returning('inputs_at(u, k)', 'u[k, #]', m),
             returning('clipped(x, low, high)', clip, n),

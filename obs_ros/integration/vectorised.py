@@ -7,6 +7,7 @@ import numpy as np
 
 from obs_ros.core.model import Model
 from obs_ros.core.typing import Array, IntArray
+from obs_ros.integration.delayed import Delayed, Tracks, outputs_at
 from obs_ros.integration.filter_pass import FilterPass, run
 from obs_ros.integration.grid import Grid, Injection
 from obs_ros.integration.steps import STEPS
@@ -72,6 +73,24 @@ class NumpyKernels:
             run(found, self.model, grid, partial(self._advance, grid), x0, walks, noise)
         return found
 
+    def delayed(self, window: Delayed, x0: Array, p: Array) -> tuple[Array, Array]:
+        """See `DelayedRollouts.delayed`."""
+        dynamics, sets = self.model.dynamics, [tuple(each) for each in p]
+        t, x = window.t, tuple(x0)
+        states = np.empty((t.size, *x0.shape))
+        begin, end = np.empty((2, t.size - 1, *x0.shape))
+        with np.errstate(all='ignore'):
+            states[0] = x0
+            for f in range(t.size - 1):
+                q, h = sets[window.along[f]], t[f + 1] - t[f]
+                first, last = tuple(window.u[f]), tuple(window.u[f] + h * window.slope[f])
+                begin[f] = _stacked(dynamics(t[f], x, first, q), x0)
+                x = self._advance(window, f, x, q)
+                states[f + 1] = _stacked(x, x0)
+                end[f] = _stacked(dynamics(t[f + 1], x, last, q), x0)
+            outputs = outputs_at(self.model, window, Tracks(states, begin, end), p)
+        return states[window.at], outputs
+
     def _nodes(self, grid: Grid, nodes: int, x0: Array, p: Array) -> Any:
         """Yield node, states, parameters and outputs; silent about candidates that diverge."""
         x, parameters = tuple(x0), tuple(p)
@@ -84,7 +103,7 @@ class NumpyKernels:
                     x, parameters, y = corrected(grid, grid.injection, k, x, parameters, y)
                 yield k, x, parameters, y
 
-    def _advance(self, grid: Grid, k: int, x: Any, p: Any) -> Any:
+    def _advance(self, grid: Grid | Delayed, k: int, x: Any, p: Any) -> Any:
         h = (grid.t[k + 1] - grid.t[k]) / grid.steps[k]
         for j in range(grid.steps[k]):
             s = j * h
@@ -104,6 +123,11 @@ def shown_by(grid: Grid, k: int, i: int, output: Any) -> Any:
     """Return output i at node k as its sensor shows it; see `Ends`."""
     ends = grid.ends
     return output if ends is None else np.clip(output, ends.low[k, i], ends.high[k, i])
+
+
+def _stacked(entries: Any, like: Array) -> Array:
+    """Return entries, each a number or one per candidate, as an array of that shape (n, B)."""
+    return np.stack([np.broadcast_to(entry, like.shape[1:]) for entry in entries])
 
 
 def corrected(grid: Grid, injection: Injection, k: int, x: Any, p: Any, y: Any) -> Any:

@@ -7,6 +7,7 @@ from typing import Any, ClassVar, NamedTuple
 
 import numpy as np
 
+from obs_ros.core import estimated_delays
 from obs_ros.core.estimate import Estimate, Outcome, normal_intervals
 from obs_ros.core.model import Model, checked_noise, inside, names
 from obs_ros.core.record import Sample
@@ -94,6 +95,7 @@ class RecursiveObserver:
         **settings: Any,
     ) -> None:
         self.model = load_model(model)
+        estimated_delays.refuse(names(self.model.parameters), type(self).__name__)
         self.suits(self.model)
         self.settings: Any = table.settings_of(self.Settings, settings)
         if not self.estimates_parameters:
@@ -122,7 +124,7 @@ class RecursiveObserver:
         self.figures: dict[str, float] = {}
         self._before: Instant | None = None
         self._due = self._diverged = self._blind = False
-        self._taken, self._remark, self._step_time = 0, '', 0.0
+        self._taken, self._step_time = 0, 0.0
         self._counts = dict.fromkeys(('reset_non_finite', *self.reasons, 'skipped'), 0)
         # Outputs whose noise is known cannot stand still; see `stuck_sensor`.
         deviations = [self.noise.get(name, math.nan) for name in self._outputs]
@@ -173,7 +175,8 @@ class RecursiveObserver:
             self._counts['skipped'] += self._due
             self._advance(stamp, y)
         # With every sensor stuck no step is taken, and the estimate has to say so.
-        self._blind = not outputs and sample.y is not None and self._taken > 0 and self._all_stuck
+        all_stuck = len(self._repeats.stuck) == len(self._outputs)
+        self._blind = not outputs and sample.y is not None and self._taken > 0 and all_stuck
         self._due |= self._blind
         return bool(outputs) or self._blind
 
@@ -223,10 +226,6 @@ class RecursiveObserver:
         """Forget all samples and estimates, but not the counts."""
         self._samples.reset()
         self._forget()
-
-    @property
-    def _all_stuck(self) -> bool:
-        return len(self._repeats.stuck) == len(self.model.outputs)
 
     @property
     def counts(self) -> Mapping[str, int]:

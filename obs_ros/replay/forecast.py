@@ -14,6 +14,7 @@ from obs_ros.horizon.forecasts import FORECASTS
 from obs_ros.integration.backends import kernels_for
 from obs_ros.integration.grid import Grid
 from obs_ros.samples.align import align
+from obs_ros.samples.delay_line import Shifts
 from obs_ros.samples.gate import Gate, GateSettings
 from obs_ros.samples.merge import Role
 from obs_ros.samples.stream import InputStream, Stream
@@ -55,6 +56,8 @@ class Forecaster:
         self._outputs = Stream(len(model.outputs), capacity)
         self._inputs = InputStream(len(model.inputs), capacity)
         self._gate = Gate.of(model, self, GateSettings(reach=reach))
+        shifts = Shifts.of(model)
+        self._past = 0 if shifts is None else shifts.past
         self._kinds = [variable.interpolation for variable in model.inputs]
         self._open: deque[tuple[int, int, Array, Array]] = (
             deque()
@@ -93,11 +96,11 @@ class Forecaster:
         while self._open and self._passed(self._open[0][1] + self._horizon):
             index, stamp, x, p = self._open.popleft()
             self._outputs.drop_until(stamp - 1)
-            self._inputs.drop_until(stamp - 1)
+            self._inputs.drop_until(stamp - self._past - 1)
             if not len(self._outputs) or self._outputs.stamps[0] != stamp:
                 continue
             end = stamp + self._horizon
-            record = align(self._outputs, self._inputs, end, self._kinds)
+            record = align(self._outputs, self._inputs, end, self._kinds, self._past)
             if record is not None and not np.isnan(record.u[0]).any():
                 found.append(self._compare(index, record, x, p))
         return found

@@ -44,11 +44,12 @@ def setup(given: Mapping[str, Any]) -> Setup:
     check_names(given, RENAMED)
     values = coerced(CHOICE)
     model = load_model(str(values['model']))
-    values |= coerced(observer_parameters(model, str(values['observer'])))
     values |= coerced(signal_parameters(model))
+    declared = with_sensors(model, values)
+    values |= coerced(observer_parameters(declared, str(values['observer'])))
     unknown = [name for name in sorted(given) if name not in values]
     signals = [name for name in unknown if name.startswith('signals.')]
     own = [name for name in unknown if not is_foreign(name)]
     remarks = (ignored(own, values),) if own else ()
     bound = bindings(model, values, signals)
-    return Setup(with_sensors(model, values), values, bound, remarks)
+    return Setup(declared, values, bound, remarks)

@@ -76,11 +76,11 @@ class Estimator(GuardedNode):
         parameters = Parameters(self, RENAMED)
         parameters.declare(CHOICE)
         self.model = load_model(parameters.values['model'])
-        parameters.declare(observer_parameters(self.model, parameters.values['observer']))
         parameters.declare(signal_parameters(self.model))
         bound = bindings(self.model, parameters.values, parameters.unknown('signals.'))
         check_bindings(self, self.model, bound)
         self.model = with_sensors(self.model, parameters.values)
+        parameters.declare(observer_parameters(self.model, parameters.values['observer']))
         self._publish_info = publish_info(self)
         self._publisher = EstimatePublisher(
             self, self.model, predicting='prediction.enabled' in parameters.values

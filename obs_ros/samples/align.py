@@ -12,12 +12,17 @@ from obs_ros.samples.stream import InputStream, Stream
 
 
 def align(
-    outputs: Stream, inputs: InputStream, end: int, interpolation: Sequence[Interpolation]
+    outputs: Stream,
+    inputs: InputStream,
+    end: int,
+    interpolation: Sequence[Interpolation],
+    past: int = 0,
 ) -> Record | None:
     """Return the stored samples up to `end` (ns), from the first output to the last.
 
     None with fewer than two outputs. Nodes before the first and after the last output are left
-    out, since nothing was measured there that an estimate could be compared with.
+    out, since nothing was measured there that an estimate could be compared with; inputs are kept
+    for so long before as `past` (ns).
     """
     count = outputs.count_until(end)
     if count < 2:
@@ -35,7 +40,23 @@ def align(
             u[0, column] = value_at_start(inputs, first, column, kind)
         if np.isnan(u[-1, column]):
             u[-1, column] = value_at_end(inputs, last, column, kind)
-    return Record(t, u, y, stamp=last)
+    before = _before(inputs, first, past, interpolation) if past else None
+    return Record(t, u, y, last, before)
+
+
+def _before(
+    inputs: InputStream, first: int, past: int, interpolation: Sequence[Interpolation]
+) -> tuple[Array, Array]:
+    """Return times (L,) and inputs (L, m) from so long before `first` (ns) as `past` to there."""
+    begin = first - past
+    rows = slice(inputs.count_until(begin - 1), inputs.count_until(first))
+    times = seconds(inputs.stamps[rows])
+    t = np.union1d(times, seconds(np.array([begin, first])))
+    u = on_grid(t, times, inputs.values[rows])
+    for column, kind in enumerate(interpolation):
+        if np.isnan(u[0, column]):
+            u[0, column] = value_at_start(inputs, begin, column, kind)
+    return t, u
 
 
 def seconds(stamps: IntArray) -> Array:

@@ -8,6 +8,7 @@ from typing import Protocol, TypeVar
 
 import numpy as np
 
+from obs_ros.core.estimated_delays import SUFFIX
 from obs_ros.core.model import Model, Variable
 from obs_ros.core.record import Record
 from obs_ros.core.typing import Array, BoolArray, IntArray
@@ -15,6 +16,7 @@ from obs_ros.samples.align import align
 from obs_ros.samples.merge import Role
 from obs_ros.samples.stream import STAMP_LIMIT, InputStream, Stream
 
+NOTHING: Mapping[str, float] = {}
 MOST_HELD = 20000  # samples; of more the oldest go on early, to memories that are bounded as well
 Kind = TypeVar('Kind', bound=Stream)
 RANK: Mapping[Role, int] = {'input': 0, 'output': 1}  # at one time inputs go before outputs
@@ -24,20 +26,29 @@ RANK: Mapping[Role, int] = {'input': 0, 'output': 1}  # at one time inputs go be
 class Shifts:
     """Times (ns), by input and by output, from a sample's stamp to its own time.
 
-    An output stamped s was measured at s - delay, an input stamped s acts from s + delay on.
+    An output stamped s was measured at s - delay, an input stamped s acts from s + delay on. So far
+    back as `past` (ns) inputs may act late by a delay that is estimated: windows need them.
     """
 
     inputs: tuple[int, ...]
     outputs: tuple[int, ...]
+    past: int = 0
 
     @classmethod
-    def of(cls, model: Model) -> 'Shifts | None':
-        """Return the shifts of a model's known delays; None where there is none."""
-        shifts = cls(
-            tuple(_known(variable) for variable in model.inputs),
-            tuple(-_known(variable) for variable in model.outputs),
+    def of(cls, model: Model, found: Mapping[str, float] = NOTHING) -> 'Shifts | None':
+        """Return the shifts of a model's known delays; None where there is no delay at all.
+
+        Of those that are estimated `found` gives the parameters; the others are 0, as the rollouts
+        of windows shift them.
+        """
+        if not any(variable.delay for variable in (*model.inputs, *model.outputs)):
+            return None
+        uppers = [v.delay[1] for v in model.inputs if isinstance(v.delay, tuple)]
+        return cls(
+            tuple(_known(variable, found) for variable in model.inputs),
+            tuple(-_known(variable, found) for variable in model.outputs),
+            round(1e9 * max(0.0, *uppers)) if uppers else 0,
         )
-        return shifts if any(shifts.inputs) or any(shifts.outputs) else None
 
     @cached_property
     def groups(self) -> dict[Role, list[tuple[int, BoolArray]]]:
@@ -82,10 +93,14 @@ class DelayLine:
 
     def __init__(self, store: Receiver, shifts: Shifts) -> None:
         self._store = store
+        self.shift(shifts)
+        self.clear()
+
+    def shift(self, shifts: Shifts) -> None:
+        """Let samples be shifted by that from now on."""
         self._shifts = shifts
         # None of the samples of a role is farther back than by its least shift.
         self._earliest = {role: groups[0][0] for role, groups in shifts.groups.items()}
-        self.clear()
 
     def clear(self) -> None:
         """Forget the samples that wait."""
@@ -137,7 +152,7 @@ class DelayLine:
             key = heappop(self._order)
             role, values = self._waiting.pop(key)
             passed = self._store.passed
-            # The first samples of a new timeline come stream by stream, not by stamp.
+            # Those of a new timeline come stream by stream, and shifts may change.
             if role == 'input' or passed is None or key[0] > passed:
                 self._store.keep(role, key[0], values)
 
@@ -145,8 +160,9 @@ class DelayLine:
 def at_own_times(model: Model, record: Record) -> Record:
     """Return a record with every sample at its own time, by the known delays.
 
-    It begins with an output where every input is known by then; earlier ones are left out. Without
-    known delays, or with other columns than the model's, it is the very record.
+    It begins with an output where every input is known by then, and was so long before as a delay
+    that is estimated may be; earlier outputs are left out. Without delays, or with other columns
+    than the model's, it is the very record.
 
     Raises ValueError where fewer than two outputs are left.
     """
@@ -154,14 +170,16 @@ def at_own_times(model: Model, record: Record) -> Record:
     widths = record.u.shape[1], record.y.shape[1]
     if shifts is None or widths != (len(model.inputs), len(model.outputs)):
         return record
+    if not (any(shifts.inputs) or any(shifts.outputs) or shifts.past):
+        return record
     stamps = np.round(record.t * 1e9).astype(np.int64)
     outputs = _stream(Stream, shifts.groups.get('output', ()), stamps, record.y)
     inputs = _stream(InputStream, shifts.groups.get('input', ()), stamps, record.u)
     since = inputs.known_since
-    outputs.drop_until((-STAMP_LIMIT if since is None else since) - 1)
+    outputs.drop_until((-STAMP_LIMIT if since is None else since + shifts.past) - 1)
     kinds = [variable.interpolation for variable in model.inputs]
     end = int(outputs.stamps[-1]) if len(outputs) else 0
-    found = align(outputs, inputs, end, kinds)
+    found = align(outputs, inputs, end, kinds, shifts.past)
     if found is None:
         raise ValueError(
             'lengthen the record: its inputs, at the times when they act, span fewer than two '
@@ -171,7 +189,7 @@ def at_own_times(model: Model, record: Record) -> Record:
     if record.stamp is not None:
         newest = stamps[np.isfinite(record.y).any(axis=1)][-1]
         stamp = record.stamp + end - int(newest)
-    return Record(found.t, found.u, found.y, stamp)
+    return Record(found.t, found.u, found.y, stamp, found.past)
 
 
 def _stream(
@@ -190,7 +208,9 @@ def _stream(
     return stream
 
 
-def _known(variable: Variable) -> int:
-    """Return the known delay (ns); one that is estimated counts in the rollout."""
+def _known(variable: Variable, found: Mapping[str, float]) -> int:
+    """Return the delay (ns) as far as it is known."""
     delay = variable.delay
-    return round(1e9 * delay) if isinstance(delay, float) else 0
+    if isinstance(delay, tuple):
+        delay = found.get(f'{variable.name}{SUFFIX}', 0.0)
+    return round(1e9 * (delay or 0.0))

@@ -146,6 +146,11 @@ class Gate:
         reach = settings.reach or settings.default_reach
         self._near = round(1e9 * min(settings.at_once, reach))  # ns; certainly not far ahead
 
+    def shift(self, shifts: Shifts | None) -> None:
+        """Let samples enter at other times from now on, if there are delays at all."""
+        if self._line is not None and shifts is not None:
+            self._line.shift(shifts)
+
     def reset(self) -> None:
         """Forget all stamps, but not the counts."""
         for suspects in self._suspects.values():

@@ -44,8 +44,8 @@ class SlidingWindow:
 
     Samples enter by the rules of `Gate`, with a reach of T + D; those dropped or mended are counted
     by reason, see COUNTS. `limits` are those of measured inputs and outputs, `shifts` lead from
-    stamps to the samples' own times, at which they lie here. Values of saturated sensors are
-    counted for the `outputs` given.
+    stamps to the samples' own times, at which they lie here; of the inputs before a window records
+    have those that they ask for. Values of saturated sensors are counted for the `outputs` given.
 
     One thread at a time may call its methods. Memory is bounded by `capacity` samples a stream.
 
@@ -80,6 +80,7 @@ class SlidingWindow:
         limits = limits or (anything(n_inputs), anything(n_outputs))
         self._gate = Gate(*limits, self, reach, shifts)
         self._saturation = SaturationCount(outputs)
+        self._past = 0 if shifts is None else shifts.past
         self._counts = dict.fromkeys(COUNTS.keys() - ENTERING.keys(), 0)
         # The open window covers (left, end] once its place is settled; before that, a late output
         # may still move t0.
@@ -132,7 +133,7 @@ class SlidingWindow:
     def keep(self, role: Role, stamp: int, values: Array) -> bool:
         """See `Store`."""
         passed = self.passed if role == 'input' else None
-        if passed is not None and stamp <= passed:
+        if passed is not None and stamp <= passed - self._past:
             # An input from before the open window may be the value that holds when it starts.
             return self._inputs.remember(stamp, values)
         stream = self._inputs if role == 'input' else self._outputs
@@ -177,7 +178,7 @@ class SlidingWindow:
         since = self._inputs.known_since
         if since is None:
             return None
-        row = self._outputs.count_until(since - 1)
+        row = self._outputs.count_until(since + self._past - 1)
         if row == len(self._outputs):
             return None
         start = int(self._outputs.stamps[row])
@@ -187,12 +188,13 @@ class SlidingWindow:
     def _open(self, edges: tuple[int, int]) -> None:
         """Drop the samples before the window's left edge, where it now stays."""
         unused = self._outputs.drop_until(edges[0])
-        self._inputs.drop_until(edges[0])
+        self._inputs.drop_until(edges[0] - self._past)
         if self._edges is None:
             self._counts['before_input'] += unused
         # Outputs from a time whose inputs were dropped would be paired with later inputs.
         if self._inputs.known_since is not None:
-            self._counts['overflow'] += self._outputs.drop_until(self._inputs.known_since - 1)
+            since = self._inputs.known_since + self._past
+            self._counts['overflow'] += self._outputs.drop_until(since - 1)
         self._edges = edges
 
     def _take(self, *, newest: bool) -> Record | None:
@@ -215,7 +217,9 @@ class SlidingWindow:
             if chosen:
                 self._move_on(chosen)
             assert self._edges is not None
-            record = align(self._outputs, self._inputs, self._edges[1], self._interpolation)
+            record = align(
+                self._outputs, self._inputs, self._edges[1], self._interpolation, self._past
+            )
             self._move_on(1)
             if record is not None:
                 return record

@@ -87,6 +87,23 @@ def test_known_delays_put_inputs_and_outputs_at_their_own_times():
     assert prediction.now().state == {'x': pytest.approx(8.5 - 5.0)}
 
 
+def test_samples_after_an_estimate_are_shifted_by_the_delays_that_it_tells():
+    model = replace(
+        VESSEL,
+        inputs=[replace(v, delay=(0.0, 1.0)) for v in VESSEL.inputs],
+        outputs=[replace(v, delay=(0.0, 3.0)) for v in VESSEL.outputs],
+    )
+    prediction = Prediction(model)
+    absorb(prediction, (0, 'u', 1), (0, 'y', 0), (1, 'y', 0), (2, 'y', 0), (3, 'y', 0))
+    prediction.start(estimate(model, 3.0, (10.0,), (0.5, 0.0, 0.5, 2.0)))
+    assert prediction.now().stamp == 3 * S and prediction.now().state == {'x': 10.0}
+    # Acting from 4.5 s on; measured at 2, 4 and 6 s.
+    absorb(prediction, (4, 'u', 3), (4, 'y', 0), (6, 'y', 0), (8, 'y', 0))
+    now = prediction.now()
+    assert now.stamp == 6 * S
+    assert now.state == {'x': pytest.approx(10.0 - 0.5 * 1.5 - 2.5 * 1.5)}
+
+
 def test_a_newer_estimate_takes_over(prediction):
     absorb(prediction, (0, 'u', 1), *((t, 'y', 0) for t in range(10)))
     prediction.start(vessel()(2.0, 10.0))

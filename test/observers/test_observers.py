@@ -252,6 +252,12 @@ class TestEveryImmediateObserver:
             assert observer.estimate().stamp == sample.stamp
             assert observer.estimate() is None
 
+    def test_a_delay_to_be_estimated_is_refused_with_the_way_out(self, name: str) -> None:
+        case = case_of(name)
+        outputs = [replace(v, delay=(0.0, case.period)) for v in case.model.outputs]
+        with pytest.raises(ValueError, match='as one number, or take the observer sliding_window'):
+            make(name, model=replace(case.model, outputs=outputs))
+
     def test_what_is_given_is_sure(self, name: str) -> None:
         kind, case = load_observer(name), case_of(name)
         given = names(case.model.parameters)

@@ -36,6 +36,32 @@ def test_ends_between_two_inputs(kind: Interpolation, start: float, end: float) 
     assert record.stamp == 5 * S
 
 
+def test_a_record_has_the_inputs_of_the_past_that_it_asks_for() -> None:
+    y, u = streams({5: 1.0, 6: 1.0}, {0: 0.0, 2: 10.0, 4: 40.0, 6: 80.0})
+    record = align(y, u, 6 * S, ('mean',), 2 * S)
+    assert record is not None and record.past is not None
+    t, values = record.past
+    # From 3 s on, where the input is half way from 10 to 40, to the first output.
+    assert t.tolist() == [3, 4, 5] and record.t[0] == 5.0
+    np.testing.assert_array_equal(values[:, 0], [10, 40, NAN])
+    alone = align(y, u, 6 * S, ('mean',))
+    assert alone is not None and alone.past is None
+    assert record.with_outputs(2.0 * record.y).past is record.past
+
+
+def test_a_node_keeps_the_values_of_all_samples_that_share_it() -> None:
+    y, u = Stream(2, 10), InputStream(0, 10)
+    for stamp, values in (
+        (10**18, [1.0, NAN]),
+        (10**18 + 50, [NAN, 2.0]),
+        (10**18 + S, [3.0, 4.0]),
+    ):
+        y.add(stamp, np.array(values))
+    record = align(y, u, 2 * 10**18, ())
+    assert record is not None
+    assert record.y.tolist() == [[1.0, 2.0], [3.0, 4.0]]
+
+
 def test_a_dropped_input_still_counts_at_the_start() -> None:
     y, u = streams({4: 1.0, 6: 1.0}, {0: 10.0, 8: 50.0})
     u.drop(1)

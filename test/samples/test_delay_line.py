@@ -174,6 +174,37 @@ def test_a_record_too_short_for_its_delay_is_refused() -> None:
         at_own_times(delayed(LAG, [5.0], [0.0]), Record(t, square_wave(t), np.sin(t)))
 
 
+def test_inputs_that_may_act_late_are_kept_from_before_a_record() -> None:
+    t = np.arange(0.0, 3.0, 0.1)
+    model = replace(LAG, inputs=[replace(v, delay=(0.0, 0.5)) for v in LAG.inputs])
+    assert Shifts.of(model) == Shifts((0,), (0,), 500 * MS)
+    assert Shifts.of(model, {'u.delay': 0.2}) == Shifts((200 * MS,), (0,), 500 * MS)
+    found = at_own_times(model, Record(t, square_wave(t), np.sin(t)))
+    assert found.past is not None
+    assert found.t == pytest.approx(t[5:]) and found.past[0] == pytest.approx(t[:6])
+    assert found.past[1][:, 0] == pytest.approx(square_wave(t[:6]))
+    late = replace(LAG, outputs=[replace(v, delay=(0.0, 0.5)) for v in LAG.outputs])
+    record = Record(t, square_wave(t), np.sin(t))
+    assert at_own_times(late, record) is record
+
+
+def test_windows_begin_where_inputs_are_known_for_long_enough() -> None:
+    window = SlidingWindow(
+        1.0, 0.5, n_inputs=1, n_outputs=1, shifts=Shifts((0,), (0,), 300 * MS)
+    )  # fmt: skip
+    for k in range(40):
+        window.push(Sample(k * 100 * MS, u=np.array([float(k)]), y=np.array([0.0])))
+    records = list(iter(window.take, None))
+    assert [round(float(r.t[0]), 6) for r in records] == pytest.approx(
+        [0.3, 0.9, 1.4, 1.9, 2.4, 2.9][: len(records)]
+    )
+    for record in records:
+        assert record.past is not None
+        first = round(10.0 * float(record.t[0]))
+        assert record.past[0] == pytest.approx(0.1 * np.arange(first - 3, first + 1))
+        assert record.past[1][:, 0].tolist() == list(range(first - 3, first + 1))
+
+
 def test_a_plant_without_inputs_has_delays_of_its_outputs() -> None:
     t = np.arange(0.0, 3.0, 0.1)
     model = delayed(BLOW_UP, [], [-0.1])

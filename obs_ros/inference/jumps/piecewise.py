@@ -13,6 +13,7 @@ from functools import cached_property
 
 import numpy as np
 
+from obs_ros.core.estimated_delays import is_delay
 from obs_ros.core.typing import Array, BoolArray, IntArray
 from obs_ros.inference.jumps.layout import Layout
 from obs_ros.inference.jumps.settings import JUMP_SETTINGS, JumpSettings
@@ -20,6 +21,7 @@ from obs_ros.inference.objective import Objective
 from obs_ros.inference.parameterisation import Unknowns
 from obs_ros.inference.prior import Prior, box_variances
 from obs_ros.integration.backends import Kernels
+from obs_ros.integration.delayed import DelayedKernels
 from obs_ros.integration.grid import Grid
 
 
@@ -167,20 +169,13 @@ class PiecewiseProblem:
         x, p = unknowns.values(points[:, : layout.dimension])
         if not layout.events:
             return kernels.trajectories(grid, x, p)
+        first, times, intervals = 0, *self._times(points)
+        if isinstance(kernels, DelayedKernels):
+            return kernels.scheduled(grid, x, *self._schedule(points, times, intervals, p))
         states = np.empty((grid.t.size, *x.shape))
         outputs = np.empty((grid.t.size, grid.y.shape[1], x.shape[1]))
-        first, times, intervals = 0, *self._times(points)
-        rows = unknowns.index - len(unknowns.model.states)
-        order = np.argsort(times[:, 0], kind='stable')
         for k in sorted(set(intervals.tolist())):
-            mixed, after = p.copy(), p.copy()
-            for event in order[intervals[order] == k]:
-                share = (self._t[k + 1] - times[event]) / (self._t[k + 1] - self._t[k])
-                for i, parameter in enumerate(layout.events[event]):
-                    place, row = layout.times[event] + 1 + i, rows[parameter]
-                    value = unknowns.scale.values(points[:, place], parameter)
-                    mixed[row] += share * (value - after[row])
-                    after[row] = value
+            mixed, after = self._jumped(points, times, intervals, k, p)
             part = slice(first, k + 1)
             states[part], outputs[part], moved = _run(kernels, grid.stretch(first, k), x, p)
             for row, value in moved:
@@ -192,6 +187,35 @@ class PiecewiseProblem:
         rest = grid.stretch(first, grid.t.size - 1)
         states[first:], outputs[first:] = kernels.trajectories(rest, x, p)
         return states, outputs
+
+    def _jumped(
+        self, points: Array, times: Array, intervals: IntArray, k: int, p: Array
+    ) -> tuple[Array, Array]:
+        """Return the parameters (q, B) in the interval k, in which some jump, and after it."""
+        layout, unknowns = self.layout, self.objective.unknowns
+        rows = unknowns.index - len(unknowns.model.states)
+        order = np.argsort(times[:, 0], kind='stable')
+        mixed, after = p.copy(), p.copy()
+        for event in order[intervals[order] == k]:
+            share = (self._t[k + 1] - times[event]) / (self._t[k + 1] - self._t[k])
+            for i, parameter in enumerate(layout.events[event]):
+                place, row = layout.times[event] + 1 + i, rows[parameter]
+                value = unknowns.scale.values(points[:, place], parameter)
+                mixed[row] += share * (value - after[row])
+                after[row] = value
+        return mixed, after
+
+    def _schedule(
+        self, points: Array, times: Array, intervals: IntArray, p: Array
+    ) -> tuple[Array, IntArray, IntArray]:
+        """Return all sets of parameters (S, q, B), and those between nodes and at nodes."""
+        sets, nodes = [p], self.objective.nodes
+        along, there = np.zeros((2, nodes), dtype=np.int64)
+        for k in sorted(set(intervals.tolist())):
+            mixed, p = self._jumped(points, times, intervals, k, p)
+            sets += [mixed, p]
+            along[k], along[k + 1 :], there[k + 1 :] = len(sets) - 2, len(sets) - 1, len(sets) - 1
+        return np.array(sets), along, there
 
     def _rows(self, outputs: Array) -> Array:
         mask, weight, _ = self._measured
@@ -247,5 +271,9 @@ def interval_of(t: Array, times: Array) -> IntArray:
 
 
 def may_jump(unknowns: Unknowns) -> list[int]:
-    """Return the places of the parameters that may jump: disturbances wander anyway."""
-    return (unknowns.n_states + np.flatnonzero(np.isnan(unknowns.walks))).tolist()
+    """Return the places of the parameters that may jump: not disturbances, which wander anyway.
+
+    Nor do delays: what goes off in time is a clock or a queue, and drifts.
+    """
+    places = (unknowns.n_states + np.flatnonzero(np.isnan(unknowns.walks))).tolist()
+    return [place for place in places if not is_delay(unknowns.names[place])]

@@ -1,0 +1,248 @@
+"""Tests of obs_ros.integration.delayed: against exact solutions, and of estimates by it."""
+
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+import pytest
+from plants import LAG, lag_outputs, square_wave
+
+from obs_ros import Model, Record, Variable, solve_window
+from obs_ros.core.typing import Array
+from obs_ros.integration.backends import Kernels, kernels_for
+from obs_ros.integration.delayed import DelayedKernels, delay_names
+from obs_ros.integration.grid import Grid
+
+BACKENDS = ['numba', 'numpy']
+
+
+def spring_dynamics(t: Any, x: Any, u: Any, p: Any) -> tuple[Any, Any]:
+    k, c = p
+    return x[1], u[0] - k * x[0] - c * x[1]
+
+
+def spring(speed: Any = None, force: Any = None, max_step: float = 0.02) -> Model:
+    return Model(
+        name='spring',
+        states=(Variable('position', 'm', -5.0, 5.0), Variable('velocity', 'm/s', -20.0, 20.0)),
+        inputs=(Variable('force', 'N', delay=force),),
+        outputs=(Variable('y', 'm'), Variable('speed', 'm/s', delay=speed)),
+        parameters=(Variable('k', lower=1.0, upper=200.0), Variable('c', lower=0.0, upper=5.0)),
+        dynamics=spring_dynamics,
+        output=lambda t, x, u, p: (x[0], x[1]),
+        max_step=max_step,
+    )
+
+
+IMU = Model(
+    name='imu',
+    states=(Variable('position', 'm', -50.0, 50.0), Variable('velocity', 'm/s', -10.0, 10.0)),
+    inputs=(Variable('acceleration', 'm/s2', interpolation='linear'),),
+    outputs=(Variable('pose', 'm', delay=(-0.1, 0.2)),),
+    parameters=(Variable('bias', 'm/s2', -1.0, 1.0),),
+    dynamics=lambda t, x, u, p: (x[1], u[0] - p[0]),
+    output=lambda t, x, u, p: (x[0],),
+    max_step=0.0025,
+)
+
+
+def force_of(rng: np.random.Generator, seconds: float) -> Array:
+    """A force at 50 Hz from 1 s before the window on, new every 0.2 s."""
+    count = round((1.0 + seconds) / 0.02) + 1
+    return np.repeat(10.0 * rng.standard_normal(count // 10 + 1), 10)[:count]
+
+
+def measured(
+    rng: np.random.Generator, speed: float, force: float, k: float = 40.0, c: float = 0.8
+) -> tuple[Record, Array]:
+    """3 s of the spring at 40 dB, integrated in 1 ms, and the noise of its outputs.
+
+    Sampled every 20 ms; the speed was measured so many s before its stamp, the force acts so late.
+    """
+    u = force_of(rng, 3.0)
+    fine = 0.001 * np.arange(-500, 3501)
+    sent = np.clip(np.floor((fine + 0.0005 - force + 1.0) / 0.02 + 1e-9), 0, u.size - 1)
+    x, states = np.array([0.5, 0.0]), []
+    for now in u[sent.astype(int)]:
+        states.append(x)
+        A = np.array([[0.0, 1.0], [-k, -c]])
+        rate = A @ x + [0.0, now]
+        x = x + 0.001 * (rate + 0.0005 * A @ (rate + 0.001 / 3.0 * A @ rate))
+    position, velocity = np.array(states).T
+    t = 0.02 * np.arange(151)
+    y = np.column_stack([np.interp(t, fine, position), np.interp(t - speed, fine, velocity)])
+    sigma = 0.01 * y.std(axis=0)
+    y += sigma * rng.standard_normal(y.shape)
+    at = 0.02 * np.arange(-50, 151)
+    return Record(at, u, np.vstack([np.full((50, 2), np.nan), y])), sigma
+
+
+def plain_window(record: Record) -> Record:
+    """The window without what comes before it."""
+    return Record(record.t[50:], record.u[50:], record.y[50:])
+
+
+@pytest.fixture(params=BACKENDS)
+def backend(request: Any) -> Any:
+    if request.param == 'numba':
+        pytest.importorskip('numba')
+    return request.param
+
+
+def lag_kernels(backend: Any, **delay: Any) -> tuple[Model, Kernels]:
+    model = replace(
+        LAG,
+        inputs=[replace(v, delay=delay.get('u')) for v in LAG.inputs],
+        outputs=[replace(v, delay=delay.get('y')) for v in LAG.outputs],
+    )
+    return model, kernels_for(model, backend)
+
+
+def test_outputs_are_those_at_the_times_of_their_measurement(backend: Any) -> None:
+    model, kernels = lag_kernels(backend, y=(-0.5, 0.5))
+    t = 0.2 * np.arange(31)
+    u = square_wave(t)
+    grid = Grid.of(model, Record(t, u, np.zeros(31)), np.ones(1))
+    delays = np.array([-0.33, 0.0, 0.07, 0.5])
+    p = np.array([[2.0] * 4, [1.5] * 4, delays])
+    _, outputs = kernels.trajectories(grid, np.full((1, 4), 0.3), p)
+    for lane, delay in enumerate(delays):
+        inside = (t - delay >= 0.0) & (t - delay <= t[-1])
+        fine = np.unique(np.concatenate([t, t[inside] - delay]))
+        exact = lag_outputs(fine, square_wave(fine), 0.3, np.tile([2.0, 1.5], (fine.size, 1)))
+        expected = exact[np.searchsorted(fine, t[inside] - delay)]
+        assert outputs[inside, 0, lane] == pytest.approx(expected, abs=2e-6)
+    assert grid.measured.tolist() == [0.5 - 1e-6 <= s <= 5.5 + 1e-6 for s in t]
+
+
+def test_inputs_act_late_by_the_delay(backend: Any) -> None:
+    model, kernels = lag_kernels(backend, u=(0.0, 1.0))
+    t = 0.2 * np.arange(31)
+    grid = Grid.of(model, Record(t, square_wave(t), np.zeros(31)), np.ones(1))
+    delays = np.array([0.0, 0.13, 0.9])
+    p = np.array([[2.0] * 3, [1.5] * 3, delays])
+    _, outputs = kernels.trajectories(grid, np.full((1, 3), 0.3), p)
+    for lane, delay in enumerate(delays):
+        fine = np.unique(np.concatenate([t, t + delay]))
+        held = square_wave(np.maximum(fine - delay, 0.0))
+        exact = lag_outputs(fine, held, 0.3, np.tile([2.0, 1.5], (fine.size, 1)))
+        # The jump within a step is a straight line: of third order in the step.
+        assert outputs[:, 0, lane] == pytest.approx(exact[np.searchsorted(fine, t)], abs=2e-4)
+
+
+def test_both_backends_agree() -> None:
+    pytest.importorskip('numba')
+    rng = np.random.default_rng(5)
+    model = spring((-0.1, 0.1), (0.0, 0.1), max_step=0.0015)  # 14 steps in an interval
+    record, sigma = measured(rng, 0.03, 0.05)
+    grid = Grid.of(model, plain_window(record), sigma)
+    x0 = rng.uniform(-1.0, 1.0, (2, 10))
+    p = np.vstack([rng.uniform(20.0, 60.0, 10), rng.uniform(0.5, 1.0, 10),
+                   rng.uniform(0.0, 0.1, 10), rng.uniform(-0.1, 0.1, 10)])  # fmt: skip
+    one, other = (kernels_for(model, backend) for backend in BACKENDS)
+    assert isinstance(one, DelayedKernels) and isinstance(other, DelayedKernels)
+    prefixes = np.array([40, 100, 151])
+    same = {'rtol': 1e-9, 'atol': 1e-9}
+    np.testing.assert_allclose(*(k.squares(grid, prefixes, x0, p) for k in (one, other)), **same)
+    np.testing.assert_allclose(*(k.grams(grid, 120, x0, p, 5) for k in (one, other)), **same)
+    for part in range(2):
+        np.testing.assert_allclose(
+            *(k.trajectories(grid, x0, p)[part] for k in (one, other)), **same
+        )
+    sets = np.array([p, 1.1 * p, 0.9 * p])
+    order = np.minimum(np.arange(151) // 60, 2)
+    for part in range(2):
+        np.testing.assert_allclose(
+            *(k.scheduled(grid, x0, sets, order, order)[part] for k in (one, other)), **same
+        )
+
+
+def test_squares_of_the_first_nodes_are_those_of_the_whole_window(backend: Any) -> None:
+    rng = np.random.default_rng(6)
+    model = spring((-0.1, 0.1), (0.0, 0.1))
+    record, sigma = measured(rng, -0.05, 0.03)
+    kernels = kernels_for(model, backend)
+    grid = Grid.of(model, plain_window(record), sigma)
+    x0, p = np.zeros((2, 3)), np.array([[40.0] * 3, [0.8] * 3, [0.03, 0.0, 0.1], [-0.1, 0.05, 0.0]])
+    _, outputs = kernels.trajectories(grid, x0, p)
+    squares = (grid.weight[:, :, None] * (outputs - grid.y[:, :, None])) ** 2
+    found = kernels.squares(grid, np.array([30, 31, 90]), x0, p)
+    blocks = [squares[a:b].sum(axis=0) for a, b in ((0, 30), (30, 31), (31, 90))]
+    np.testing.assert_allclose(found, blocks, rtol=1e-9)
+
+
+def test_a_model_without_estimated_delays_has_the_kernels_of_before(backend: Any) -> None:
+    known = replace(LAG, outputs=[replace(v, delay=0.3) for v in LAG.outputs])
+    assert not isinstance(kernels_for(known, backend), DelayedKernels)
+    assert delay_names(known) == () and delay_names(IMU) == ('pose.delay',)
+
+
+def errors(estimate: Any, name: str, truth: float, interval: float) -> tuple[float, float]:
+    """The error in standard deviations, and in sample intervals."""
+    off = abs(estimate.parameters[name] - truth)
+    return off / estimate.stddev[name], off / interval
+
+
+@pytest.mark.parametrize('intervals', [0.1, 0.5, 1.3, 5.0, -1.7])
+def test_an_offset_of_an_output_is_found_in_one_window_of_a_spring(intervals: float) -> None:
+    for seed in range(3):
+        record, _ = measured(np.random.default_rng(seed), 0.02 * intervals, 0.0)
+        estimate = solve_window(spring((-0.05, 0.12)), plain_window(record), seed=1)
+        assert estimate.outcome == 'converged'
+        deviations, off = errors(estimate, 'speed.delay', 0.02 * intervals, 0.02)
+        assert deviations < 3.0 and off < 0.05
+        assert errors(estimate, 'k', 40.0, 1.0)[0] < 3.0
+
+
+@pytest.mark.parametrize('intervals', [0.1, 1.0, 2.5, 5.0])
+def test_a_dead_time_of_an_input_is_found(intervals: float) -> None:
+    for seed in range(3):
+        record, _ = measured(np.random.default_rng(seed), 0.0, 0.02 * intervals)
+        estimate = solve_window(spring(force=(0.0, 0.15)), record, seed=1)
+        assert estimate.t0 == pytest.approx(0.0, abs=1e-9)
+        deviations, off = errors(estimate, 'force.delay', 0.02 * intervals, 0.02)
+        assert deviations < 3.0 and off < 0.05
+
+
+def test_a_dead_time_and_an_offset_are_found_together() -> None:
+    record, _ = measured(np.random.default_rng(1), -0.03, 0.057)
+    estimate = solve_window(spring((-0.1, 0.1), (0.0, 0.15)), record, seed=1)
+    for name, truth in (('force.delay', 0.057), ('speed.delay', -0.03)):
+        deviations, off = errors(estimate, name, truth, 0.02)
+        assert deviations < 3.0 and off < 0.05
+        lower, upper = estimate.interval[name]
+        assert lower < estimate.parameters[name] < upper
+
+
+def test_a_pose_at_10_hz_stamped_50_ms_late_beside_an_imu_at_400_hz() -> None:
+    rng = np.random.default_rng(2)
+    t = 0.0025 * np.arange(2001)
+    w, phase, size = rng.uniform(1.0, 8.0, 4), rng.uniform(0.0, 6.0, 4), rng.uniform(0.5, 2.0, 4)
+
+    def position(s: Array) -> Array:
+        return np.asarray((size / w**2 * np.sin(np.outer(s, w) + phase)).sum(axis=1) + 0.3 * s)
+
+    u = 0.1 - (size * np.sin(np.outer(t, w) + phase)).sum(axis=1)
+    y, k = np.full((t.size, 1), np.nan), np.arange(0, t.size, 40)
+    y[k, 0] = position(t[k] - 0.05)
+    y[k, 0] += 0.01 * np.std(y[k, 0]) * rng.standard_normal(k.size)
+    estimate = solve_window(IMU, Record(t, u, y), seed=1)
+    deviations, off = errors(estimate, 'pose.delay', 0.05, 0.1)
+    assert deviations < 3.0 and off < 0.05
+    assert errors(estimate, 'bias', 0.1, 1.0)[0] < 3.0
+
+
+def test_the_dead_time_of_a_slow_plant_is_found() -> None:
+    rng = np.random.default_rng(4)
+    fine = 0.01 * np.arange(-100, 6001)
+    u = np.where(np.sin(fine // 1.0 * 1.7) > 0.0, 1.0, 0.0)  # new every second at most
+    late = np.interp(fine - 0.34, fine, np.arange(fine.size))
+    x = lag_outputs(fine, u[np.floor(late + 1e-9).astype(int)], 0.0,
+                    np.tile([2.0, 3.0], (fine.size, 1)))  # fmt: skip
+    at = np.arange(0, fine.size, 10)
+    y = x[at] + 0.01 * x.std() * rng.standard_normal(at.size)
+    y[:10] = np.nan
+    model = replace(LAG, inputs=[replace(v, delay=(0.0, 1.0)) for v in LAG.inputs])
+    estimate = solve_window(model, Record(fine[at], u[at], y), seed=1)
+    deviations, off = errors(estimate, 'u.delay', 0.34, 0.1)
+    assert deviations < 3.0 and off < 0.05
