@@ -40,6 +40,7 @@ from obs_ros.inference.assessment.assemble import empty, report
 from obs_ros.inference.assessment.contradiction import contradictions
 from obs_ros.inference.assessment.deviations import parameters_at_end
 from obs_ros.inference.assessment.informed_subspace import marginal_information
+from obs_ros.inference.assessment.lateness import LateSignals
 from obs_ros.inference.assessment.outcome import is_confirmed, states_at_bound
 from obs_ros.inference.assessment.uncertainty import Uncertainty
 from obs_ros.inference.jumps.hypothesis import Hypothesis
@@ -81,8 +82,8 @@ class MovingHorizon:
         self._alone = np.zeros(solver.unknowns.dimension - solver.unknowns.n_states, dtype=np.bool_)
         self.outliers = OutlierCount()
         self._resolutions = Resolutions(solver.model.outputs)
-        self.stuck = 0  # values that stuck sensors repeated
-        self.huge = 0  # values that no signal of their window can have
+        self._lateness = LateSignals()
+        self.stuck, self.huge = 0, 0  # values that repeat, and that no signal of a window can have
 
     @np.errstate(all='ignore')  # data or model may overflow: what is not finite says so itself
     def solve(self, record: Record, rng: np.random.Generator, deadline: Deadline) -> Estimate:
@@ -164,7 +165,7 @@ class MovingHorizon:
             estimate, beliefs, explained=explained, alone=alone, moving=moving
         )
         self._follow(estimate)
-        return estimate
+        return self._lateness.told(estimate, solution.plain)
 
     def _believed(
         self, posed: WindowState, solution: Solution, deadline: Deadline
@@ -181,8 +182,7 @@ class MovingHorizon:
 
     def _follow(self, estimate: Estimate) -> None:
         """Draw from news of jumps what the windows to come must know."""
-        taken_back = [jump.time for jump in estimate.jumps if jump.retracted]
-        if taken_back:
+        if taken_back := [jump.time for jump in estimate.jumps if jump.retracted]:
             self._arrival_cost.forget_wrong(min(taken_back), estimate.t1)
         if any(jump.new for jump in estimate.jumps):
             self._scatter.forget()

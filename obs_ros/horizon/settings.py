@@ -1,5 +1,6 @@
 """Settings of an estimation that are the same from window to window."""
 
+import logging
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field, replace
 from typing import Any
@@ -12,6 +13,8 @@ from obs_ros.inference.process_noise import MODES, ProcessNoiseMode
 from obs_ros.integration.backends import Backend
 from obs_ros.integration.delayed import delay_names
 from obs_ros.optimization.methods import Method
+
+log = logging.getLogger(__name__)
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -82,18 +85,28 @@ def with_starts(settings: EstimationSettings, unknowns: Unknowns) -> EstimationS
     return replace(settings, initial={**means, **settings.initial})
 
 
-def check_process_noise(settings: EstimationSettings, model: Model, method: Method) -> None:
-    """Raise ValueError for a mode that is none, or does not suit the model or the search."""
+def with_process_noise(
+    settings: EstimationSettings, model: Model, method: Method
+) -> EstimationSettings:
+    """Return the settings, `auto` process noise off where there can be none.
+
+    Raises ValueError for a mode that is none, or does not suit the model or the search.
+    """
     mode = settings.process_noise
     if mode not in MODES:
         raise ValueError(f'unknown process_noise {mode!r}: {suggest(mode, MODES)}')
-    if mode == 'given' and (why := without_process_noise(settings, model, method)):
+    why = without_process_noise(settings, model, method)
+    if mode == 'given' and why:
         raise ValueError(f"set process_noise to 'off', not {mode!r}: {why}")
     if mode == 'given' and not any(variable.walk for variable in model.states):
         raise ValueError(
             f"give a state of model {model.name!r} a walk, or set process_noise to 'auto': "
             "'given' finds none"
         )
+    if mode == 'auto' and why:
+        log.info('process noise is off: %s', why)
+        return replace(settings, process_noise='off')
+    return settings
 
 
 def without_process_noise(settings: EstimationSettings, model: Model, method: Method) -> str:

@@ -1,6 +1,5 @@
 """A model with its settings: poses windows, fits them, and solves them one by one."""
 
-import logging
 import time
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
@@ -23,18 +22,13 @@ from obs_ros.horizon.cleaning import cleaned, rescaled_to_residuals
 from obs_ros.horizon.disturbance import assessed, explain_by_process_noise, untried
 from obs_ros.horizon.given_priors import under_given_priors
 from obs_ros.horizon.intervals import with_intervals
-from obs_ros.horizon.settings import (
-    POSING,
-    EstimationSettings,
-    check_process_noise,
-    with_starts,
-    without_process_noise,
-)
+from obs_ros.horizon.settings import POSING, EstimationSettings, with_process_noise, with_starts
 from obs_ros.horizon.warm_start import propagated
 from obs_ros.inference.assessment import profile_steps
 from obs_ros.inference.assessment.assemble import empty, report
 from obs_ros.inference.assessment.fit import root_mean_square
 from obs_ros.inference.assessment.informed_subspace import marginal_information
+from obs_ros.inference.assessment.lateness import looks_late, remarked
 from obs_ros.inference.assessment.uncertainty import Uncertainty
 from obs_ros.inference.disturbed import prepare_process_noise
 from obs_ros.inference.jumps.hypothesis import hypothesis_at
@@ -51,8 +45,6 @@ from obs_ros.optimization.memetic import MemeticSettings
 from obs_ros.optimization.methods import Method, method_for
 from obs_ros.optimization.result import Found
 from obs_ros.samples.range_check import without_absurd
-
-log = logging.getLogger(__name__)
 
 
 class TooFewSamples(ValueError):
@@ -91,11 +83,7 @@ class Solver:
             )
         noise = checked_noise(model, settings.noise)
         check_backend(settings.backend)
-        check_process_noise(settings, model, method)
-        why = without_process_noise(settings, model, method)
-        if settings.process_noise == 'auto' and why:
-            log.info('process noise is off: %s', why)
-            settings = replace(settings, process_noise='off')
+        settings = with_process_noise(settings, model, method)
         settings = with_starts(settings, unknowns)
         return cls(unknowns, method, method_settings, noise, settings)
 
@@ -161,13 +149,14 @@ class Solver:
         window, found = self.fit(window, window.with_given_priors, rng, deadline, warm)
         if not np.isfinite(found.cost):
             return self.diverged(window)
-        uncertainty = None
+        uncertainty, remark = None, ''
         if squares and not known:
             window, found = rescaled_to_residuals(window, found)
         found = under_given_priors(window, found, deadline, polish=squares)
         if squares:
             window, found = cleaned(window, found, deadline, attrgetter('with_given_priors'))
             best = hypothesis_at(PiecewiseProblem(window.objective, window.prior), found.z)
+            remark = str(looks_late(best) or '')
             other = explain_by_process_noise(
                 window, found, best, self.given_noise, deadline, mode=self.settings.process_noise
             )
@@ -184,13 +173,14 @@ class Solver:
             uncertainty = uncertainty if other is None else other.added_to(uncertainty)
             uncertainty = assessed(uncertainty, self.settings.process_noise)
             uncertainty = with_intervals(uncertainty, other, found, deadline)
-        return report(
+        estimate = report(
             window,
             found,
             uncertainty,
             in_time=not deadline.passed,
             solve_time=time.perf_counter() - begun,
         )
+        return remarked(estimate, remark)
 
     def pose(
         self,

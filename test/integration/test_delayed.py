@@ -5,6 +5,7 @@ from typing import Any
 
 import numpy as np
 import pytest
+from offset_spring import measured, plain_window, spring
 from plants import LAG, lag_outputs, square_wave
 
 from obs_ros import Model, Record, Variable, solve_window
@@ -14,24 +15,6 @@ from obs_ros.integration.delayed import DelayedKernels, delay_names
 from obs_ros.integration.grid import Grid
 
 BACKENDS = ['numba', 'numpy']
-
-
-def spring_dynamics(t: Any, x: Any, u: Any, p: Any) -> tuple[Any, Any]:
-    k, c = p
-    return x[1], u[0] - k * x[0] - c * x[1]
-
-
-def spring(speed: Any = None, force: Any = None, max_step: float = 0.02) -> Model:
-    return Model(
-        name='spring',
-        states=(Variable('position', 'm', -5.0, 5.0), Variable('velocity', 'm/s', -20.0, 20.0)),
-        inputs=(Variable('force', 'N', delay=force),),
-        outputs=(Variable('y', 'm'), Variable('speed', 'm/s', delay=speed)),
-        parameters=(Variable('k', lower=1.0, upper=200.0), Variable('c', lower=0.0, upper=5.0)),
-        dynamics=spring_dynamics,
-        output=lambda t, x, u, p: (x[0], x[1]),
-        max_step=max_step,
-    )
 
 
 IMU = Model(
@@ -44,42 +27,6 @@ IMU = Model(
     output=lambda t, x, u, p: (x[0],),
     max_step=0.0025,
 )
-
-
-def force_of(rng: np.random.Generator, seconds: float) -> Array:
-    """A force at 50 Hz from 1 s before the window on, new every 0.2 s."""
-    count = round((1.0 + seconds) / 0.02) + 1
-    return np.repeat(10.0 * rng.standard_normal(count // 10 + 1), 10)[:count]
-
-
-def measured(
-    rng: np.random.Generator, speed: float, force: float, k: float = 40.0, c: float = 0.8
-) -> tuple[Record, Array]:
-    """3 s of the spring at 40 dB, integrated in 1 ms, and the noise of its outputs.
-
-    Sampled every 20 ms; the speed was measured so many s before its stamp, the force acts so late.
-    """
-    u = force_of(rng, 3.0)
-    fine = 0.001 * np.arange(-500, 3501)
-    sent = np.clip(np.floor((fine + 0.0005 - force + 1.0) / 0.02 + 1e-9), 0, u.size - 1)
-    x, states = np.array([0.5, 0.0]), []
-    for now in u[sent.astype(int)]:
-        states.append(x)
-        A = np.array([[0.0, 1.0], [-k, -c]])
-        rate = A @ x + [0.0, now]
-        x = x + 0.001 * (rate + 0.0005 * A @ (rate + 0.001 / 3.0 * A @ rate))
-    position, velocity = np.array(states).T
-    t = 0.02 * np.arange(151)
-    y = np.column_stack([np.interp(t, fine, position), np.interp(t - speed, fine, velocity)])
-    sigma = 0.01 * y.std(axis=0)
-    y += sigma * rng.standard_normal(y.shape)
-    at = 0.02 * np.arange(-50, 151)
-    return Record(at, u, np.vstack([np.full((50, 2), np.nan), y])), sigma
-
-
-def plain_window(record: Record) -> Record:
-    """The window without what comes before it."""
-    return Record(record.t[50:], record.u[50:], record.y[50:])
 
 
 @pytest.fixture(params=BACKENDS)
@@ -128,33 +75,6 @@ def test_inputs_act_late_by_the_delay(backend: Any) -> None:
         exact = lag_outputs(fine, held, 0.3, np.tile([2.0, 1.5], (fine.size, 1)))
         # The jump within a step is a straight line: of third order in the step.
         assert outputs[:, 0, lane] == pytest.approx(exact[np.searchsorted(fine, t)], abs=2e-4)
-
-
-def test_both_backends_agree() -> None:
-    pytest.importorskip('numba')
-    rng = np.random.default_rng(5)
-    model = spring((-0.1, 0.1), (0.0, 0.1), max_step=0.0015)  # 14 steps in an interval
-    record, sigma = measured(rng, 0.03, 0.05)
-    grid = Grid.of(model, plain_window(record), sigma)
-    x0 = rng.uniform(-1.0, 1.0, (2, 10))
-    p = np.vstack([rng.uniform(20.0, 60.0, 10), rng.uniform(0.5, 1.0, 10),
-                   rng.uniform(0.0, 0.1, 10), rng.uniform(-0.1, 0.1, 10)])  # fmt: skip
-    one, other = (kernels_for(model, backend) for backend in BACKENDS)
-    assert isinstance(one, DelayedKernels) and isinstance(other, DelayedKernels)
-    prefixes = np.array([40, 100, 151])
-    same = {'rtol': 1e-9, 'atol': 1e-9}
-    np.testing.assert_allclose(*(k.squares(grid, prefixes, x0, p) for k in (one, other)), **same)
-    np.testing.assert_allclose(*(k.grams(grid, 120, x0, p, 5) for k in (one, other)), **same)
-    for part in range(2):
-        np.testing.assert_allclose(
-            *(k.trajectories(grid, x0, p)[part] for k in (one, other)), **same
-        )
-    sets = np.array([p, 1.1 * p, 0.9 * p])
-    order = np.minimum(np.arange(151) // 60, 2)
-    for part in range(2):
-        np.testing.assert_allclose(
-            *(k.scheduled(grid, x0, sets, order, order)[part] for k in (one, other)), **same
-        )
 
 
 def test_squares_of_the_first_nodes_are_those_of_the_whole_window(backend: Any) -> None:
