@@ -99,8 +99,9 @@ def rollout(model: Model, trial: Trial) -> list[str]:
     ):
         for v, column in zip(group, columns.T, strict=True):
             left = ''
-            if kind == 'state' and not (v.lower <= column.min() and column.max() <= v.upper):
-                left = f'; it leaves its bounds, {v.lower:g} to {v.upper:g}'
+            low, high = lasting_bounds(v)
+            if kind == 'state' and not (low <= column.min() and column.max() <= high):
+                left = f'; it leaves its bounds, {low:g} to {high:g}'
             lines.append(
                 f'  {kind:9}  {v.name:16} from {column[0]:.4g} to {column[-1]:.4g}, '
                 f'within {column.min():.4g} to {column.max():.4g}{left}'

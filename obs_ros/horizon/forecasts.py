@@ -16,6 +16,7 @@ from typing import NamedTuple
 
 import numpy as np
 
+from obs_ros.core.periods import shortest
 from obs_ros.core.record import Record
 from obs_ros.core.typing import Array
 from obs_ros.inference.assessment.skill import mean_log_errors, skill_of
@@ -220,8 +221,9 @@ class Forecasts:
         t, y, known = grid.t[1:], grid.y[1:], grid.weight[1:] > 0.0
         known = known & np.isfinite(pending.held)
         held = np.where(np.isfinite(pending.held), pending.held, 0.0)
-        squares = np.where(known[:, :, None], (outputs - y[:, :, None]) ** 2, 0.0)
-        holding = np.where(known, (held - y) ** 2, 0.0)
+        errors = shortest(outputs - y[:, :, None], grid.period[:, None])
+        squares = np.where(known[:, :, None], errors**2, 0.0)
+        holding = np.where(known, shortest(held - y, grid.period) ** 2, 0.0)
         for h, horizon in enumerate(self.settings.horizons):
             if pending.judged[h]:
                 continue

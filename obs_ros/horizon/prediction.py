@@ -9,6 +9,7 @@ from typing import NamedTuple
 
 from obs_ros.core.estimate import Estimate
 from obs_ros.core.model import Model, names
+from obs_ros.core.periods import periods, within
 from obs_ros.core.record import Sample
 from obs_ros.core.typing import Array
 from obs_ros.horizon.propagation import Interval, Propagation, Start, prepare, propagation
@@ -75,6 +76,7 @@ class Prediction:
         self.diverged = 0
         self._backend = backend
         self._states, self._outputs = names(model.states), names(model.outputs)
+        self._periods = periods(model.states), periods(model.outputs)
         self._take_unknowns(unknowns or Unknowns.of(model))
         self._samples = SuccessiveOutputs(model, gate)
         self._repeats = Repeats([True] * len(model.outputs))
@@ -145,7 +147,7 @@ class Prediction:
             return None
         self._advance()
         carried = self._carrier.report()
-        x = carried.x.tolist()
+        x = within(carried.x, self._periods[0]).tolist()
         if not math.isfinite(sum(x)):
             self.diverged += 1
             self.end()
@@ -155,7 +157,8 @@ class Prediction:
             self._newest,
             dict(zip(self._states, x, strict=True)),
             dict(zip(self._states, stddev, strict=True)),
-            dict(zip(self._outputs, carried.innovation.tolist(), strict=True)),
+            dict(zip(self._outputs, within(carried.innovation, self._periods[1]).tolist(),
+                     strict=True)),  # fmt: skip
             dict(zip(self._outputs, roots(carried.S, itertools.repeat(math.inf)), strict=True)),
         )
 

@@ -18,6 +18,7 @@ import numpy as np
 from obs_ros.core.estimate import Estimate
 from obs_ros.core.jit import accelerated
 from obs_ros.core.model import Model, inside, names
+from obs_ros.core.periods import nearest, periods, shortest
 from obs_ros.core.typing import Array, IntArray
 from obs_ros.integration.backends import Backend
 from obs_ros.integration.filter_pass import Differences
@@ -112,6 +113,7 @@ class Rollout:
     def __init__(self, model: Model, backend: Backend | None, start: Start) -> None:
         self._stepper = stepper_for(model, backend)
         self._noise = start.noise**2
+        self._period = periods(model.outputs)
         self._last: Interval | None = None
         n = start.x.size
         index = np.append(np.arange(n), n + start.moving)
@@ -143,8 +145,10 @@ class Rollout:
             return Carried(x, variances, nothing, nothing)
         path, end = self._last.path, self._last.path.pieces
         self._stepper.measure(path.t[end], path.u[end], self._x, self._p, self._y)
+        self._y[:] = nearest(self._y, self._y[:, :1], self._period[:, None])
         S = spread(self._y, self._minus, self._gaps, self._P) + self._noise
-        return Carried(x, variances, self._last.y - self._y[:, 0], S)
+        innovation = shortest(self._last.y - self._y[:, 0], self._period)
+        return Carried(x, variances, innovation, S)
 
 
 class Filter:

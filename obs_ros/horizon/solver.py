@@ -198,6 +198,7 @@ class Solver:
         `scale` None means the noise, given or guessed; 1 for fitnesses other than squares. `prior`
         None means the given ones, of a first window. Raises TooFewSamples.
         """
+        record = without_wraps(self.model, record)
         grid = Grid.of(self.model, record, self._scale(record) if scale is None else scale)
         objective = Objective(self.kernels, grid, self.unknowns, self.settings.fitness)
         values, dimension = objective.count(objective.nodes), objective.dimension

@@ -6,6 +6,7 @@ from typing import Literal, get_args
 
 import numpy as np
 
+from obs_ros.core.periods import shortest
 from obs_ros.core.typing import Array, IntArray
 from obs_ros.inference.parameterisation import Unknowns
 from obs_ros.integration.backends import Kernels
@@ -87,10 +88,12 @@ class Objective:
     def signal(self) -> float:
         """Mean square of the measured outputs about their means, in units of their scales."""
         total = 0.0
-        for weight, y in zip(self.grid.weight.T, self.grid.y.T, strict=True):
+        columns = zip(self.grid.weight.T, self.grid.y.T, self.grid.period, strict=True)
+        for weight, y, period in columns:
             known = weight > 0.0
             if known.any():
-                total += float(np.sum((weight[known] * _centred(y[known])) ** 2))
+                off = shortest(_centred(y[known]), period)
+                total += float(np.sum((weight[known] * off) ** 2))
         return total / max(1, self.count(self.nodes))
 
     def floor(self, nodes: int) -> float:
@@ -141,7 +144,8 @@ class Objective:
 
     def _trajectories(self, z: Array) -> tuple[Array, Array]:
         self.counter.candidates += len(z)
-        return self.kernels.trajectories(self.grid, *self.unknowns.values(z))
+        states, outputs = self.kernels.trajectories(self.grid, *self.unknowns.values(z))
+        return states, self.grid.nearest(outputs)
 
     def _correlation_costs(self, z: Array, nodes: int) -> Array:
         outputs = self._trajectories(z)[1][:nodes]

@@ -9,6 +9,7 @@ import numpy as np
 
 from obs_ros.core.jit import accelerated
 from obs_ros.core.model import Model, Variable, check_bounds, names
+from obs_ros.core.periods import nearest, periods
 from obs_ros.core.registry import suggest
 from obs_ros.core.texts import quoted
 from obs_ros.core.typing import Array, IntArray
@@ -117,10 +118,9 @@ class Unknowns:
                 low, high = bounds.get(variable.name, (variable.lower, variable.upper))
                 check_bounds(variable.name, low, high, variable.scale)
                 _check_prior(variable, low, high)
-                boxes.append(_beginning(variable, low, high))
-                limits.append(
-                    (0.0 if np.isfinite(low) else low, 1.0 if np.isfinite(high) else high)
-                )
+                box, limit = _beginning(variable, low, high)
+                boxes.append(box)
+                limits.append(limit)
                 growth.append(math.log(high / low) if variable.scale == 'log' else 0.0)
                 continue
             given[i] = _given(variable, fixed)
@@ -209,8 +209,13 @@ class Unknowns:
         return lanes[:n], lanes[n:], steps
 
     def point(self, values: Mapping[str, float]) -> Array:
-        """Return the point z (d,) nearest to named values; NaN becomes the middle of the box."""
-        z = self.scale.places(np.array([values[name] for name in self.names]))
+        """Return the point z (d,) nearest to named values; NaN becomes the middle of the box.
+
+        A state with a period has its value in the box, or nearest to it, whole periods away.
+        """
+        given = np.array([values[name] for name in self.names])
+        middle = 0.5 * (self.scale.lower + self.scale.upper)
+        z = self.scale.places(nearest(given, middle, periods(self._variables)))
         return np.clip(np.where(np.isfinite(z), z, 0.5), *self.limits)
 
 
@@ -272,15 +277,27 @@ def _given(variable: Variable, fixed: Mapping[str, float]) -> float:
     return value
 
 
-def _beginning(variable: Variable, low: float, high: float) -> tuple[float, float]:
-    """Return finite bounds to begin a search in."""
+def _beginning(
+    variable: Variable, low: float, high: float
+) -> tuple[tuple[float, float], tuple[float, float]]:
+    """Return finite bounds to begin a search in, and the limits of places in that box.
+
+    Bounds a period apart, or more, are none: the box is one period.
+    """
     nominal = variable.nominal if variable.prior is None else variable.prior[0]
+    if variable.period is not None and not high - low < variable.period:
+        middle = 0.5 * (low + high) if np.isfinite(high - low) else 0.0
+        middle = middle if nominal is None else nominal
+        half = 0.5 * variable.period
+        return (middle - half, middle + half), (-math.inf, math.inf)
+    limit = 0.0 if np.isfinite(low) else low, 1.0 if np.isfinite(high) else high
     origin = nominal if nominal is not None else next((b for b in (low, high) if np.isfinite(b)), 0)
     reach = REACH * max(abs(nominal or 0.0), 1.0)
-    return (
+    box = (
         low if np.isfinite(low) else min(origin, high) - reach,
         high if np.isfinite(high) else max(origin, low) + reach,
     )
+    return box, limit
 
 
 def _chosen(

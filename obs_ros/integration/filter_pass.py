@@ -25,6 +25,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from obs_ros.core.model import Model, inside
+from obs_ros.core.periods import lasting_bounds, shortest
 from obs_ros.core.typing import Array, BoolArray, IntArray
 from obs_ros.integration.grid import Grid, Injection
 from obs_ros.integration.path import LANES
@@ -182,11 +183,12 @@ def sizes(model: Model) -> Array:
     """Return smallest sizes, lower and upper bounds (3, n + q) of the model's variables."""
     smallest = [
         0.0 if v.scale == 'log'
+        else SMALLEST_SIZE * v.period if v.period
         else SMALLEST_SIZE * (v.upper - v.lower) if np.isfinite(v.upper - v.lower)
         else SMALLEST_SIZE * (abs(inside(v)) or 1.0)
         for v in model.variables
     ]  # fmt: skip
-    return np.array([smallest, *np.transpose([(v.lower, v.upper) for v in model.variables])])
+    return np.array([smallest, *np.transpose([lasting_bounds(v) for v in model.variables])])
 
 
 def predicted(F: Array, dt: float, Q: Array, P: Array) -> Array:
@@ -215,9 +217,9 @@ def run(
         p[found.moving] = points[n:]
         return tuple(points[:n]), tuple(p), gaps
 
-    def derivatives(values: Any, gaps: Array) -> tuple[Array, Array]:
+    def derivatives(values: Any, gaps: Array, period: Any = 0.0) -> tuple[Array, Array]:
         rows = np.array([np.broadcast_to(row, differences.lanes) for row in values])
-        return rows[:, 0], (rows[:, 1 : 1 + d] - rows[:, differences.minus]) / gaps
+        return rows[:, 0], shortest(rows[:, 1 : 1 + d] - rows[:, differences.minus], period) / gaps
 
     for k in range(grid.t.size):
         if k > 0:
@@ -228,13 +230,15 @@ def run(
             P = predicted(F, found.dt[k - 1], Q, P)
         if grid.measured[k]:
             x, p, gaps = lanes_about(z)
-            h, C = derivatives(model.output(grid.t[k], x, tuple(grid.u[k]), p), gaps)
+            y = model.output(grid.t[k], x, tuple(grid.u[k]), p)
+            h, C = derivatives(y, gaps, grid.period[:, None])
             e = np.zeros(h.size)
             for i in np.flatnonzero(found.measured[k]):
                 found.sensitivity[k, i] = C[i]
                 S = C[i] @ P @ C[i] + noise[i] ** 2
                 K = P @ C[i] / S
                 e[i] = grid.y[k, i] - (h[i] + found.cross[k, i] @ e)
+                e = shortest(e, grid.period)
                 z = z + K * e[i]
                 J = unit - np.outer(K, C[i])
                 P = J @ P @ J.T + noise[i] ** 2 * np.outer(K, K)

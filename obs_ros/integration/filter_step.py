@@ -8,11 +8,12 @@ gains of the others. Joseph's form holds for every gain.
 
 from dataclasses import dataclass
 from operator import itemgetter
-from typing import Protocol
+from typing import Any, Protocol
 
 import numpy as np
 
 from obs_ros.core.model import Model
+from obs_ros.core.periods import periods, shortest
 from obs_ros.core.typing import Array, IntArray
 from obs_ros.integration.filter_pass import Differences, predicted, sizes
 from obs_ros.integration.path import Path, lanes, mapped
@@ -96,8 +97,8 @@ def run_step(live: LiveFilter, steps: Steps, path: Path, y: Array) -> None:
         p[live.moving] = points[n:]
         return points[:n].copy(), p, gaps
 
-    def derivatives(rows: Array, gaps: Array) -> Array:
-        return (rows[:, 1 : 1 + d] - rows[:, differences.minus]) / gaps
+    def derivatives(rows: Array, gaps: Array, period: Any = 0.0) -> Array:
+        return shortest(rows[:, 1 : 1 + d] - rows[:, differences.minus], period) / gaps
 
     for k in range(path.pieces):
         x, p, gaps = lanes_about(z)
@@ -107,8 +108,9 @@ def run_step(live: LiveFilter, steps: Steps, path: Path, y: Array) -> None:
     x, p, gaps = lanes_about(z)
     outputs = np.empty((y.size, x.shape[1]))
     steps.measure(path.t[path.pieces], path.u[path.pieces], x, p, outputs)
-    C = derivatives(outputs, gaps)
-    live.innovation[:] = y - outputs[:, 0]
+    period = periods(steps.model.outputs)
+    C = derivatives(outputs, gaps, period[:, None])
+    live.innovation[:] = shortest(y - outputs[:, 0], period)
     live.S[:] = np.where(np.isnan(y), np.nan, ((C @ P) * C).sum(axis=1) + live.noise)
     shift = np.zeros(d)
     for i in np.flatnonzero(~np.isnan(y)):

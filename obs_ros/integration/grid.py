@@ -6,6 +6,7 @@ import numpy as np
 
 from obs_ros.core.interpolation import segments
 from obs_ros.core.model import Model
+from obs_ros.core.periods import nearest, periods
 from obs_ros.core.record import Record
 from obs_ros.core.typing import Array, BoolArray, IntArray
 
@@ -37,7 +38,8 @@ class Grid:
     t (K,) in s; steps (K-1,) integration steps from each node to the next; the input at node k plus
     s seconds is u[k] + s * slope[k], with u and slope (K, m); y (K, r) measured outputs with 0
     where nothing was measured; weight (K, r) one over the output's scale, 0 where not measured;
-    scale (r,) those scales; measured (K,) whether a node has any measured output. With an injection
+    scale (r,) those scales; measured (K,) whether a node has any measured output; period (r,) the
+    outputs' periods, 0 for those without: residuals go by the shortest way round. With an injection
     the weights are one over the innovations' standard deviations.
     """
 
@@ -49,6 +51,7 @@ class Grid:
     weight: Array
     measured: BoolArray
     scale: Array
+    period: Array
     injection: Injection | None = None
 
     @classmethod
@@ -80,6 +83,7 @@ class Grid:
             weight=mask / scale,
             measured=np.asarray(mask.any(axis=1)),
             scale=scale,
+            period=periods(model.outputs),
         )
 
     def rescaled(self, factor: Array) -> 'Grid':
@@ -108,6 +112,14 @@ class Grid:
     def uncorrected(self) -> 'Grid':
         """The same grid without an injection; its weights stay."""
         return replace(self, injection=None)
+
+    def nearest(self, outputs: Array) -> Array:
+        """Return outputs (K, r) or (K, r, B), whole periods away, nearest those measured."""
+        if not self.period.any():
+            return outputs
+        if outputs.ndim == 2:
+            return nearest(outputs, self.y, self.period)
+        return nearest(outputs, self.y[:, :, None], self.period[:, None])
 
     def unscaled(self, residuals: Array) -> Array:
         """Return scaled residuals (K, r) in the outputs' units; NaN = not measured."""

@@ -1,10 +1,12 @@
 """The text of the generated modules: sizes and tuple functions of a model, then its kernels."""
 
+from collections.abc import Sequence
 from importlib.resources import files
 
 import numba
 
 from obs_ros.core.model import Model
+from obs_ros.core.periods import periods
 from obs_ros.integration.filter_pass import DIFFERENCE, central
 from obs_ros.integration.path import LANES, lanes
 
@@ -13,6 +15,18 @@ BLOCK_VALUES = 4096  # 32 kB: the outputs of one time block stay in the first-le
 # Products may be fused, reciprocals taken and the sign of zero lost; NaN and infinity must survive,
 # since a diverged candidate is known by them.
 FASTMATH = {'contract', 'arcp', 'nsz'}
+
+# Differences of outputs as in `core/periods.shortest`; without periods nothing is left of them.
+SHORTEST = '''@jit
+def shortest(difference, period):
+    if period > 0.0:
+        return difference - period * np.floor(difference / period + 0.5)
+    return difference
+'''
+STRAIGHT = '''@jit
+def shortest(difference, period):
+    return difference
+'''
 
 
 def source(model: Model) -> str:
@@ -49,13 +63,16 @@ def header(model: Model) -> str:
 
     at = f'a[np.uint64(# * {LANES}) + lane]'
     clip = 'max(min(x[#], high[#]), low[#])'  # in this order NaN stays NaN
-    residual = '(weight[k, #] * (yhat[#] - y[k, #]))'
+    turns = periods(model.outputs).tolist()
+    squares = ''.join(f'    {squared(i, turn)}\n' for i, turn in enumerate(turns))
     return '\n'.join(
         [
             f'# Numba {numba.__version__}, {sorted(FASTMATH)}',
             'import numpy as np\n',
             f'N_STATES, N_OUTPUTS, N_PARAMETERS, N_LANES = {n}, {r}, {q}, {LANES}',
             f'LANES, BLOCK_VALUES = np.uint64({LANES}), {BLOCK_VALUES}\n',
+            f'PERIODS, PERIODIC = {tuple(turns)}, {any(turns)}\n',
+            SHORTEST if any(turns) else STRAIGHT,
             returning('gather_x(a, lane)', at, n),
             returning('gather_p(a, lane)', at, q),
             doing('scatter_x(a, lane, x)', f'{at} = x[#]', n),
@@ -65,8 +82,8 @@ def header(model: Model) -> str:
             doing('put_lane(a, lane, x)', 'a[#, lane] = x[#]', n),
             doing('put_outputs(a, lane, y)', 'a[#, lane] = y[#]', r),
             doing('put_rows(a, row, lane, y, w, k)', 'a[row + #, lane] = y[#] * w[k, #]', r),
-            doing('add_squares(a, lane, yhat, y, weight, k)', f'{at} += {residual} ** 2', r),
-            corrections(n, r),
+            f'@jit\ndef add_squares(a, lane, yhat, y, weight, k):\n{squares}',
+            corrections(n, turns),
             returning('input_at(u, slope, k, s)', 'u[k, #] + s * slope[k, #]', m),
             returning('inputs(u)', 'u[#]', m),
             returning('inputs_at(u, k)', 'u[k, #]', m),
@@ -79,8 +96,21 @@ def header(model: Model) -> str:
     )
 
 
-def corrections(n: int, r: int) -> str:
-    """Text of the updates of n states by r outputs, one after the other; see `Injection`.
+def squared(i: int, period: float) -> str:
+    """Text that adds the squared scaled residual of output i to its sum."""
+    residual = difference(f'yhat[{i}] - y[k, {i}]', period)
+    return f'a[np.uint64({i} * {LANES}) + lane] += (weight[k, {i}] * ({residual})) ** 2'
+
+
+def difference(text: str, period: float) -> str:
+    """Text of a difference of outputs, by the shortest way round where they have a period."""
+    return f'shortest({text}, {period!r})' if period else text
+
+
+def corrections(n: int, turns: Sequence[float]) -> str:
+    """Text of the updates of n states by outputs of periods `turns` (r,), one after the other.
+
+    See `Injection`.
 
     `node_at` loads the numbers of a node, once for all lanes; `corrected` returns a candidate's
     states after the updates, its outputs such that y - outputs are the innovations, and these.
@@ -90,14 +120,17 @@ def corrections(n: int, r: int) -> str:
     def number(entry: str) -> str:
         return f'node[{numbers.setdefault(entry, len(numbers))}]'
 
-    lines = []
-    for i in range(r):
+    lines, r = [], len(turns)
+    for i, period in enumerate(turns):
         cross = ''.join(f' + {number(f"cross[k, {i}, {j}]")} * e{j}' for j in range(i))
+        y, weight = number(f'y[k, {i}]'), number(f'weight[k, {i}]')
+        error = difference(f'{y} - h{i}', period)
         lines += [
             f'    h{i} = yhat[{i}]{cross}',
-            f'    e{i} = {number(f"y[k, {i}]")} - h{i} if '
-            f'{number(f"weight[k, {i}]")} != 0.0 else 0.0',
+            f'    e{i} = {error} if {weight} != 0.0 else 0.0',
         ]
+        if period:
+            lines.append(f'    h{i} = {y} - e{i} if {weight} != 0.0 else h{i}')
     states = [
         f'x[{s}]' + ''.join(f' + {number(f"gain[k, {i}, {s}]")} * e{i}' for i in range(r))
         for s in range(n)

@@ -175,7 +175,7 @@ def grams(t, steps, u, slope, y, weight, measured, nodes, x0, p, out):
         load(p, chunk, N_PARAMETERS, q[chunk])
     block = max(1, BLOCK_VALUES // (lanes * N_OUTPUTS))
     rows = np.empty((block * N_OUTPUTS, lanes))
-    targets = np.empty(block * N_OUTPUTS)
+    targets, turns = np.empty(block * N_OUTPUTS), np.empty(block * N_OUTPUTS)
     columns = np.empty((width, block * N_OUTPUTS))
     out[:] = 0.0
     first = 0
@@ -186,6 +186,7 @@ def grams(t, steps, u, slope, y, weight, measured, nodes, x0, p, out):
             if measured[k]:
                 for i in range(N_OUTPUTS):
                     targets[n_rows + i] = y[k, i] * weight[k, i]
+                    turns[n_rows + i] = PERIODS[i] * weight[k, i]
                 n_rows += N_OUTPUTS
         for chunk in range(chunks):
             xc = x[chunk]
@@ -202,18 +203,22 @@ def grams(t, steps, u, slope, y, weight, measured, nodes, x0, p, out):
                         put_rows(rows, row, offset + lane, yk, weight, k)
                     row += N_OUTPUTS
         for s in range(starts):
-            add_gram(out[s], rows, targets, n_rows, s * width, width, columns)
+            add_gram(out[s], rows, targets, turns, n_rows, s * width, width, columns)
         first = last
 
 
 @jit_sum
-def add_gram(gram, rows, targets, n_rows, lane, width, columns):
-    """Add the block's rows of one start to its Gram matrix."""
+def add_gram(gram, rows, targets, turns, n_rows, lane, width, columns):
+    """Add the block's rows of one start to its Gram matrix; turns are their periods."""
     for row in range(n_rows):
         base = rows[row, lane]
         columns[0, row] = base - targets[row]
         for j in range(1, width):
             columns[j, row] = rows[row, lane + j] - base
+    if PERIODIC:
+        for j in range(width):
+            for row in range(n_rows):
+                columns[j, row] = shortest(columns[j, row], turns[row])
     for i in range(width):
         for j in range(i, width):
             total = 0.0

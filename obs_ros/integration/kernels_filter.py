@@ -30,14 +30,14 @@ def filter_pass(
                 advance(x[chunk], q[chunk], t[k - 1], dt, steps[k - 1], u, slope, k - 1)
             for s in range(N_STATES):
                 z[s] = x[0, s * N_LANES]
-                differentiate(x, s, inverse, transition[k - 1, s])
+                differentiate(x, s, inverse, transition[k - 1, s], 0.0)
             predict(transition[k - 1], dt, variances, P, FP)
             spread(z, moving, size, low, high, x, q, inverse)
         if measured[k]:
             observe(x, q, t[k], input_at(u, slope, k, 0.0), yhat)
             for i in range(N_OUTPUTS):
                 if known[k, i]:
-                    differentiate(yhat, i, inverse, sensitivity[k, i])
+                    differentiate(yhat, i, inverse, sensitivity[k, i], PERIODS[i])
             for i in range(N_OUTPUTS):
                 if known[k, i]:
                     S[k, i] = gain_of(sensitivity[k, i], noise[i], P, PC, K)
@@ -46,7 +46,7 @@ def filter_pass(
                     for j in range(i):
                         if known[k, j]:
                             h += cross[k, i, j] * innovations[k, j]
-                    innovations[k, i] = y[k, i] - h
+                    innovations[k, i] = shortest(y[k, i] - h, PERIODS[i])
                     for a in range(N_JOINT):
                         z[a] += K[a] * innovations[k, i]
                     report(K, i, moving, known[k], sensitivity[k], gain[k, i], cross[k])
@@ -76,13 +76,13 @@ def filter_step(
             advance(lanes[chunk], q[chunk], t[k], dt[k], steps[k], u, slope, k)
         for s in range(N_STATES):
             z[s] = lanes[0, s * N_LANES]
-            differentiate(lanes, s, inverse, F[s])
+            differentiate(lanes, s, inverse, F[s], 0.0)
         predict(F, dt[k], variances, P, FP)
     spread(z, moving, size, low, high, lanes, q, inverse)
     observe(lanes, q, t[pieces], input_at(u, slope, pieces, 0.0), yhat)
     for i in range(N_OUTPUTS):
-        differentiate(yhat, i, inverse, C[i])
-        innovation[i] = y[i] - yhat[0, i * N_LANES]
+        differentiate(yhat, i, inverse, C[i], PERIODS[i])
+        innovation[i] = shortest(y[i] - yhat[0, i * N_LANES], PERIODS[i])
         S[i] = gain_of(C[i], noise[i], P, PC, K) if not np.isnan(y[i]) else np.nan
     for i in range(N_OUTPUTS):
         if not np.isnan(y[i]):
@@ -174,7 +174,7 @@ def put(x, q, moving, j, lane, value):
 
 
 @jit
-def differentiate(values, row, inverse, out):
+def differentiate(values, row, inverse, out, period):
     """Write the derivatives (d,) of one row of values (chunks, rows * N_LANES)."""
     for j in range(N_JOINT):
         above, below = 1 + j, (1 + N_JOINT + j) if CENTRAL else 0
@@ -182,7 +182,7 @@ def differentiate(values, row, inverse, out):
             values[above // N_LANES, row * N_LANES + above % N_LANES]
             - values[below // N_LANES, row * N_LANES + below % N_LANES]
         )
-        out[j] = difference * inverse[j]
+        out[j] = shortest(difference, period) * inverse[j]
 
 
 @jit

@@ -98,7 +98,7 @@ def grams_injected(t, steps, u, slope, y, weight, measured, gain, cross, moving,
         load(p, chunk, N_PARAMETERS, q[chunk])
     block = max(1, BLOCK_VALUES // (lanes * N_OUTPUTS))
     rows = np.empty((block * N_OUTPUTS, lanes))
-    targets = np.empty(block * N_OUTPUTS)
+    targets, turns = np.empty(block * N_OUTPUTS), np.empty(block * N_OUTPUTS)
     columns = np.empty((width, block * N_OUTPUTS))
     out[:] = 0.0
     first = 0
@@ -109,6 +109,7 @@ def grams_injected(t, steps, u, slope, y, weight, measured, gain, cross, moving,
             if measured[k]:
                 for i in range(N_OUTPUTS):
                     targets[n_rows + i] = y[k, i] * weight[k, i]
+                    turns[n_rows + i] = PERIODS[i] * weight[k, i]
                 n_rows += N_OUTPUTS
         for chunk in range(chunks):
             xc = x[chunk]
@@ -131,5 +132,5 @@ def grams_injected(t, steps, u, slope, y, weight, measured, gain, cross, moving,
                     move(qc, errors, gain, moving, k)
                     row += N_OUTPUTS
         for s in range(starts):
-            add_gram(out[s], rows, targets, n_rows, s * width, width, columns)
+            add_gram(out[s], rows, targets, turns, n_rows, s * width, width, columns)
         first = last

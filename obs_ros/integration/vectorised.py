@@ -6,6 +6,7 @@ from typing import Any
 import numpy as np
 
 from obs_ros.core.model import Model
+from obs_ros.core.periods import shortest
 from obs_ros.core.typing import Array, IntArray
 from obs_ros.integration.filter_pass import FilterPass, run
 from obs_ros.integration.grid import Grid, Injection
@@ -29,7 +30,8 @@ class NumpyKernels:
         for k, _, _, y in self._nodes(grid, int(prefixes[-1]), x0, p):
             if grid.measured[k]:
                 for i, yi in enumerate(y):
-                    total[block[k], i] += (grid.weight[k, i] * (yi - grid.y[k, i])) ** 2
+                    error = shortest(np.asarray(yi - grid.y[k, i]), grid.period[i])
+                    total[block[k], i] += (grid.weight[k, i] * error) ** 2
         return total
 
     def grams(self, grid: Grid, nodes: int, x0: Array, p: Array, width: int) -> Array:
@@ -43,6 +45,7 @@ class NumpyKernels:
                     lanes = lanes.reshape(starts, width)
                     row = lanes - lanes[:, :1]
                     row[:, 0] = lanes[:, 0] - grid.weight[k, i] * grid.y[k, i]
+                    row = shortest(row, grid.weight[k, i] * grid.period[i])
                     total += row[:, :, None] * row[:, None, :]
         return total
 
@@ -103,6 +106,9 @@ def corrected(grid: Grid, injection: Injection, k: int, x: Any, p: Any, y: Any) 
         for j, error in errors.items():
             y[i] = y[i] + injection.cross[k, i, j] * error
         errors[i] = grid.y[k, i] - y[i]
+        if grid.period[i]:
+            errors[i] = shortest(np.asarray(errors[i]), grid.period[i])
+            y[i] = grid.y[k, i] - errors[i]
         for s in range(len(x)):
             x[s] = x[s] + injection.gain[k, i, s] * errors[i]
         for s in injection.moving:

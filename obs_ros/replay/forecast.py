@@ -8,6 +8,7 @@ import numpy as np
 
 from obs_ros.core.estimate import Estimate
 from obs_ros.core.model import Model
+from obs_ros.core.periods import shortest
 from obs_ros.core.record import Record, Sample
 from obs_ros.core.typing import Array
 from obs_ros.horizon.forecasts import FORECASTS
@@ -111,9 +112,10 @@ class Forecaster:
         with np.errstate(all='ignore'):
             outputs = kernels_for(self._model).trajectories(grid, x[:, None], p[:, None])[1]
             foretold = outputs[:, :, 0]
-            error = np.where(np.isfinite(foretold), record.y - foretold, math.inf)
+            error = shortest(record.y - foretold, grid.period)
+            error = np.where(np.isfinite(foretold), error, math.inf)
             error[np.isnan(record.y)] = math.nan
-            change = record.y - record.y[0]
+            change = shortest(record.y - record.y[0], grid.period)
         near = record.t <= record.t[0] + NEAR * self._horizon / 1e9
         errors = [e[part][1:] for part in (slice(None), near) for e in (error, change)]
         return Forecast(index, *map(_rms, errors))

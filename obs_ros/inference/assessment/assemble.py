@@ -7,6 +7,7 @@ import numpy as np
 
 from obs_ros.core.estimate import UNKNOWN, Estimate, Outcome
 from obs_ros.core.model import Model, Variable, names
+from obs_ros.core.periods import periods, within
 from obs_ros.core.record import Record
 from obs_ros.core.typing import Array
 from obs_ros.inference.assessment.contradiction import contradictions
@@ -53,6 +54,9 @@ def report(
         p = end.parameters[:, None]
     path = states if end is None or end.path is None else end.path
     last = int(np.flatnonzero(grid.measured)[-1])
+    period = periods(model.states)
+    shown = within(states[last], period)
+    turns = shown - states[last]  # whole periods
     if uncertainty is None:
         fit = Fit.of(objective, squares, residuals, noise_known=window.noise_known)
     else:
@@ -79,17 +83,17 @@ def report(
     jumps = () if uncertainty is None else uncertainty.jumps
     walking = None if uncertainty is None else uncertainty.process_noise
     residuals = grid.unscaled(residuals)
-    state, parameters = _named(model.states, states[last]), _named(model.parameters, p[:, 0])
+    state, parameters = _named(model.states, shown), _named(model.parameters, p[:, 0])
     stddev = {
         **_named(model.states, known.deviations.state),
         **_named(model.parameters, known.deviations.parameters),
     }
     return Estimate(
         parameters=parameters,
-        initial_state=_named(model.states, x0[:, 0]),
+        initial_state=_named(model.states, within(x0[:, 0], period)),
         state=state,
         stddev=stddev,
-        interval={v.name: known.deviations.interval(i) for i, v in enumerate(model.variables)},
+        interval=_intervals(model, known.deviations, turns),
         initial_stddev=_named(model.states, known.deviations.initial),
         covariance=known.deviations.joint,
         noise={} if uncertainty is None else _named(model.outputs, uncertainty.noise),
@@ -110,7 +114,7 @@ def report(
         evaluations=objective.evaluations,
         solve_time=solve_time,
         times=grid.t,
-        states=path,
+        states=path + turns if period.any() else path,
         stamp=window.record.stamp,
     )
 
@@ -123,6 +127,18 @@ def _optimum(
         return found.cost, found.z, *objective.trajectory(found.z)
     best = uncertainty.hypothesis
     return best.squares, best.point[best.layout.final(best.point)], *best.trajectory
+
+
+def _intervals(
+    model: Model, deviations: Deviations, turns: Array
+) -> Mapping[str, tuple[float, float]]:
+    """Return the intervals by name, those of states (n,) so many whole periods away."""
+    moved = np.append(turns, np.zeros(len(model.parameters))).tolist()
+    found = {}
+    for i, (variable, off) in enumerate(zip(model.variables, moved, strict=True)):
+        low, high = deviations.interval(i)
+        found[variable.name] = (low + off, high + off) if off else (low, high)
+    return found
 
 
 def empty(model: Model, record: Record, outcome: Outcome, message: str) -> Estimate:

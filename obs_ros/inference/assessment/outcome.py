@@ -248,11 +248,12 @@ def states_at_bound(model: Model, states: Array) -> str:
     """Say which states (K, n) lie at a bound, or beyond it, for more than a moment."""
     found = []
     for variable, path in zip(model.states, states.T, strict=True):
-        reach = AT_BOUND * (variable.upper - variable.lower)
+        lower, upper = lasting_bounds(variable)
+        reach = AT_BOUND * (upper - lower)
         margin = reach if np.isfinite(reach) else 0.0
         for side, bound, beyond in (
-            ('lower', variable.lower, path <= variable.lower + margin),
-            ('upper', variable.upper, path >= variable.upper - margin),
+            ('lower', lower, path <= lower + margin),
+            ('upper', upper, path >= upper - margin),
         ):
             if np.isfinite(bound) and np.mean(beyond) > MOMENT:
                 found.append(

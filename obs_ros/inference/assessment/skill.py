@@ -17,6 +17,7 @@ from itertools import pairwise
 import numpy as np
 
 from obs_ros.core.linear_algebra import scaled_inverse
+from obs_ros.core.periods import shortest
 from obs_ros.core.typing import Array, IntArray
 from obs_ros.inference.jumps.hypothesis import Hypothesis
 from obs_ros.inference.jumps.piecewise import PiecewiseProblem
@@ -92,12 +93,13 @@ def forecast_errors(
     for k, (first, last) in enumerate(pairwise(origins)):
         part = free.stretch(first, last)
         x0, p0 = beginnings[k]
-        foretold = objective.kernels.trajectories(part, x0, p0)[1][1:, :, 0]
+        foretold = part.nearest(objective.kernels.trajectories(part, x0, p0)[1][:, :, 0])[1:]
         known, held = part.weight[1:] > 0.0, last_values(grid, first)
         y = part.y[1:]
         known &= np.isfinite(held)
         model[k] = np.sum((foretold - y) ** 2, axis=0, where=known)
-        hold[k] = np.sum((np.where(np.isfinite(held), held, 0.0) - y) ** 2, axis=0, where=known)
+        off = shortest(np.where(np.isfinite(held), held, 0.0) - y, grid.period)
+        hold[k] = np.sum(off**2, axis=0, where=known)
         count[k] = known.sum(axis=0)
     return Errors(model, hold, count, least_noises(grid))
 

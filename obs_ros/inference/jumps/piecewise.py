@@ -13,6 +13,7 @@ from functools import cached_property
 
 import numpy as np
 
+from obs_ros.core.periods import shortest
 from obs_ros.core.typing import Array, BoolArray, IntArray
 from obs_ros.inference.jumps.layout import Layout
 from obs_ros.inference.jumps.settings import JUMP_SETTINGS, JumpSettings
@@ -138,10 +139,12 @@ class PiecewiseProblem:
         states, outputs = self.roll(points)
         rows = self._rows(outputs)
         base = rows[:, :1]
+        grid = self.objective.grid
+        turns = (grid.weight * grid.period)[self._measured[0]][:, None]
         end = states[np.flatnonzero(self.objective.grid.measured)[-1]]
         return Linearisation(
             residual=rows[:, 0] - self._measured[2],
-            jacobian=(rows[:, 1:] - base) / taken,
+            jacobian=shortest(rows[:, 1:] - base, turns) / taken,
             state=end[:, 0],
             state_jacobian=(end[:, 1:] - end[:, :1]) / taken,
         )
@@ -168,7 +171,8 @@ class PiecewiseProblem:
         objective.counter.candidates += len(points)
         x, p = unknowns.values(points[:, : layout.dimension])
         if not layout.events:
-            return kernels.trajectories(grid, x, p)
+            states, outputs = kernels.trajectories(grid, x, p)
+            return states, grid.nearest(outputs)
         states = np.empty((grid.t.size, *x.shape))
         outputs = np.empty((grid.t.size, grid.y.shape[1], x.shape[1]))
         first, times, intervals = 0, *self._times(points)
@@ -193,7 +197,7 @@ class PiecewiseProblem:
             first, p = k + 1, after
         rest = grid.stretch(first, grid.t.size - 1)
         states[first:], outputs[first:] = kernels.trajectories(rest, x, p)
-        return states, outputs
+        return states, grid.nearest(outputs)
 
     def _rows(self, outputs: Array) -> Array:
         mask, weight, _ = self._measured

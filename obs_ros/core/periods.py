@@ -1,0 +1,85 @@
+"""Angles, and whatever else begins again after one period: differences by the shortest way round.
+
+A value with a period stands for itself and all values whole periods away. A period of 0 stands for
+a variable that has none: it passes unchanged, bit by bit.
+"""
+
+import math
+from collections.abc import Sequence
+
+import numpy as np
+
+from obs_ros.core.jit import accelerated
+from obs_ros.core.model import Variable
+from obs_ros.core.typing import Array
+
+
+def periods(variables: Sequence[Variable]) -> Array:
+    """Return the periods (n,) of the variables in their units, 0 for those that have none."""
+    return np.array([variable.period or 0.0 for variable in variables])
+
+
+def lasting_bounds(variable: Variable) -> tuple[float, float]:
+    """Return the bounds that hold all along: those of a variable with a period hold at first."""
+    return (variable.lower, variable.upper) if variable.period is None else (-math.inf, math.inf)
+
+
+def shortest(differences: Array, period: Array) -> Array:
+    """Return differences (..., n), less whole periods (n,): within [-period/2, period/2)."""
+    if not np.any(period):
+        return differences
+    known = period > 0.0
+    turns = np.floor(np.divide(differences, period, out=np.zeros_like(differences), where=known)
+                     + 0.5)  # fmt: skip
+    return np.asarray(differences - period * turns)
+
+
+@accelerated
+def shortest_way(difference: float, period: float) -> float:
+    """Return one difference by the shortest way round; see `shortest`."""
+    if period > 0.0:
+        return difference - period * np.floor(difference / period + 0.5)
+    return difference
+
+
+def nearest(values: Array, to: Array, period: Array) -> Array:
+    """Return values (..., n), whole periods (n,) away, that lie nearest `to` (..., n).
+
+    NaN and infinite values stay, and so do values where `to` is NaN.
+    """
+    if not np.any(period):
+        return values
+    known = (period > 0.0) & np.isfinite(values) & np.isfinite(to)
+    off = np.divide(values - to, period, out=np.zeros(known.shape), where=known)
+    return np.asarray(values - period * np.floor(off + 0.5))
+
+
+def within(values: Array, period: Array) -> Array:
+    """Return values (..., n) as they are published: those with a period in [-period/2, period/2).
+
+    A value that lies there already keeps its bits.
+    """
+    if not np.any(period):
+        return values
+    half = np.where(period > 0.0, 0.5 * period, np.inf)
+    inside = nearest(values, np.zeros_like(values), period)
+    # Rounding may lead out by a bit on either side.
+    inside = np.where(inside < -half, inside + period, inside)
+    return np.asarray(np.where(inside >= half, inside - period, inside))
+
+
+def continuous(y: Array, period: Array) -> Array:
+    """Return values (K, n) along time without wraps: from each to the next by the shortest way.
+
+    NaN = not measured. The first value of each column lies in [-period/2, period/2).
+    """
+    y = y.copy()
+    for i in np.flatnonzero(period):
+        known = np.flatnonzero(np.isfinite(y[:, i]))
+        if known.size:
+            first = within(y[known[:1], i : i + 1], period[i : i + 1])[0, 0]
+            steps = shortest(np.diff(y[known, i])[:, None], period[i : i + 1])[:, 0]
+            turned = first + np.concatenate([[0.0], np.cumsum(steps)])
+            # What was measured, so many periods on: sums of steps would gather rounding errors.
+            y[known, i] = nearest(y[known, i][:, None], turned[:, None], period[i : i + 1])[:, 0]
+    return y
