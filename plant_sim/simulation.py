@@ -1,11 +1,14 @@
 """A scenario played sample by sample: the same numbers live in the node and offline."""
 
 import math
+from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Literal
 
 import numpy as np
 
+from obs_ros.core.model import Variable
+from obs_ros.core.periods import periods, within
 from obs_ros.core.typing import Array
 from obs_ros.models import load_model
 from plant_sim.plant import Plant
@@ -18,7 +21,10 @@ NoiseReference = Literal['unit', 'measured']
 
 @dataclass(frozen=True)
 class Instant:
-    """The plant at one sample: time t (s), true x, applied u, parameters p, measured y."""
+    """The plant at one sample: time t (s), true x, applied u, parameters p, measured y.
+
+    States and outputs with a period lie in [-period/2, period/2).
+    """
 
     t: float
     x: tuple[float, ...]
@@ -75,9 +81,11 @@ class Simulation:
         t, plant = self.t, self._plant
         p, error = self._parameters(t), self._measurement_error(t)
         # A controller acts on what is measured under the input that it set last.
-        self._u = self._drive(t, _sum(plant.output(self._u, p), error))
+        measured = _sum(plant.output(self._u, p), error)
+        self._u = self._drive(t, _within(self.model.outputs, measured))
         self._samples += 1
-        return Instant(t, plant.x, self._u, p, _sum(plant.output(self._u, p), error))
+        y = _within(self.model.outputs, _sum(plant.output(self._u, p), error))
+        return Instant(t, _within(self.model.states, plant.x), self._u, p, y)
 
     def _advance(self, to: float) -> None:
         """Run to time `to`, stopping at each scheduled change on the way."""
@@ -99,6 +107,10 @@ class Simulation:
     def _parameters(self, t: float) -> tuple[float, ...]:
         scheduled = zip(self.model.parameters, self.scenario.parameters(t), strict=True)
         return tuple(self.faults.get(variable.name, value) for variable, value in scheduled)
+
+
+def _within(variables: Sequence[Variable], values: tuple[float, ...]) -> tuple[float, ...]:
+    return tuple(within(np.array(values), periods(variables)).tolist())
 
 
 def _sum(exact: tuple[float, ...], error: Array) -> tuple[float, ...]:

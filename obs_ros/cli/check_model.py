@@ -8,6 +8,7 @@ import math
 import sys
 from collections.abc import Callable, Sequence
 
+from obs_ros.cli.model_periods import wrapping
 from obs_ros.cli.model_report import identifiable, rollout, speed, variables
 from obs_ros.cli.model_trial import axis, simulated
 from obs_ros.core.model import names
@@ -44,7 +45,7 @@ def check(options: argparse.Namespace, wait_for: Callable[[str], None]) -> list[
     name, kernels = quoted(model.name), kernels_for(model)
     wait_for(f'compiling model {name}, some seconds the first time, and rolling out {window:g} s')
     trial = simulated(kernels, window, period, values, amplitudes)
-    lines = [title, *variables(model), '', *rollout(model, trial), '']
+    lines = [title, *variables(model), '', *rollout(model, trial), *wrapping(model, trial), '']
     wait_for('measuring how fast it runs')
     lines += [*speed(kernels, trial), '']
     wait_for('asking what a window tells of every unknown, some seconds the first time')

@@ -9,6 +9,7 @@ import numpy as np
 
 from obs_ros.cli.model_trial import Trial
 from obs_ros.core.model import Model, Variable
+from obs_ros.core.periods import lasting_bounds
 from obs_ros.core.typing import Array
 from obs_ros.core.variable_fields import SENSOR_FIELDS
 from obs_ros.inference.assessment.deviations import Deviations

@@ -38,7 +38,7 @@ def shortest(differences: Array, period: Array) -> Array:
 def shortest_way(difference: float, period: float) -> float:
     """Return one difference by the shortest way round; see `shortest`."""
     if period > 0.0:
-        return difference - period * np.floor(difference / period + 0.5)
+        difference -= period * np.floor(difference / period + 0.5)
     return difference
 
 
@@ -83,3 +83,16 @@ def continuous(y: Array, period: Array) -> Array:
             # What was measured, so many periods on: sums of steps would gather rounding errors.
             y[known, i] = nearest(y[known, i][:, None], turned[:, None], period[i : i + 1])[:, 0]
     return y
+
+
+def together(values: Array, period: float) -> Array:
+    """Return values (K,), whole periods away, about their mean direction; NaN stays.
+
+    Medians and quantiles of angles about pi mean something then.
+    """
+    known = values[np.isfinite(values)]
+    if not period or not known.size:
+        return values
+    turn = 2.0 * np.pi / period
+    middle = np.arctan2(np.sin(turn * known).mean(), np.cos(turn * known).mean()) / turn
+    return nearest(values, np.full_like(values, middle), np.asarray(period))

@@ -148,6 +148,7 @@ class Prediction:
         self._advance()
         carried = self._carrier.report()
         x = within(carried.x, self._periods[0]).tolist()
+        innovation = within(carried.innovation, self._periods[1]).tolist()
         if not math.isfinite(sum(x)):
             self.diverged += 1
             self.end()
@@ -157,8 +158,7 @@ class Prediction:
             self._newest,
             dict(zip(self._states, x, strict=True)),
             dict(zip(self._states, stddev, strict=True)),
-            dict(zip(self._outputs, within(carried.innovation, self._periods[1]).tolist(),
-                     strict=True)),  # fmt: skip
+            dict(zip(self._outputs, innovation, strict=True)),
             dict(zip(self._outputs, roots(carried.S, itertools.repeat(math.inf)), strict=True)),
         )
 

@@ -13,6 +13,7 @@ import numpy as np
 from obs_ros.core.deadline import Deadline
 from obs_ros.core.estimate import Estimate, Outcome
 from obs_ros.core.model import Model, checked_noise, names
+from obs_ros.core.periods import continuous, periods
 from obs_ros.core.prior_knowledge import with_knowledge
 from obs_ros.core.record import Record
 from obs_ros.core.registry import suggest
@@ -22,6 +23,7 @@ from obs_ros.horizon.cleaning import cleaned, rescaled_to_residuals
 from obs_ros.horizon.disturbance import assessed, explain_by_process_noise, untried
 from obs_ros.horizon.given_priors import under_given_priors
 from obs_ros.horizon.intervals import with_intervals
+from obs_ros.horizon.search import searched
 from obs_ros.horizon.settings import POSING, EstimationSettings, check_process_noise, with_starts
 from obs_ros.horizon.warm_start import propagated
 from obs_ros.inference.assessment import profile_steps
@@ -198,7 +200,8 @@ class Solver:
         `scale` None means the noise, given or guessed; 1 for fitnesses other than squares. `prior`
         None means the given ones, of a first window. Raises TooFewSamples.
         """
-        record = without_wraps(self.model, record)
+        turns = periods(self.model.outputs)
+        record = record.with_outputs(continuous(record.y, turns)) if turns.any() else record
         grid = Grid.of(self.model, record, self._scale(record) if scale is None else scale)
         objective = Objective(self.kernels, grid, self.unknowns, self.settings.fitness)
         values, dimension = objective.count(objective.nodes), objective.dimension
@@ -242,7 +245,7 @@ class Solver:
         returned has other scales.
         """
         known = window.noise_known
-        found = self.method.search(problem, rng, deadline, self.method_settings, warm, known)
+        found = searched(self.method, self.method_settings, problem, rng, deadline, warm, known)
         if self.method.needs_squares and not known and np.isfinite(found.cost):
             return self._reweighted(window, found, deadline)
         return window, found

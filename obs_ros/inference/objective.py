@@ -56,6 +56,16 @@ class Objective:
         return replace(self, grid=self.grid.rescaled(factors))
 
     @property
+    def wraps(self) -> bool:
+        """Whether residuals of some output go by the shortest way round its period."""
+        return bool(self.grid.period.any())
+
+    @property
+    def straight(self) -> 'Objective':
+        """The same objective with residuals as they are: for outputs free of wraps."""
+        return replace(self, grid=self.grid.straight)
+
+    @property
     def evaluations(self) -> int:
         """Number of candidates rolled out so far, by this objective and its copies."""
         return self.counter.candidates

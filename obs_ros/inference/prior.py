@@ -184,6 +184,16 @@ class Posterior:
         """See `Objective.signal`."""
         return self.objective.signal
 
+    @property
+    def wraps(self) -> bool:
+        """See `Objective.wraps`."""
+        return self.objective.wraps
+
+    @property
+    def straight(self) -> 'Posterior':
+        """See `Objective.straight`."""
+        return Posterior(self.objective.straight, self.prior)
+
     def count(self, nodes: int) -> int:
         """See `Objective.count`."""
         return self.objective.count(nodes)

@@ -100,10 +100,10 @@ class CompiledKernels:
                 self.model, filter_source(self.model, index.size)
             )
         self._filters[index.size].filter_pass(
-            *axis(grid), grid.y, found.measured, grid.measured, np.ascontiguousarray(x0),
-            found.given, walks[index] ** 2, noise**2, found.prior, found.moving,
-            *self._sizes[:, index], found.transition, found.sensitivity, found.gain, found.cross,
-            found.S, found.innovations, found.means, found.covariances,
+            *axis(grid), grid.y, found.measured, grid.measured, grid.period,
+            np.ascontiguousarray(x0), found.given, walks[index] ** 2, noise**2, found.prior,
+            found.moving, *self._sizes[:, index], found.transition, found.sensitivity, found.gain,
+            found.cross, found.S, found.innovations, found.means, found.covariances,
         )  # fmt: skip
         return found
 
@@ -163,7 +163,7 @@ def axis(grid: Grid) -> tuple[AnyArray, ...]:
 
 def measurements(grid: Grid) -> tuple[AnyArray, ...]:
     """Return the arrays that say what was measured."""
-    return grid.y, grid.weight, grid.measured
+    return grid.y, grid.weight, grid.measured, grid.period
 
 
 def corrections(grid: Grid) -> tuple[AnyArray, ...]:

@@ -121,6 +121,11 @@ class Grid:
             return nearest(outputs, self.y, self.period)
         return nearest(outputs, self.y[:, :, None], self.period[:, None])
 
+    @property
+    def straight(self) -> 'Grid':
+        """The same grid with residuals as they are, not by the shortest way round."""
+        return replace(self, period=np.zeros_like(self.period))
+
     def unscaled(self, residuals: Array) -> Array:
         """Return scaled residuals (K, r) in the outputs' units; NaN = not measured."""
         if self.injection is None:

@@ -17,16 +17,16 @@ BLOCK_VALUES = 4096  # 32 kB: the outputs of one time block stay in the first-le
 FASTMATH = {'contract', 'arcp', 'nsz'}
 
 # Differences of outputs as in `core/periods.shortest`; without periods nothing is left of them.
-SHORTEST = '''@jit
+SHORTEST = """@jit
 def shortest(difference, period):
     if period > 0.0:
         return difference - period * np.floor(difference / period + 0.5)
     return difference
-'''
-STRAIGHT = '''@jit
+"""
+STRAIGHT = """@jit
 def shortest(difference, period):
     return difference
-'''
+"""
 
 
 def source(model: Model) -> str:
@@ -64,7 +64,7 @@ def header(model: Model) -> str:
     at = f'a[np.uint64(# * {LANES}) + lane]'
     clip = 'max(min(x[#], high[#]), low[#])'  # in this order NaN stays NaN
     turns = periods(model.outputs).tolist()
-    squares = ''.join(f'    {squared(i, turn)}\n' for i, turn in enumerate(turns))
+    squares = ''.join(f'    {squared(i, turn > 0.0)}\n' for i, turn in enumerate(turns))
     return '\n'.join(
         [
             f'# Numba {numba.__version__}, {sorted(FASTMATH)}',
@@ -82,8 +82,8 @@ def header(model: Model) -> str:
             doing('put_lane(a, lane, x)', 'a[#, lane] = x[#]', n),
             doing('put_outputs(a, lane, y)', 'a[#, lane] = y[#]', r),
             doing('put_rows(a, row, lane, y, w, k)', 'a[row + #, lane] = y[#] * w[k, #]', r),
-            f'@jit\ndef add_squares(a, lane, yhat, y, weight, k):\n{squares}',
-            corrections(n, turns),
+            f'@jit\ndef add_squares(a, lane, yhat, y, weight, period, k):\n{squares}',
+            corrections(n, [turn > 0.0 for turn in turns]),
             returning('input_at(u, slope, k, s)', 'u[k, #] + s * slope[k, #]', m),
             returning('inputs(u)', 'u[#]', m),
             returning('inputs_at(u, k)', 'u[k, #]', m),
@@ -96,21 +96,17 @@ def header(model: Model) -> str:
     )
 
 
-def squared(i: int, period: float) -> str:
+def squared(i: int, wraps: bool) -> str:
     """Text that adds the squared scaled residual of output i to its sum."""
-    residual = difference(f'yhat[{i}] - y[k, {i}]', period)
+    residual = f'yhat[{i}] - y[k, {i}]'
+    residual = f'shortest({residual}, period[{i}])' if wraps else residual
     return f'a[np.uint64({i} * {LANES}) + lane] += (weight[k, {i}] * ({residual})) ** 2'
 
 
-def difference(text: str, period: float) -> str:
-    """Text of a difference of outputs, by the shortest way round where they have a period."""
-    return f'shortest({text}, {period!r})' if period else text
+def corrections(n: int, wraps: Sequence[bool]) -> str:
+    """Text of the updates of n states by outputs, one after the other; see `Injection`.
 
-
-def corrections(n: int, turns: Sequence[float]) -> str:
-    """Text of the updates of n states by outputs of periods `turns` (r,), one after the other.
-
-    See `Injection`.
+    `wraps` (r,) says which outputs have a period.
 
     `node_at` loads the numbers of a node, once for all lanes; `corrected` returns a candidate's
     states after the updates, its outputs such that y - outputs are the innovations, and these.
@@ -120,16 +116,17 @@ def corrections(n: int, turns: Sequence[float]) -> str:
     def number(entry: str) -> str:
         return f'node[{numbers.setdefault(entry, len(numbers))}]'
 
-    lines, r = [], len(turns)
-    for i, period in enumerate(turns):
+    lines, r = [], len(wraps)
+    for i, turns in enumerate(wraps):
         cross = ''.join(f' + {number(f"cross[k, {i}, {j}]")} * e{j}' for j in range(i))
         y, weight = number(f'y[k, {i}]'), number(f'weight[k, {i}]')
-        error = difference(f'{y} - h{i}', period)
+        error = f'{y} - h{i}'
+        error = f'shortest({error}, {number(f"period[{i}]")})' if turns else error
         lines += [
             f'    h{i} = yhat[{i}]{cross}',
             f'    e{i} = {error} if {weight} != 0.0 else 0.0',
         ]
-        if period:
+        if turns:
             lines.append(f'    h{i} = {y} - e{i} if {weight} != 0.0 else h{i}')
     states = [
         f'x[{s}]' + ''.join(f' + {number(f"gain[k, {i}, {s}]")} * e{i}' for i in range(r))
@@ -138,7 +135,7 @@ def corrections(n: int, turns: Sequence[float]) -> str:
     parts = states, [f'h{i}' for i in range(r)], [f'e{i}' for i in range(r)]
     return '\n'.join(
         [
-            '@jit\ndef node_at(y, weight, gain, cross, k):',
+            '@jit\ndef node_at(y, weight, period, gain, cross, k):',
             f'    return ({", ".join(numbers)},)\n',
             '@jit\ndef corrected(x, yhat, node):',
             *lines,

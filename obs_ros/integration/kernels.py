@@ -48,7 +48,7 @@ def load(source, chunk, rows, x):
 
 
 @entry
-def squares(t, steps, u, slope, y, weight, measured, prefixes, x0, p, out):
+def squares(t, steps, u, slope, y, weight, measured, period, prefixes, x0, p, out):
     """Sums of squared scaled residuals from prefix to prefix: out (prefixes, outputs, lanes)."""
     x = np.empty(N_STATES * N_LANES)
     q = np.empty(max(1, N_PARAMETERS) * N_LANES)
@@ -66,7 +66,7 @@ def squares(t, steps, u, slope, y, weight, measured, prefixes, x0, p, out):
                     uk = input_at(u, slope, k, 0.0)
                     for lane in range(LANES):
                         yk = output(t[k], gather_x(x, lane), uk, gather_p(q, lane))
-                        add_squares(total, lane, yk, y, weight, k)
+                        add_squares(total, lane, yk, y, weight, period, k)
                 k += 1
             for i in range(N_OUTPUTS):
                 for lane in range(N_LANES):
@@ -158,7 +158,7 @@ def pursue(t, dt, u, y, known, weight, measured, lower, upper, x0, p, squares, e
 
 
 @entry
-def grams(t, steps, u, slope, y, weight, measured, nodes, x0, p, out):
+def grams(t, steps, u, slope, y, weight, measured, period, nodes, x0, p, out):
     """Gram matrices of residuals and output differences: out (starts, 1 + d, 1 + d).
 
     Each start owns 1 + d neighbouring lanes: its base point, then one perturbed point per unknown.
@@ -186,7 +186,7 @@ def grams(t, steps, u, slope, y, weight, measured, nodes, x0, p, out):
             if measured[k]:
                 for i in range(N_OUTPUTS):
                     targets[n_rows + i] = y[k, i] * weight[k, i]
-                    turns[n_rows + i] = PERIODS[i] * weight[k, i]
+                    turns[n_rows + i] = period[i] * weight[k, i]
                 n_rows += N_OUTPUTS
         for chunk in range(chunks):
             xc = x[chunk]

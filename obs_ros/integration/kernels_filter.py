@@ -10,8 +10,8 @@ that goes from output to output.
 
 @entry
 def filter_pass(
-    t, steps, u, slope, y, known, measured, x0, p, variances, noise, prior, moving, size, low, high,
-    transition, sensitivity, gain, cross, S, innovations, means, covariances,
+    t, steps, u, slope, y, known, measured, period, x0, p, variances, noise, prior, moving, size,
+    low, high, transition, sensitivity, gain, cross, S, innovations, means, covariances,
 ):  # fmt: skip
     """Fill in the arrays of a `FilterPass`; variances (d,) are the walks', noise (r,) outputs'."""
     x = np.empty((N_CHUNKS, N_STATES * N_LANES))
@@ -37,7 +37,7 @@ def filter_pass(
             observe(x, q, t[k], input_at(u, slope, k, 0.0), yhat)
             for i in range(N_OUTPUTS):
                 if known[k, i]:
-                    differentiate(yhat, i, inverse, sensitivity[k, i], PERIODS[i])
+                    differentiate(yhat, i, inverse, sensitivity[k, i], period[i])
             for i in range(N_OUTPUTS):
                 if known[k, i]:
                     S[k, i] = gain_of(sensitivity[k, i], noise[i], P, PC, K)
@@ -46,7 +46,7 @@ def filter_pass(
                     for j in range(i):
                         if known[k, j]:
                             h += cross[k, i, j] * innovations[k, j]
-                    innovations[k, i] = shortest(y[k, i] - h, PERIODS[i])
+                    innovations[k, i] = shortest(y[k, i] - h, period[i])
                     for a in range(N_JOINT):
                         z[a] += K[a] * innovations[k, i]
                     report(K, i, moving, known[k], sensitivity[k], gain[k, i], cross[k])

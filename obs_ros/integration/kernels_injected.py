@@ -20,7 +20,7 @@ def move(q, errors, gain, moving, k):
 
 @entry
 def squares_injected(
-    t, steps, u, slope, y, weight, measured, gain, cross, moving, prefixes, x0, p, out
+    t, steps, u, slope, y, weight, measured, period, gain, cross, moving, prefixes, x0, p, out
 ):
     """Sums of squared scaled innovations from prefix to prefix: out (prefixes, outputs, lanes)."""
     x = np.empty(N_STATES * N_LANES)
@@ -38,14 +38,14 @@ def squares_injected(
                     advance(x, q, t[k - 1], t[k] - t[k - 1], steps[k - 1], u, slope, k - 1)
                 if measured[k]:
                     uk = input_at(u, slope, k, 0.0)
-                    node = node_at(y, weight, gain, cross, k)
+                    node = node_at(y, weight, period, gain, cross, k)
                     for lane in range(LANES):
                         xs = gather_x(x, lane)
                         yk = output(t[k], xs, uk, gather_p(q, lane))
                         xs, yk, es = corrected(xs, yk, node)
                         scatter_x(x, lane, xs)
                         scatter_y(errors, lane, es)
-                        add_squares(total, lane, yk, y, weight, k)
+                        add_squares(total, lane, yk, y, weight, period, k)
                     move(q, errors, gain, moving, k)
                 k += 1
             for i in range(N_OUTPUTS):
@@ -55,8 +55,9 @@ def squares_injected(
 
 @entry
 def trajectories_injected(
-    t, steps, u, slope, y, weight, measured, gain, cross, moving, x0, p, states, moved, outputs
-):
+    t, steps, u, slope, y, weight, measured, period, gain, cross, moving, x0, p, states, moved,
+    outputs,
+):  # fmt: skip
     """States (K, n, lanes), moving parameters (K, w, lanes) and outputs (K, r, lanes)."""
     x = np.empty(N_STATES * N_LANES)
     q = np.empty(max(1, N_PARAMETERS) * N_LANES)
@@ -69,7 +70,7 @@ def trajectories_injected(
             if k > 0:
                 advance(x, q, t[k - 1], t[k] - t[k - 1], steps[k - 1], u, slope, k - 1)
             uk = input_at(u, slope, k, 0.0)
-            node = node_at(y, weight, gain, cross, k)
+            node = node_at(y, weight, period, gain, cross, k)
             for lane in range(LANES):
                 xs = gather_x(x, lane)
                 yk = output(t[k], xs, uk, gather_p(q, lane))
@@ -85,7 +86,9 @@ def trajectories_injected(
 
 
 @entry
-def grams_injected(t, steps, u, slope, y, weight, measured, gain, cross, moving, nodes, x0, p, out):
+def grams_injected(
+    t, steps, u, slope, y, weight, measured, period, gain, cross, moving, nodes, x0, p, out
+):
     """Gram matrices of innovations and their differences: out (starts, 1 + d, 1 + d)."""
     lanes = x0.shape[1]
     chunks = lanes // N_LANES
@@ -109,7 +112,7 @@ def grams_injected(t, steps, u, slope, y, weight, measured, gain, cross, moving,
             if measured[k]:
                 for i in range(N_OUTPUTS):
                     targets[n_rows + i] = y[k, i] * weight[k, i]
-                    turns[n_rows + i] = PERIODS[i] * weight[k, i]
+                    turns[n_rows + i] = period[i] * weight[k, i]
                 n_rows += N_OUTPUTS
         for chunk in range(chunks):
             xc = x[chunk]
@@ -121,7 +124,7 @@ def grams_injected(t, steps, u, slope, y, weight, measured, gain, cross, moving,
                     advance(xc, qc, t[k - 1], t[k] - t[k - 1], steps[k - 1], u, slope, k - 1)
                 if measured[k]:
                     uk = input_at(u, slope, k, 0.0)
-                    node = node_at(y, weight, gain, cross, k)
+                    node = node_at(y, weight, period, gain, cross, k)
                     for lane in range(LANES):
                         xs = gather_x(xc, lane)
                         yk = output(t[k], xs, uk, gather_p(qc, lane))

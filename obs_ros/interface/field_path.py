@@ -1,7 +1,8 @@
 """Paths to one number in a message: `position[shoulder]`, `pose.pose.position.x`, `data[2]`.
 
-They are split and followed step by step, never evaluated. A message is anything with attributes, so
-that messages of rclpy and those read from a bag will both do.
+After a geometry_msgs/Quaternion they may go on with `roll`, `pitch` or `yaw`. They are split and
+followed step by step, never evaluated. A message is anything with attributes, so that messages of
+rclpy and those read from a bag will both do.
 """
 
 import math
@@ -15,6 +16,7 @@ import numpy as np
 
 from obs_ros.core.registry import suggest
 from obs_ros.core.texts import quoted
+from obs_ros.interface.quaternion import ANGLES, TYPES, angle_of, is_quaternion, turn
 
 # Fields beside an array that name its entries: there `[label]` is looked up.
 LABELS = ('name', 'names', 'joint_names')
@@ -22,6 +24,7 @@ NUMBERS = frozenset(
     {'boolean', 'float', 'double', 'long double', 'char', 'uint8'}
     | {f'{sign}int{bits}' for sign in ('', 'u') for bits in (8, 16, 32, 64)}
 )
+FieldsOf = Callable[[str], Mapping[str, str]]
 LONGEST = 500  # characters of a path, which is matched step by step
 
 _STEP = re.compile(r'(?P<field>[a-zA-Z][a-zA-Z0-9_]*)(?:\[(?P<key>[^\[\]]+)\])?')
@@ -30,8 +33,9 @@ _MESSAGE = re.compile(r'[a-zA-Z][a-zA-Z0-9_]*(?:/msg)?/[A-Z][a-zA-Z0-9]*')
 
 
 Reason = Literal[
-    'no_field', 'no_entry', 'not_a_number', 'wrong_length', 'unknown_name', 'missing_name'
-]
+    'no_field', 'no_entry', 'not_a_number', 'not_a_rotation', 'wrong_length', 'unknown_name',
+    'missing_name',
+]  # fmt: skip
 
 
 class MessageError(ValueError):
@@ -97,7 +101,8 @@ class FieldPath:
     def read(self, message: Any) -> float:
         """Return the number that a message holds there; booleans are 0 and 1.
 
-        Raises MessageError, its reason one of `no_field`, `no_entry`, `not_a_number`.
+        Raises MessageError, its reason one of `no_field`, `no_entry`, `not_a_number`, and
+        `not_a_rotation` for a quaternion whose norm is far from 1.
         """
         value = message
         for step in self.steps:
@@ -118,6 +123,9 @@ class FieldPath:
             if step.key is not None:
                 message = _entry(owner, message, step)
         last = self.steps[-1]
+        if _is_angle(message, last):
+            turn(message, last.field, value)
+            return
         old = _field(message, last)
         if last.key is None:
             setattr(
@@ -130,7 +138,7 @@ class FieldPath:
             old.append(0 if whole else math.nan)
         old[index] = round(value) if whole else value
 
-    def check(self, type_name: str, fields_of: Callable[[str], Mapping[str, str]]) -> None:
+    def check(self, type_name: str, fields_of: FieldsOf) -> None:
         """Make sure that messages of a type have a number there, as far as the type shows.
 
         `fields_of` returns the fields of a message type with their types, as
@@ -138,12 +146,12 @@ class FieldPath:
         field.
         """
         for k, step in enumerate(self.steps):
-            fields = fields_of(type_name)
+            fields = _steps_from(type_name, fields_of)
             if step.field not in fields:
-                raise ValueError(
-                    f'{type_name} has no field {quoted(step.field)}: '
-                    f'{suggest(step.field, list(fields))}'
-                )
+                hint = suggest(step.field, list(fields))
+                if step.field in ANGLES:
+                    hint = f'{", ".join(ANGLES)} follow a field of type {TYPES[0]}; {hint}'
+                raise ValueError(f'{type_name} has no field {quoted(step.field)}: {hint}')
             type_name = fields[step.field]
             if step.key is not None:
                 type_name = _entry_type(step, type_name, fields)
@@ -157,8 +165,24 @@ def _field(message: Any, step: Step) -> Any:
     try:
         return getattr(message, step.field)
     except AttributeError:
+        if _is_angle(message, step):
+            try:
+                return angle_of(message, step.field)
+            except ValueError as error:
+                raise MessageError('not_a_rotation', f'no {step.field}: {error}') from None
         kind = type(message).__name__
         raise MessageError('no_field', f'{kind} has no field {quoted(step.field)}') from None
+
+
+def _is_angle(message: Any, step: Step) -> bool:
+    """Whether a step asks for roll, pitch or yaw of a quaternion."""
+    return step.key is None and step.field in ANGLES and is_quaternion(message)
+
+
+def _steps_from(type_name: str, fields_of: FieldsOf) -> Mapping[str, str]:
+    """Return the fields of a message type with their types, and what paths add to them."""
+    fields = fields_of(type_name)
+    return {**dict.fromkeys(ANGLES, 'double'), **fields} if type_name in TYPES else fields
 
 
 def _entry(owner: Any, array: Any, step: Step) -> Any:
@@ -209,10 +233,10 @@ def _entry_type(step: Step, type_name: str, fields: Mapping[str, str]) -> str:
     return array['of'] or array['item']
 
 
-def _hint(type_name: str, fields_of: Callable[[str], Mapping[str, str]]) -> str:
+def _hint(type_name: str, fields_of: FieldsOf) -> str:
     """Say how the path can go on from a type that is not a number."""
     if _ARRAY.fullmatch(type_name):
         return ': say which entry, as in [0] or [name]'
     if _MESSAGE.fullmatch(type_name):
-        return f': go on with one of its fields {", ".join(fields_of(type_name))}'
+        return f': go on with one of its fields {", ".join(_steps_from(type_name, fields_of))}'
     return ''

@@ -31,14 +31,24 @@ def sensor_parameters(model: Model) -> tuple[ParameterSpec, ...]:
 def with_sensors(model: Model, values: Mapping[str, Any]) -> Model:
     """Return the model with the sensors and actuators that the parameter values declare.
 
-    Where they say what the model says, it is the very same model. Raises ValueError for a value
-    that cannot be.
+    Where they say what the model says, it is the very same model. A state of the name of an output
+    has the period that parameters give to that, unless it has its own. Raises ValueError for a
+    value that cannot be.
     """
     inputs = tuple(_declared(variable, 'input', values) for variable in model.inputs)
     outputs = tuple(_declared(variable, 'output', values) for variable in model.outputs)
     if (inputs, outputs) == (model.inputs, model.outputs):
         return model
-    return replace(model, inputs=inputs, outputs=outputs)
+    given = {
+        new.name: new.period
+        for old, new in zip(model.outputs, outputs, strict=True)
+        if new.period != old.period
+    }
+    states = tuple(
+        replace(v, period=given[v.name]) if v.period is None and v.name in given else v
+        for v in model.states
+    )
+    return replace(model, states=states, inputs=inputs, outputs=outputs)
 
 
 def _declared(variable: Variable, kind: str, values: Mapping[str, Any]) -> Variable:

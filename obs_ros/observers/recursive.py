@@ -9,6 +9,7 @@ import numpy as np
 
 from obs_ros.core.estimate import Estimate, Outcome, normal_intervals
 from obs_ros.core.model import Model, checked_noise, inside, names
+from obs_ros.core.periods import periods, within
 from obs_ros.core.record import Sample
 from obs_ros.core.rng import random_generator
 from obs_ros.core.typing import Array
@@ -18,6 +19,7 @@ from obs_ros.integration.path import Path
 from obs_ros.integration.stepper import Stepper, stepper_for
 from obs_ros.models import load_model
 from obs_ros.observers import settings as table
+from obs_ros.observers.beginning import ContinuousOutputs, initial_values, kept_bounds
 from obs_ros.samples.gate import GateSettings
 from obs_ros.samples.stuck_sensor import Repeats, words
 from obs_ros.samples.successive_outputs import SuccessiveOutputs
@@ -97,10 +99,9 @@ class RecursiveObserver:
                 raise ValueError(f'{type(self).__name__} estimates states only, no parameters')
             parameters = ()
         self.unknowns = Unknowns.of(self.model, parameters, states, fixed, bounds)
-        limits = [(bounds or {}).get(v.name, (v.lower, v.upper)) for v in self.model.variables]
-        self.lower, self.upper = np.array(limits, dtype=np.float64).T.copy()
+        self.lower, self.upper = kept_bounds(self.model, bounds)
         self.noise = checked_noise(self.model, noise)
-        self.initial = _initial_values(self.unknowns, initial or {})
+        self.initial = initial_values(self.unknowns, initial or {})
         self.backend: Backend | None = backend
         check_backend(backend)
         random_generator(seed)  # refuses a bad one now
@@ -124,6 +125,8 @@ class RecursiveObserver:
         self._repeats = Repeats([name in self.noise for name in self._outputs])
         gate = GateSettings(reach=self.settings.longest_gap).within_steps(self.model)
         self._samples = SuccessiveOutputs(self.model, gate, self._repeats)
+        self._continuous = ContinuousOutputs(self.model)
+        self._periods = periods(self.model.states), periods(self.model.outputs)
         self._forget()
 
     @classmethod
@@ -149,8 +152,7 @@ class RecursiveObserver:
         twin = type(self)(self.model, **self._arguments)
         period = round(1e9 * min(self.model.max_step, self.settings.longest_gap or 1.0, 1.0))
         u = np.array([inside(variable) for variable in self.model.inputs])
-        with np.errstate(all='ignore'):
-            y = np.array(self.model.output(0.0, tuple(twin.x), tuple(u), tuple(twin.p)))
+        y = twin._expected(0.0, u)
         for k in range(self.rehearsal):
             twin.absorb(Sample(k * period, y=np.where(np.isfinite(y), y, 0.0), u=u))
         return time.perf_counter() - begin
@@ -175,8 +177,9 @@ class RecursiveObserver:
         self._due = False
         assert self._before is not None
         now, (states, parameters) = self._before, self._names
-        x, p, stddev = self.x.tolist(), self.p.tolist(), self.stddev.tolist()
-        innovation, spread = self.innovation.tolist(), self.innovation_stddev.tolist()
+        x = within(self.x, self._periods[0]).tolist()
+        innovation = within(self.innovation, self._periods[1]).tolist()
+        p, stddev, spread = (a.tolist() for a in (self.p, self.stddev, self.innovation_stddev))
         if self._diverged or self._blind:
             x, p, stddev = ([math.nan] * len(each) for each in (x, p, stddev))
         outcome = Outcome.DIVERGED if self._diverged else Outcome.CONVERGED
@@ -244,7 +247,10 @@ class RecursiveObserver:
         begin = time.perf_counter()
         before = self._before
         path = self._samples.inputs.path(stamp if before is None else before.stamp, stamp)
-        now = Instant(stamp, stamp / 1e9, y, path.u[path.pieces].copy())
+        u = path.u[path.pieces].copy()
+        if before is None:
+            self._continuous.begin(self._expected(stamp / 1e9, u))
+        now = Instant(stamp, stamp / 1e9, self._continuous.taken(y), u)
         # Overflow is found below; compiled steps do not warn either.
         with np.errstate(all='ignore'):
             if before is None:
@@ -259,9 +265,15 @@ class RecursiveObserver:
                 'reset_non_finite', f'started again at {now.t:g} s, because {name} was not finite'
             )
             self._begin(now)
+        self._continuous.note(now.y, self.innovation)
         self._before, self._due = now, True
         self._taken += 1
         self._step_time = time.perf_counter() - begin
+
+    def _expected(self, t: float, u: Array) -> Array:
+        """Return the outputs (r,) at the initial values."""
+        with np.errstate(all='ignore'):
+            return np.array(self.model.output(t, tuple(self.x), tuple(u), tuple(self.p)))
 
     def _begin(self, now: Instant) -> None:
         self._set_out()
@@ -285,16 +297,3 @@ def _rms(values: list[float]) -> float:
     """Return the root mean square of those that are numbers; NaN if none is."""
     squares = [value * value for value in values if not math.isnan(value)]
     return math.sqrt(sum(squares) / len(squares)) if squares else math.nan
-
-
-def _initial_values(unknowns: Unknowns, given: Mapping[str, float]) -> Array:
-    """Return states and parameters (n + q,) to start from."""
-    model, scale = unknowns.model, unknowns.scale
-    values = unknowns.given.copy()
-    for i, low, high in zip(unknowns.index, scale.lower, scale.upper, strict=True):
-        expected = (model.variables[i].prior or (model.variables[i].nominal,))[0]
-        values[i] = 0.5 * (low + high) if expected is None else min(max(expected, low), high)
-    order = list(names(model.variables))
-    unknowns.check_initial(given)
-    values[[order.index(name) for name in given]] = list(given.values())
-    return values

@@ -3,6 +3,7 @@
 import numpy as np
 
 from obs_ros.core.model import Model
+from obs_ros.core.periods import periods, within
 from obs_ros.core.typing import Array
 from obs_ros.replay.history import History
 
@@ -34,7 +35,8 @@ def fitted_outputs(history: History) -> Array:
     columns = (tuple(values.T) for values in (rows[:, :n], inputs, rows[:, n:]))
     with np.errstate(all='ignore'):
         outputs = model.output(path.stamps / 1e9, *columns)
-    return np.column_stack([np.broadcast_to(y, len(path)) for y in outputs]).astype(np.float64)
+    found = np.column_stack([np.broadcast_to(y, len(path)) for y in outputs]).astype(np.float64)
+    return within(found, periods(model.outputs))
 
 
 def _held(history: History) -> Array:

@@ -9,6 +9,7 @@ import numpy as np
 
 from obs_ros.core.estimate import UNKNOWN, Estimate, Jump
 from obs_ros.core.model import Model, names
+from obs_ros.core.periods import periods, within
 from obs_ros.core.record import Sample
 from obs_ros.core.typing import Array, IntArray
 from obs_ros.replay.forecast import Forecast
@@ -111,10 +112,11 @@ class History:
         if not estimate.times.size:  # an observer that goes sample by sample
             self.path.add(estimate.stamp, (*estimate.state.values(), *parameters))
             return
+        states = within(estimate.states, periods(self.model.states))
         stamps = estimate.stamp + np.round((estimate.times - estimate.t1) * 1e9).astype(np.int64)
         fresh = slice(np.searchsorted(stamps, self._followed, side='right'), None)
-        rows = np.hstack([estimate.states, np.tile(parameters, (stamps.size, 1))])
-        n = estimate.states.shape[1]
+        rows = np.hstack([states, np.tile(parameters, (stamps.size, 1))])
+        n = states.shape[1]
         for jump in estimate.jumps:
             for place, name in enumerate(estimate.parameters, n):
                 rows[estimate.times < jump.time, place] -= jump.sizes.get(name, 0.0)

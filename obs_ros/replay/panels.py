@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 
 from obs_ros.core.model import Variable
-from obs_ros.core.typing import Array, BoolArray
+from obs_ros.core.typing import Array, BoolArray, IntArray
 from obs_ros.replay.extras import require
 
 STYLE = {'font.size': 9, 'axes.spines.top': False, 'axes.spines.right': False}
@@ -100,13 +100,24 @@ def dots(ax: Any, times: Array, value: Array, confirmed: Any, known: Any, colour
     ax.plot(times[~known], value[~known], marker='x', **style)
 
 
-def broken(times: Array, values: Array) -> tuple[Array, Array]:
-    """Return times and values of a line, with a NaN at each gap, where no window was."""
+def broken(times: Array, values: Array, period: float | None = None) -> tuple[Array, Array]:
+    """Return times and values of a line, with a NaN at each gap, where no window was.
+
+    So is a line with a `period` interrupted where it wraps.
+    """
     if times.size < 3:
         return times, values
     steps = np.diff(times)
     gaps = np.flatnonzero(steps > SETTINGS.gap * np.median(steps)) + 1
+    gaps = np.union1d(gaps, wraps(values, period))
     return np.insert(times, gaps, times[gaps]), np.insert(values, gaps, math.nan)
+
+
+def wraps(values: Array, period: float | None) -> IntArray:
+    """Return the places of values (K,) that lie more than half a period from the one before."""
+    if period is None:
+        return np.zeros(0, dtype=np.int64)
+    return np.flatnonzero(np.abs(np.diff(values)) > 0.5 * period) + 1
 
 
 def usual(values: Array) -> Array:

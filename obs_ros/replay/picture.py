@@ -8,6 +8,7 @@ from typing import Any
 import numpy as np
 
 from obs_ros.core.model import Variable
+from obs_ros.core.periods import within
 from obs_ros.core.typing import Array, IntArray
 from obs_ros.replay.engine import Account
 from obs_ros.replay.extras import require
@@ -26,6 +27,7 @@ from obs_ros.replay.panels import (
     limit,
     panels,
     usual,
+    wraps,
 )  # fmt: skip
 
 INTERVALS = '95 % intervals'
@@ -87,7 +89,7 @@ def _states(plt: Any, account: Account) -> Any:
     for place, (variable, ax) in enumerate(zip(model.states, axes, strict=False)):
         colour, fitted = COLOURS[place % len(COLOURS)], history.path.rows[:, place]
         measured = _measured(ax, account, shown[place]) if place in shown else np.empty(0)
-        ax.plot(*broken(along, fitted), color=colour, linewidth=0.9)
+        ax.plot(*broken(along, fitted, variable.period), color=colour, linewidth=0.9)
         band = _estimates(ax, account, place, colour, joined=account.horizon is None)
         label(ax, variable)
         seen = np.concatenate([band.value, fitted, usual(measured)])
@@ -95,7 +97,8 @@ def _states(plt: Any, account: Account) -> Any:
     fits = fitted_outputs(history)
     for k, ax in zip(others, axes[len(model.states) :], strict=True):
         measured = _measured(ax, account, k)
-        ax.plot(*broken(along, fits[:, k]), color='0.2', linewidth=0.9)
+        line = broken(along, fits[:, k], model.outputs[k].period)
+        ax.plot(*line, color='0.2', linewidth=0.9)
         label(ax, model.outputs[k])
         limit(ax, np.concatenate([fits[:, k], usual(measured)]), UNBOUNDED)
     jumps = _draw_jumps(account, axes, model.variables)
@@ -112,8 +115,12 @@ def _estimates(ax: Any, account: Account, place: int, colour: str, *, joined: bo
     band = Band(*(history.rows(kind)[shown][:, place] for kind in ('values', 'lower', 'upper')))
     confirmed = np.isin(np.array(history.outcome_of)[shown], CONFIRMED)
     if joined:
-        ax.plot(times, band.value, color=colour, linewidth=0.8, alpha=0.5)
-        ax.fill_between(times, band.lower, band.upper, color=colour, alpha=0.18, lw=0)
+        at = wraps(band.value, history.model.variables[place].period)
+        along, value, lower, upper = (
+            np.insert(each, at, math.nan) for each in (times, band.value, band.lower, band.upper)
+        )
+        ax.plot(along, value, color=colour, linewidth=0.8, alpha=0.5)
+        ax.fill_between(along, lower, upper, color=colour, alpha=0.18, lw=0)
     if times.size <= SETTINGS.marked:
         ax.errorbar(times, band.value, band.reach, fmt='none', ecolor=colour,
                     elinewidth=0.8, alpha=0.6)  # fmt: skip
@@ -124,7 +131,8 @@ def _estimates(ax: Any, account: Account, place: int, colour: str, *, joined: bo
 def _measured(ax: Any, account: Account, output: int) -> Array:
     """Draw what was measured of an output, and return it."""
     trace = account.history.measured
-    values = trace.rows[:, output]
+    period = np.asarray(account.history.model.outputs[output].period or 0.0)
+    values = within(trace.rows[:, output], period)
     ax.plot(_seconds(account, trace.stamps), values, linestyle='', marker='.', markersize=4,
             color='0.68', zorder=0)  # fmt: skip
     return values[np.isfinite(values)]

@@ -5,6 +5,7 @@ from collections.abc import Iterator
 import numpy as np
 
 from obs_ros.core.drifting import remedy
+from obs_ros.core.periods import together, within
 from obs_ros.core.texts import LONGEST, one_line
 from obs_ros.interface.parameters import walk_unit
 from obs_ros.replay.cells import (
@@ -121,9 +122,11 @@ def _estimates(account: Account) -> Iterator[str]:
                 with_interval(value[k], lower[k, place], upper[k, place])
                 for k in (known[0], known[-1])
             ]
-            low, high = np.quantile(value[known], (0.05, 0.95))
+            period = variable.period or 0.0
+            spread = np.quantile(together(value[known], period), (0.5, 0.05, 0.95))
+            middle, low, high = within(spread, np.asarray(period))
             rows.append((
-                variable.name, unit(variable), *ends, figure(np.median(value[known])),
+                variable.name, unit(variable), *ends, figure(middle),
                 figure(median(deviation)), f'{figure(low)} to {figure(high)}',
                 f'{np.isfinite(deviation).sum()} of {len(history)}',
             ))  # fmt: skip

@@ -8,6 +8,7 @@ import numpy as np
 
 from obs_ros.core.estimate import Outcome
 from obs_ros.core.model import Model, Variable
+from obs_ros.core.periods import lasting_bounds
 from obs_ros.core.typing import Array
 from obs_ros.inference.assessment.fit import Fit
 from obs_ros.inference.assessment.skill import SKILL

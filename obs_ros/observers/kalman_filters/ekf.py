@@ -10,6 +10,7 @@ from typing import NamedTuple
 import numpy as np
 
 from obs_ros.core.jit import accelerated
+from obs_ros.core.periods import shortest_way
 from obs_ros.core.typing import Array
 from obs_ros.observers.kalman_filters.joint import (
     Joint,
@@ -104,21 +105,21 @@ def predict(kf: Workspace, interval: float) -> bool:
 def update(kf: Workspace, y: Array) -> bool:
     """Correct by one output after the other; False if no covariance is left."""
     gaps, z, c, ys = kf.gaps, kf.joint.z, kf.joint.covariance, kf.joint.ys
-    noise, innovation = kf.joint.noise, kf.joint.innovation
+    noise, innovation, period = kf.joint.noise, kf.joint.innovation, kf.joint.period
     d = z.size
     h, ch, gain, shift = np.empty(d), np.empty(d), np.empty(d), np.zeros(d)
     surprise, measured = 0.0, 0
     for i in range(y.size):
-        innovation[i] = y[i] - ys[i, 0]
+        innovation[i] = shortest_way(y[i] - ys[i, 0], period[i])
         kf.joint.innovation_stddev[i] = math.nan
         if not math.isnan(y[i]):
-            differentiate(ys[i], gaps, h)
+            differentiate(ys[i], gaps, period[i], h)
             kf.joint.innovation_stddev[i] = math.sqrt(max(noise[i] + spread_along(h, c, ch), 0.0))
     for i in range(y.size):
         if math.isnan(y[i]):
             continue
         error = innovation[i]
-        differentiate(ys[i], gaps, h)
+        differentiate(ys[i], gaps, period[i], h)
         for j in range(d):
             error -= h[j] * shift[j]  # the earlier outputs have moved the mean by that
         s = noise[i] + spread_along(h, c, ch)
@@ -139,10 +140,10 @@ def update(kf: Workspace, y: Array) -> bool:
 
 
 @accelerated
-def differentiate(values: Array, gaps: Array, h: Array) -> None:
+def differentiate(values: Array, gaps: Array, period: float, h: Array) -> None:
     """Write the derivatives h (D,) of a value of which all candidates' are given."""
     for j in range(h.size):
-        h[j] = (values[1 + 2 * j] - values[2 + 2 * j]) / gaps[j]
+        h[j] = shortest_way(values[1 + 2 * j] - values[2 + 2 * j], period) / gaps[j]
 
 
 @accelerated

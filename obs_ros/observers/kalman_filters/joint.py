@@ -18,6 +18,7 @@ import numpy as np
 
 from obs_ros.core.jit import accelerated, bound
 from obs_ros.core.model import Model
+from obs_ros.core.periods import periods
 from obs_ros.core.prior_knowledge import with_knowledge
 from obs_ros.core.typing import Array, IntArray
 from obs_ros.integration.path import Path, lanes
@@ -39,6 +40,7 @@ class Joint(NamedTuple):
     low: Array  # (D,) bounds of the mean
     high: Array  # (D,)
     most: Array  # (D,) largest variances
+    period: Array  # (r,) of the outputs, 0 for those without
     rows: IntArray  # (D - n,) places of the estimated parameters among all
     xs: Array  # (n, L) candidates: states,
     ps: Array  # (q, L) parameters
@@ -100,7 +102,8 @@ class KalmanObserver(RecursiveObserver):
         self._width = width = given.width
         self._start_variance = given.start**2  # (D,)
         self._relative, self._relative_walk = given.relative, given.walk[given.relative]
-        bounded = np.isfinite(low) & np.isfinite(high)
+        wraps = [self.model.variables[i].period is not None for i in joint]
+        bounded = (np.isfinite(low) & np.isfinite(high)) | wraps
         d, r = joint.size, self.innovation.size
         count = lanes(1 + 2 * d)  # the mean, and two for each joint state
         self.joint = Joint(
@@ -111,6 +114,7 @@ class KalmanObserver(RecursiveObserver):
             low=low,
             high=high,
             most=np.where(bounded, np.maximum(width, given.start) ** 2, np.inf),
+            period=periods(self.model.outputs),
             rows=np.array(free, dtype=np.int64),
             xs=np.empty((n, count)),
             ps=np.empty((q, count)),

@@ -10,6 +10,7 @@ from typing import ClassVar, NamedTuple
 import numpy as np
 
 from obs_ros.core.jit import accelerated
+from obs_ros.core.periods import shortest_way
 from obs_ros.core.typing import Array
 from obs_ros.observers import settings as table
 from obs_ros.observers.kalman_filters.deviations import KalmanSettings
@@ -128,14 +129,17 @@ def update(kf: Workspace, y: Array) -> bool:
     """
     weights, points, z, c = kf.weights, kf.points, kf.joint.z, kf.joint.covariance
     ys, noise, innovation = kf.joint.ys, kf.joint.noise, kf.joint.innovation
+    period = kf.joint.period
     d, r, count = z.size, y.size, points.shape[1]
     dy = np.zeros((r, count))
     for i in range(r):
         total = 0.0
         for lane in range(1, count):
+            if period[i] > 0.0:  # the shortest way from the central point
+                ys[i, lane] = ys[i, 0] + shortest_way(ys[i, lane] - ys[i, 0], period[i])
             total += ys[i, lane]
         mean = weights[0] * ys[i, 0] + weights[2] * total
-        innovation[i] = y[i] - mean
+        innovation[i] = shortest_way(y[i] - mean, period[i])
         if not math.isnan(y[i]):
             for lane in range(count):
                 dy[i, lane] = ys[i, lane] - mean
