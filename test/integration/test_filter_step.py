@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 from kalman_reference import CART, NOISE, PRIOR, WALKS, X0, P, cart_window, considered_filter
 from plants import BLOW_UP, NAN, OSCILLATOR
+from spinner import SHAFT, UNWRAPPED, window
 
 from obs_ros import Model, Record
 from obs_ros.core.model import inside
@@ -125,3 +126,22 @@ def test_what_diverges_is_not_finite_and_raises_nothing(backend: str) -> None:
     path = Path(1, np.zeros(2), np.ones(1), np.array([50]), empty, empty)
     stepper_for(BLOW_UP, backend).filter(live, path, np.zeros(1))
     assert not np.isfinite(live.x).any()
+
+
+def test_a_wrapped_angle_corrects_like_one_without_wraps(backend: str) -> None:
+    record, unwrapped, states = window(torque=4.0)
+    lives = []
+    for model, measured, kind in ((SHAFT, record, backend), (UNWRAPPED, unwrapped, 'numpy')):
+        live = LiveFilter.of(
+            model, states[0] + 0.2, np.array([3.2, 0.6]), np.diag([0.1, 1.0, 0.3, 0.1]),
+            np.array([0.1, 0.5, 0.1, 0.0]), np.array([0.02, 0.1]), np.array([0, 1]),
+        )  # fmt: skip
+        for k in range(60):
+            stepper_for(model, kind).filter(
+                live, path_of(model, measured, k, k + 1), measured.y[k + 1]
+            )
+        lives.append(live)
+    for name in ('x', 'p', 'P', 'innovation', 'S'):
+        wrapped, plain = (getattr(live, name) for live in lives)
+        np.testing.assert_allclose(wrapped, plain, rtol=1e-5, atol=1e-6, err_msg=name)
+    assert abs(lives[0].x[0]) > 4.0, 'the shaft has turned on'

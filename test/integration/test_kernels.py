@@ -7,6 +7,7 @@ from typing import Any
 import numpy as np
 import pytest
 from plants import BLOW_UP, NAN, OSCILLATOR, exact, with_interpolation
+from spinner import SHAFT, TURN, UNWRAPPED, window
 
 from obs_ros import Model, Record
 from obs_ros.core.typing import Array
@@ -195,3 +196,57 @@ def test_nan_where_nothing_was_measured_does_not_count(backend: str) -> None:
     y[1:] = NAN
     late = kernels.squares(grid_of(BLOW_UP, t, None, y), np.array([21]), column(1e3), column())
     assert late[0, 0, 0] == 1e6
+
+
+def shafts(count: int = 24) -> tuple[Array, Array]:
+    """Initial states and parameters of candidates, some of which turn much too fast."""
+    draw = np.random.default_rng(5).uniform
+    x0 = np.array([draw(-4.0, 4.0, count), draw(-30.0, 30.0, count)])
+    return x0, np.array([draw(0.1, 20.0, count), draw(0.01, 5.0, count)])
+
+
+def test_residuals_of_angles_go_by_the_shortest_way_on_both_backends() -> None:
+    """NumPy has the residuals of a record without wraps, less whole turns."""
+    pytest.importorskip('numba')
+    record, unwrapped, _ = window(torque=4.0)
+    scale, prefixes = np.array([0.02, 0.1]), np.array([7, 30, 61])
+    grid, x0, p = Grid.of(SHAFT, record, scale), *shafts()
+    other = Grid.of(UNWRAPPED, unwrapped, scale)
+    off = kernels_for(UNWRAPPED, 'numpy').trajectories(other, x0, p)[1] - other.y[:, :, None]
+    off = other.weight[:, :, None] * (off - TURN * np.round(off / TURN))
+    for backend in ('numpy', 'numba'):
+        kernels = kernels_for(SHAFT, backend)
+        found = kernels.squares(grid, prefixes, x0, p)
+        blocks = [off[a:b] for a, b in pairwise([0, *prefixes])]
+        expected = np.array([np.sum(block**2, axis=0) for block in blocks])
+        np.testing.assert_allclose(found, expected, rtol=1e-7, atol=1e-9)
+        outputs = grid.nearest(kernels.trajectories(grid, x0, p)[1])
+        residuals = grid.weight[:, :, None] * (outputs - grid.y[:, :, None])
+        np.testing.assert_allclose(residuals, off, atol=1e-7)
+        gram = kernels.grams(grid, 61, x0, p, 4)
+        np.testing.assert_allclose(gram[:, 0, 0], expected.sum(axis=(0, 1))[::4], rtol=1e-7)
+
+
+def test_differences_of_angles_do_not_see_where_a_residual_is_half_a_turn() -> None:
+    """Candidates on either side of that: their outputs differ by little, not by a turn."""
+    pytest.importorskip('numba')
+    t = 0.05 * np.arange(20)
+    record = Record(t, np.zeros(20), np.c_[np.full(20, 0.5), np.full(20, NAN)])
+    grid = Grid.of(SHAFT, record, np.array([1.0, 1.0]))
+    x0 = np.array([[0.5 + np.pi - 1e-6, 0.5 + np.pi + 1e-6], [0.0, 0.0]])
+    p = np.array([[3.0, 3.0], [0.5, 0.5]])
+    for backend in ('numpy', 'numba'):
+        gram = kernels_for(SHAFT, backend).grams(grid, 20, x0, p, 2)
+        np.testing.assert_allclose(gram[0, 0, 0], 20.0 * np.pi**2, rtol=1e-5)
+        np.testing.assert_allclose(gram[0, 1, 1], 20.0 * 4e-12, rtol=1e-5)
+
+
+def test_straight_residuals_are_those_of_the_same_numbers_without_a_period() -> None:
+    record = window(torque=4.0)[1]
+    x0, p = shafts()
+    grids = [Grid.of(model, record, np.ones(2)) for model in (SHAFT, UNWRAPPED)]
+    found, expected = (
+        kernels_for(SHAFT, 'numpy').squares(grid, np.array([61]), x0, p)
+        for grid in (grids[0].straight, grids[1])
+    )
+    np.testing.assert_array_equal(found, expected)

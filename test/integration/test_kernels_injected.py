@@ -6,6 +6,7 @@ from typing import Any
 import numpy as np
 import pytest
 from plants import BLOW_UP, NAN, OSCILLATOR
+from spinner import SHAFT, UNWRAPPED, window
 
 from obs_ros import Record
 from obs_ros.core.typing import Array
@@ -210,3 +211,35 @@ def test_paths_of_a_plain_grid_hold_the_parameters(backend: str) -> None:
     np.testing.assert_array_equal(states, expected[0])
     np.testing.assert_array_equal(outputs, expected[1])
     np.testing.assert_array_equal(parameters, np.broadcast_to(p, (NODES, 2, 3)))
+
+
+def test_innovations_of_angles_go_by_the_shortest_way_on_both_backends() -> None:
+    """A wrapped record corrects candidates as the same without wraps does, as far as they fit."""
+    pytest.importorskip('numba')
+    record, unwrapped, states = window(torque=4.0)
+    x0, p = states[0] + np.array([0.3, -0.5]), np.array([3.5, 0.7])
+    walks, noise = np.array([0.1, 0.5, 0.0, 0.0]), np.array([0.02, 0.1])
+    plain = Grid.of(UNWRAPPED, unwrapped, noise)
+    along = kernels_for(UNWRAPPED, 'numpy').filter(plain, x0, p, walks, noise)
+    lanes = np.tile(x0, (16, 1)).T.copy(), np.tile(p, (16, 1)).T.copy()
+    lanes[0][1, 1:] += np.linspace(-1e-3, 1e-3, 15)
+    corrected = plain.injected(along.injection, along.S)
+    expected = kernels_for(UNWRAPPED, 'numpy').trajectories(corrected, *lanes)
+    prefixes = np.array([20, 61])
+    for backend in ('numpy', 'numba'):
+        kernels, grid = kernels_for(SHAFT, backend), Grid.of(SHAFT, record, noise)
+        found = kernels.filter(grid, x0, p, walks, noise)
+        for name in ('innovations', 'S', 'means', 'covariances', 'gain'):
+            np.testing.assert_allclose(
+                getattr(found, name), getattr(along, name), rtol=1e-6, atol=1e-6, err_msg=name
+            )
+        grid = grid.injected(along.injection, along.S)
+        states, outputs = kernels.trajectories(grid, *lanes)
+        np.testing.assert_allclose(states, expected[0], atol=1e-8)
+        e = innovations(grid, outputs)
+        np.testing.assert_allclose(e, innovations(corrected, expected[1]), atol=1e-6)
+        np.testing.assert_allclose(
+            kernels.squares(grid, prefixes, *lanes).sum(axis=0), np.sum(e**2, axis=0), rtol=1e-7
+        )
+        gram = kernels.grams(grid, 61, *lanes, 4)
+        np.testing.assert_allclose(gram[:, 0, 0], np.sum(e**2, axis=(0, 1))[::4], rtol=1e-7)

@@ -1,0 +1,117 @@
+"""Tests of obs_ros.core.periods."""
+
+import math
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from obs_ros import Variable
+from obs_ros.core.periods import (
+    continuous,
+    lasting_bounds,
+    nearest,
+    periods,
+    shortest,
+    shortest_way,
+    together,
+    within,
+)
+
+TURN = 2.0 * np.pi
+ANGLES = st.floats(-1e6, 1e6)
+PERIODS = st.sampled_from([TURN, 360.0, 1.0, 0.3])
+
+
+def test_variables_have_their_period_or_none() -> None:
+    variables = (Variable('yaw', period=TURN), Variable('speed'), Variable('heading', period=360))
+    np.testing.assert_array_equal(periods(variables), [TURN, 0.0, 360.0])
+
+
+def test_bounds_of_a_periodic_variable_hold_at_first_only() -> None:
+    assert lasting_bounds(Variable('speed', lower=-1, upper=2)) == (-1.0, 2.0)
+    assert lasting_bounds(Variable('yaw', lower=-1, upper=2, period=TURN)) == (-math.inf, math.inf)
+
+
+@given(ANGLES, PERIODS)
+def test_a_difference_goes_the_shortest_way(difference: float, period: float) -> None:
+    found = float(shortest(np.array([difference]), np.array([period]))[0])
+    assert abs(found) <= 0.5 * period * (1.0 + 1e-9)
+    assert math.cos(TURN * (found - difference) / period) == pytest.approx(1.0)
+    assert shortest_way(difference, period) == pytest.approx(found, abs=1e-9)
+
+
+@given(ANGLES, PERIODS)
+def test_what_is_published_lies_in_one_period_that_is_open_above(
+    value: float, period: float
+) -> None:
+    found = float(within(np.array([value]), np.array([period]))[0])
+    assert -0.5 * period <= found < 0.5 * period
+    assert found == float(within(np.array([found]), np.array([period]))[0])
+
+
+@pytest.mark.parametrize(
+    ('value', 'expected'),
+    [
+        (np.pi, -np.pi),
+        (-np.pi, -np.pi),
+        (math.nextafter(np.pi, 0.0), math.nextafter(np.pi, 0.0)),
+        (math.nextafter(-np.pi, -4.0), np.pi),
+        (3.0 + TURN, 3.0),
+        (-0.0, 0.0),
+    ],
+)
+def test_the_ends_of_the_period(value: float, expected: float) -> None:
+    (found,) = within(np.array([value]), np.array([TURN]))
+    assert -np.pi <= found < np.pi
+    assert found == pytest.approx(expected, abs=2e-15)
+
+
+def test_what_has_no_period_passes_bit_by_bit() -> None:
+    values, none = np.array([1e9, np.nan, -np.inf]), np.zeros(3)
+    assert shortest(values, none) is values
+    assert within(values, none) is values and nearest(values, values, none) is values
+    np.testing.assert_array_equal(continuous(values[:, None], none[:1]), values[:, None])
+    mixed = within(np.array([[4.0, 4.0]]), np.array([TURN, 0.0]))
+    np.testing.assert_allclose(mixed, [[4.0 - TURN, 4.0]])
+
+
+def test_values_come_nearest_to_others_and_nan_stays() -> None:
+    values, to = np.array([3.0, np.nan, 1.0, -9.0]), np.array([-3.0, 0.0, np.nan, 90.0])
+    found = nearest(values, to, np.full(4, TURN))
+    np.testing.assert_allclose(found[[0, 2]], [3.0 - TURN, 1.0])
+    assert np.isnan(found[1]) and abs(found[3] - 90.0) <= np.pi
+
+
+@pytest.mark.parametrize('rate', [0.0, 3.0, -40.0])
+def test_many_turns_become_one_line(rate: float) -> None:
+    """With gaps, from any turn on: steps stay below half a period."""
+    rng = np.random.default_rng(1)
+    true = 0.4 + 0.05 * rate * np.arange(200) + 0.1 * rng.standard_normal(200)
+    y = np.c_[within(true[:, None], np.array([TURN]))[:, 0], true]
+    y[rng.random(200) < (0.2 if abs(rate) < 10.0 else 0.0), 0] = np.nan
+    found = continuous(y, np.array([TURN, 0.0]))
+    known = np.isfinite(y[:, 0])
+    np.testing.assert_allclose(found[known, 0], true[known], atol=1e-12)
+    np.testing.assert_array_equal(found[:, 1], true)
+    np.testing.assert_array_equal(np.isnan(found[:, 0]), ~known)
+
+
+def test_an_angle_that_hovers_at_half_a_turn_is_one_line() -> None:
+    true = np.pi + 0.3 * np.random.default_rng(2).standard_normal((500, 1))
+    period = np.array([TURN])
+    found = continuous(within(true, period), period)
+    assert np.ptp(found) == pytest.approx(np.ptp(true)) and np.ptp(found) < 2.5
+
+
+def test_a_column_without_values_stays() -> None:
+    assert np.isnan(continuous(np.full((4, 1), np.nan), np.array([TURN]))).all()
+
+
+def test_quantiles_about_half_a_turn_mean_something() -> None:
+    values = np.array([3.1, -3.1, 3.0, np.nan, -3.0])
+    found = together(values, TURN)
+    assert np.nanmedian(found) % TURN == pytest.approx(np.pi, abs=0.05)
+    assert np.nanmax(found) - np.nanmin(found) == pytest.approx(TURN - 6.0)
+    assert together(values, 0.0) is values
