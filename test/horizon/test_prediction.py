@@ -209,3 +209,28 @@ def test_it_follows_three_tanks(backend):
             prediction.start(estimate(THREE_TANK, 0.0, (50.0, 40.0, 45.0), (0.6, 0.5, 0.7)))
     state = prediction.now().state
     assert [state['h1'], state['h2']] == pytest.approx(levels[-1].tolist(), abs=1e-9)
+
+
+@pytest.mark.parametrize('noisy', [False, True])
+def test_an_angle_is_predicted_within_its_period(noisy):
+    """x' = d - u = -1 turns on over four periods; outputs correct it where the noise is known."""
+    turn = 3.0
+    model = replace(
+        VESSEL, name='turning_vessel', states=[replace(VESSEL.states[0], period=turn)],
+        outputs=[replace(VESSEL.outputs[0], period=turn)],
+    )  # fmt: skip
+    prediction = Prediction(model, 'numpy')
+    wrapped = [(1.2 - 0.5 * t + 0.5 * turn) % turn - 0.5 * turn for t in range(25)]
+    absorb(prediction, (0, 'u', 1), (0, 'y', wrapped[0]))
+    begun = estimate(model, 0.0, (1.2,), (0.5, 0.0))
+    if noisy:
+        begun = replace(
+            begun, covariance=np.diag([0.01, 0.0, 0.0]), noise={'y': 0.1}, walks={'x': 0.1}
+        )
+    prediction.start(begun)
+    for t in range(1, 25):
+        absorb(prediction, (t, 'y', wrapped[t]))
+        now = prediction.now()
+        assert -0.5 * turn <= now.state['x'] < 0.5 * turn
+        assert now.state['x'] == pytest.approx(wrapped[t], abs=1e-9)
+        assert now.residual['y'] == pytest.approx(0.0, abs=1e-9)

@@ -220,3 +220,30 @@ def test_only_what_is_estimated_can_be_given_something() -> None:
         unknowns.check_estimated('a prior', ['p2', 'p1'])
     with pytest.raises(ValueError, match="no state or parameter 'p22'"):
         unknowns.check_estimated('a prior', ['p22'])
+
+
+@pytest.mark.parametrize(
+    ('bounds', 'nominal', 'box'),
+    [
+        ((-math.pi, math.pi), None, (-math.pi, math.pi)),
+        ((0.0, 7.0), None, (3.5 - math.pi, 3.5 + math.pi)),
+        ((-math.inf, math.inf), None, (-math.pi, math.pi)),
+        ((0.0, math.inf), 3.0, (3.0 - math.pi, 3.0 + math.pi)),
+    ],
+)
+def test_the_box_of_a_state_that_wraps_is_one_period_without_limits(
+    bounds: Any, nominal: Any, box: Any
+) -> None:
+    yaw = Variable('h1', 'rad', *bounds, nominal=nominal, period=2.0 * math.pi)
+    unknowns = Unknowns.of(replace(THREE_TANK, states=(yaw, *THREE_TANK.states[1:])))
+    assert (unknowns.scale.lower[0], unknowns.scale.upper[0]) == pytest.approx(box)
+    np.testing.assert_array_equal(unknowns.limits[:, :2], [[-math.inf, 0.0], [math.inf, 1.0]])
+
+
+def test_bounds_of_less_than_a_period_limit_a_state_modulo_the_period() -> None:
+    yaw = Variable('h1', 'rad', 2.0, 4.0, period=2.0 * math.pi)
+    unknowns = Unknowns.of(replace(THREE_TANK, states=(yaw, *THREE_TANK.states[1:])))
+    np.testing.assert_array_equal(unknowns.limits, [[0.0] * 6, [1.0] * 6])
+    values = dict.fromkeys(unknowns.names, 0.5)
+    for angle, place in ((3.0, 0.5), (3.0 - 4.0 * math.pi, 0.5), (-3.0, 0.64), (0.0, 0.0)):
+        assert unknowns.point({**values, 'h1': angle})[0] == pytest.approx(place, abs=0.002)

@@ -203,3 +203,69 @@ def test_a_path_that_the_type_cannot_have_is_refused(text: str, kind: str, messa
 )  # fmt: skip
 def test_a_path_that_the_type_has_passes(text: str) -> None:
     FieldPath.parse(text).check('pkg/Joints', FIELDS.__getitem__)
+
+
+@dataclass
+class Quaternion:
+    x: float = 0.0
+    y: float = 0.0
+    z: float = 0.0
+    w: float = 1.0
+
+
+@dataclass
+class Oriented:
+    orientation: Any = field(default_factory=Quaternion)
+
+
+ROTATIONS = {
+    'pkg/Oriented': {'orientation': 'geometry_msgs/Quaternion', 'position': 'pkg/Point'},
+    'geometry_msgs/Quaternion': dict.fromkeys('xyzw', 'double'),
+    'pkg/Point': {'x': 'double'},
+}
+
+
+@pytest.mark.parametrize('angle', ['roll', 'pitch', 'yaw'])
+def test_angles_of_a_quaternion_are_steps(angle: str) -> None:
+    message = Oriented()
+    path = FieldPath.parse(f'orientation.{angle}')
+    path.check('pkg/Oriented', ROTATIONS.__getitem__)
+    assert path.read(message) == 0.0
+    path.write(message, -1.2)
+    assert path.read(message) == pytest.approx(-1.2)
+    others = {'roll', 'pitch', 'yaw'} - {angle}
+    for other in others:
+        assert FieldPath.parse(f'orientation.{other}').read(message) == pytest.approx(0.0)
+
+
+def test_a_quaternion_that_is_no_rotation_is_refused_with_a_reason_of_its_own() -> None:
+    message = Oriented(Quaternion(w=0.0))
+    with pytest.raises(
+        MessageError, match=r'no yaw: the quaternion .* has norm 0, not 1'
+    ) as caught:
+        FieldPath.parse('orientation.yaw').read(message)
+    assert caught.value.reason == 'not_a_rotation'
+    assert FieldPath.parse('orientation.w').read(message) == 0.0
+
+
+@pytest.mark.parametrize(
+    ('text', 'message'),
+    [
+        ('orientation.yam', "geometry_msgs/Quaternion has no field 'yam': did you mean 'yaw'"),
+        ('orientation', 'go on with one of its fields roll, pitch, yaw, x, y, z, w'),
+        ('orientation.yaw.x', 'orientation.yaw.x: yaw is a double and has no fields'),
+        ('orientation.yaw[0]', 'yaw[0]: yaw is a double, not an array'),
+        ('position.yaw', 'roll, pitch, yaw follow a field of type geometry_msgs/Quaternion'),
+        ('yaw', "pkg/Oriented has no field 'yaw': roll, pitch, yaw follow a field of type"),
+    ],
+)
+def test_paths_to_angles_are_checked_by_the_types(text: str, message: str) -> None:
+    with pytest.raises(ValueError, match=re.escape(message)):
+        FieldPath.parse(text).check('pkg/Oriented', ROTATIONS.__getitem__)
+
+
+def test_only_a_quaternion_has_angles_and_no_entry_of_one() -> None:
+    for text in ('position.yaw', 'orientation.yaw[0]', 'orientation.yaw.x'):
+        with pytest.raises(MessageError) as caught:
+            FieldPath.parse(text).read(type('M', (), {'position': Point(), **vars(Oriented())})())
+        assert caught.value.reason == 'no_field'

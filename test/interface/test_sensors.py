@@ -77,3 +77,10 @@ def test_a_replay_takes_them_without_a_topic():
     assert chosen.model.inputs[0].delay == (0.0, 3.0) and chosen.remarks == ()
     with pytest.raises(ValueError, match='only outputs have a resolution'):
         setup({'signals.Q1.resolution': 0.5})
+
+
+def test_a_state_of_the_name_of_an_output_wraps_with_it():
+    model = declared(h1_period=360.0)
+    assert [state.period for state in model.states] == [360.0, None, None]
+    own = (replace(TANKS.states[0], period=90.0), *TANKS.states[1:])
+    assert declared(replace(TANKS, states=own), h1_period=360.0).states[0].period == 90.0

@@ -1,6 +1,6 @@
 """Tests of every observer of the registry: what it must do with any stream of samples."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cache
 from typing import Any
 
@@ -10,6 +10,7 @@ from plants import NAN, observer_form, rich_input, trajectory
 
 from obs_ros import Estimate, Model, Outcome, Sample, load_model, load_observer
 from obs_ros.core.model import inside, names
+from obs_ros.core.periods import within
 from obs_ros.core.typing import Array
 from obs_ros.models import MODELS
 from obs_ros.models.three_tank import THREE_TANK
@@ -294,3 +295,38 @@ class TestEveryImmediateObserver:
         assert prepared.estimate() is None and not any(prepared.counts.values())
         states = [[e.state for e in run(o, case.stream(30))] for o in (prepared, make(name))]
         assert states[0] == states[1]
+
+
+@pytest.mark.parametrize('name', IMMEDIATE)
+def test_outputs_that_wrap_are_followed_like_those_that_do_not(name: str) -> None:
+    """Periods are powers of two here: then whole periods away numbers keep their bits."""
+    case = case_of(name)
+    samples = case.stream(120)
+    y = np.array([sample.y for sample in samples])
+    period = 2.0 ** np.ceil(np.log2(np.abs(y).max(axis=0)))
+    outputs = [replace(v, period=float(p)) for v, p in zip(case.model.outputs, period, strict=True)]
+    wraps = replace(case.model, outputs=outputs)
+    assert (within(y, period) != y).any()
+    values = (*case.x0, *case.p)
+    initial = dict(zip(names(case.model.variables), values, strict=True))
+    arguments = {
+        'noise': dict.fromkeys(names(case.model.outputs), case.sigma), 'backend': 'numpy',
+        **LIGHT.get(name, {}),
+    }  # fmt: skip
+    found = []
+    for model, measured in ((case.model, y), (wraps, within(y, period))):
+        observer = load_observer(name)
+        given = (
+            initial
+            if getattr(observer, 'estimates_parameters', True)
+            else {v.name: initial[v.name] for v in model.states}
+        )
+        estimates = run(
+            observer(model, initial=given, **arguments),
+            [Sample(s.stamp, y=row, u=s.u) for s, row in zip(samples, measured, strict=True)],
+        )
+        found.append(estimates)
+    for plain, wrapped in zip(*found, strict=True):
+        assert wrapped.state == plain.state and wrapped.parameters == plain.parameters
+        for output, p in zip(outputs, period, strict=True):
+            assert not abs(wrapped.innovation[output.name]) > 0.5 * p

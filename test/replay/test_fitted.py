@@ -39,3 +39,19 @@ def test_outputs_that_are_no_state_follow_the_path_and_the_parameters_before_a_j
     )  # fmt: skip
     np.testing.assert_allclose(history.path.rows, [[1.0, 2.0], [2.0, 2.0], [3.0, 5.0]])
     np.testing.assert_allclose(fitted_outputs(history)[:, 0], [2.0 + 1.0, 4.0 + 2.0, 15.0 + 4.0])
+
+
+def test_outputs_that_wrap_are_fitted_within_their_period():
+    outputs = (Variable('y', period=4.0),)
+    model = Model(
+        name='wrapping', states=(Variable('x', lower=-99, upper=99),), outputs=outputs,
+        dynamics=lambda t, x, u, p: (1.0 + 0.0 * x[0],), output=lambda t, x, u, p: (x[0],),
+    )  # fmt: skip
+    history = History(model)
+    history.add(
+        Estimate(
+            {}, {'x': 1.0}, {'x': 9.0}, {}, Outcome.CONVERGED, '', 0.0, 2.0,
+            times=np.arange(3.0), states=np.array([[1.0], [2.0], [9.0]]), stamp=2_000_000_000,
+        )
+    )  # fmt: skip
+    assert fitted_outputs(history)[:, 0].tolist() == [1.0, -2.0, 1.0]

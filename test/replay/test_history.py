@@ -101,3 +101,12 @@ def test_a_jump_that_is_taken_back_stands_no_more():
     assert (history.jump_count, history.retraction_count) == (2, 1)
     assert history.jumps == [first, second, back] and history.standing == [second]
     assert history.drifting == {'g': 3}
+
+
+def test_the_path_of_an_angle_lies_in_its_period():
+    turn = 4.0
+    states = (replace(VESSEL.states[0], period=turn),)
+    history = History(replace(VESSEL, name='turning', states=states))
+    path = np.array([[9.0], [7.0], [1.0]])
+    history.add(estimate(2.0, 1.0, times=np.arange(3.0), states=path))
+    assert history.path.rows[:, 0].tolist() == [1.0, -1.0, 1.0]

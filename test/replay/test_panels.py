@@ -4,7 +4,18 @@ import numpy as np
 import pytest
 
 from obs_ros.core.model import Variable
-from obs_ros.replay.panels import STYLE, Band, broken, finish, label, legend, limit, panels, usual
+from obs_ros.replay.panels import (
+    STYLE,
+    Band,
+    broken,
+    finish,
+    label,
+    legend,
+    limit,
+    panels,
+    usual,
+    wraps,
+)  # fmt: skip
 
 
 @pytest.fixture
@@ -69,3 +80,10 @@ def test_axes_are_named_with_their_units_and_the_begin(plt):
     finish(figure, (above, below), 1_500_000_000)
     assert (above.get_ylabel(), below.get_ylabel()) == ('v (m/s)', 'rms of share')
     assert below.get_xlabel() == 'time (s since 1.500)' and not above.get_xlabel()
+
+
+def test_a_line_that_wraps_is_interrupted_there():
+    values = np.array([3.0, -3.0, -2.9, np.nan, 2.0])
+    assert wraps(values, 2.0 * np.pi).tolist() == [1] and not wraps(values, None).size
+    t, x = broken(np.arange(5.0), values, 2.0 * np.pi)
+    assert t.size == x.size == 6 and np.isnan(x[1]) and x[2] == -3.0

@@ -1,0 +1,47 @@
+"""The report on periods: the model must be the same one period on."""
+
+from typing import Any
+
+import numpy as np
+import pytest
+from spinner import SHAFT, TURN
+
+from obs_ros import Model, Variable
+from obs_ros.cli.model_periods import wrapping
+from obs_ros.cli.model_trial import simulated
+from obs_ros.integration.backends import kernels_for
+
+
+def pendulum(torque: Any, output: Any = lambda t, x, u, p: (x[0],)) -> Model:
+    """angle'' = torque of the angle, from 1 rad."""
+    return Model(
+        'pendulum',
+        states=(
+            Variable('angle', 'rad', -np.pi, np.pi, nominal=1.0, period=TURN),
+            Variable('rate', 'rad/s', -9.0, 9.0),
+        ),
+        outputs=(Variable('sensor', 'rad', period=TURN),),
+        dynamics=lambda t, x, u, p: (x[1], torque(x[0])), output=output, max_step=0.05,
+    )  # fmt: skip
+
+
+def lines(model: Model) -> list[str]:
+    kernels = kernels_for(model, 'numpy')
+    return wrapping(model, simulated(kernels, 2.0, 0.05, {}, {}))
+
+
+@pytest.mark.parametrize('model', [SHAFT, pendulum(lambda angle: -9.81 * np.sin(angle))])
+def test_a_model_with_its_period_passes(model: Model) -> None:
+    assert lines(model) == []
+
+
+def test_dynamics_that_count_turns_are_told() -> None:
+    (line,) = lines(pendulum(lambda angle: -9.81 * angle))
+    assert line.startswith('  give state angle no period, or write the model with its sine')
+    assert "a period of 6.28319 on, rate' differ" in line
+
+
+def test_outputs_that_count_turns_are_told_unless_whole_turns_apart() -> None:
+    geared = pendulum(lambda angle: -np.sin(angle), lambda t, x, u, p: (0.5 * x[0],))
+    assert 'sensor differ' in lines(geared)[0]
+    assert lines(pendulum(lambda angle: -np.sin(angle), lambda t, x, u, p: (3.0 * x[0],))) == []
