@@ -10,8 +10,10 @@ from collections.abc import Sequence
 import numpy as np
 
 from obs_ros.core.jit import accelerated
-from obs_ros.core.model import Variable
+from obs_ros.core.model import Model, Variable, inside
 from obs_ros.core.typing import Array
+
+SAME = 1e-6  # of 1 and of a value: sines of large angles differ by rounding
 
 
 def periods(variables: Sequence[Variable]) -> Array:
@@ -22,6 +24,39 @@ def periods(variables: Sequence[Variable]) -> Array:
 def lasting_bounds(variable: Variable) -> tuple[float, float]:
     """Return the bounds that hold all along: those of a variable with a period hold at first."""
     return (variable.lower, variable.upper) if variable.period is None else (-math.inf, math.inf)
+
+
+def has_period(model: Model, state: int, period: float, draws: int = 16) -> bool:
+    """Whether a model is the same one period of a state on, as far as random points tell.
+
+    Its dynamics do not change then, and outputs with periods at most by whole ones.
+    """
+    rng = np.random.default_rng(0)
+    groups = (model.states, model.inputs, model.parameters)
+    x, u, p = (np.array([_drawn(v, rng, draws) for v in group]) for group in groups)
+    further = x.copy()
+    further[state] += period
+    turns = periods(model.outputs)
+    with np.errstate(all='ignore'):
+        for function, wraps in ((model.dynamics, np.zeros(len(x))), (model.output, turns)):
+            now, then = (
+                np.column_stack([np.broadcast_to(y, draws)
+                                 for y in function(0.0, tuple(at), tuple(u), tuple(p))])
+                for at in (x, further)
+            )  # fmt: skip
+            off = np.abs(shortest(then - now, wraps))
+            if (off > SAME * (1.0 + np.abs(now))).any():
+                return False
+    return True
+
+
+def _drawn(variable: Variable, rng: np.random.Generator, draws: int) -> Array:
+    """Return random values (draws,) between the bounds, or about a value inside them."""
+    width = variable.upper - variable.lower
+    share = rng.uniform(0.1, 0.9, draws)
+    if math.isfinite(width):
+        return np.asarray(variable.lower + share * width)
+    return np.asarray(inside(variable) + share - 0.5)
 
 
 def shortest(differences: Array, period: Array) -> Array:

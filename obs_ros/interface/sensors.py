@@ -7,6 +7,7 @@ from typing import Any
 
 from obs_ros.core.model import Model, Variable
 from obs_ros.core.parameter_spec import ParameterSpec
+from obs_ros.core.periods import has_period
 from obs_ros.core.variable_fields import LONGEST_DELAY, SENSOR_FIELDS, checked_sensor_field
 from obs_ros.samples.range_check import LARGEST
 
@@ -32,8 +33,8 @@ def with_sensors(model: Model, values: Mapping[str, Any]) -> Model:
     """Return the model with the sensors and actuators that the parameter values declare.
 
     Where they say what the model says, it is the very same model. A state of the name of an output
-    has the period that parameters give to that, unless it has its own. Raises ValueError for a
-    value that cannot be.
+    has the period that parameters give to that, unless it has its own or the model is another one
+    period on. Raises ValueError for a value that cannot be.
     """
     inputs = tuple(_declared(variable, 'input', values) for variable in model.inputs)
     outputs = tuple(_declared(variable, 'output', values) for variable in model.outputs)
@@ -44,11 +45,13 @@ def with_sensors(model: Model, values: Mapping[str, Any]) -> Model:
         for old, new in zip(model.outputs, outputs, strict=True)
         if new.period != old.period
     }
-    states = tuple(
-        replace(v, period=given[v.name]) if v.period is None and v.name in given else v
-        for v in model.states
-    )
-    return replace(model, states=states, inputs=inputs, outputs=outputs)
+    model = replace(model, inputs=inputs, outputs=outputs)
+    states = list(model.states)
+    for i, state in enumerate(states):
+        period = given.get(state.name)
+        if period is not None and state.period is None and has_period(model, i, period):
+            states[i] = replace(state, period=period)
+    return replace(model, states=states)
 
 
 def _declared(variable: Variable, kind: str, values: Mapping[str, Any]) -> Variable:

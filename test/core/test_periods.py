@@ -7,9 +7,10 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from obs_ros import Variable
+from obs_ros import Model, Variable
 from obs_ros.core.periods import (
     continuous,
+    has_period,
     lasting_bounds,
     nearest,
     periods,
@@ -115,3 +116,16 @@ def test_quantiles_about_half_a_turn_mean_something() -> None:
     assert np.nanmedian(found) % TURN == pytest.approx(np.pi, abs=0.05)
     assert np.nanmax(found) - np.nanmin(found) == pytest.approx(TURN - 6.0)
     assert together(values, 0.0) is values
+
+
+@pytest.mark.parametrize(('gain', 'expected'), [(1.0, True), (2.0, True), (0.5, False)])
+def test_a_model_has_a_period_or_not(gain: float, expected: bool) -> None:
+    """A pendulum, seen directly, geared up and geared down."""
+    model = Model(
+        'pendulum', states=(Variable('angle', 'rad', -4.0, 4.0), Variable('rate')),
+        outputs=(Variable('sensor', 'rad', period=TURN),),
+        dynamics=lambda t, x, u, p: (x[1], -9.81 * np.sin(x[0])),
+        output=lambda t, x, u, p: (gain * x[0],),
+    )  # fmt: skip
+    assert has_period(model, 0, TURN) is expected
+    assert not has_period(model, 0, 1.0) and not has_period(model, 1, TURN)

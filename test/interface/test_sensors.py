@@ -4,6 +4,7 @@ import math
 from dataclasses import replace
 
 import pytest
+from spinner import shaft
 
 from obs_ros.interface.bindings import signal_parameters
 from obs_ros.interface.sensors import sensor_parameters, with_sensors
@@ -79,8 +80,12 @@ def test_a_replay_takes_them_without_a_topic():
         setup({'signals.Q1.resolution': 0.5})
 
 
-def test_a_state_of_the_name_of_an_output_wraps_with_it():
-    model = declared(h1_period=360.0)
-    assert [state.period for state in model.states] == [360.0, None, None]
-    own = (replace(TANKS.states[0], period=90.0), *TANKS.states[1:])
-    assert declared(replace(TANKS, states=own), h1_period=360.0).states[0].period == 90.0
+def test_a_state_of_the_name_of_an_output_wraps_with_it_where_the_model_does():
+    plain = shaft(None)
+    model = declared(plain, angle_period=2.0 * math.pi)
+    assert [state.period for state in model.states] == [2.0 * math.pi, None]
+    assert declared(plain, angle_period=1.0).states[0].period == 1.0, 'a shaft has any period'
+    own = (replace(plain.states[0], period=0.5), plain.states[1])
+    assert declared(replace(plain, states=own), angle_period=1.0).states[0].period == 0.5
+    levels = declared(h1_period=360.0)
+    assert levels.outputs[0].period == 360.0 and levels.states == TANKS.states
