@@ -6,6 +6,8 @@ a variable that has none: it passes unchanged, bit by bit.
 
 import math
 from collections.abc import Sequence
+from dataclasses import dataclass
+from statistics import median
 
 import numpy as np
 
@@ -103,21 +105,58 @@ def within(values: Array, period: Array) -> Array:
     return np.asarray(np.where(inside >= half, inside - period, inside))
 
 
-def continuous(y: Array, period: Array) -> Array:
-    """Return values (K, n) along time without wraps: from each to the next by the shortest way.
+@dataclass(frozen=True)
+class UnwrapSettings:
+    """Limits in making measured angles continuous.
 
-    NaN = not measured. The first value of each column lies in [-period/2, period/2).
+    - `sure`: share of a period; where no step is longer, nor what the usual pace makes of the
+      longest gap, the shortest way is believed as it is;
+    - `behind`: values before each, of which most must be right;
+    - `around`: steps on either side whose median is the pace.
+    """
+
+    sure: float = 0.25
+    behind: int = 5
+    around: int = 10
+
+
+UNWRAP = UnwrapSettings()
+
+
+def continuous(t: Array, y: Array, period: Array) -> Array:
+    """Return values (K, n) at times (K,) without wraps, the first ones in [-period/2, period/2).
+
+    NaN = not measured. From value to value they go the shortest way; where steps are long, nearest
+    to the median of what the values before make of the pace: an outlier leads no other astray, and
+    in a gap the plant turns on.
     """
     y = y.copy()
     for i in np.flatnonzero(period):
         known = np.flatnonzero(np.isfinite(y[:, i]))
         if known.size:
-            first = within(y[known[:1], i : i + 1], period[i : i + 1])[0, 0]
-            steps = shortest(np.diff(y[known, i])[:, None], period[i : i + 1])[:, 0]
-            turned = first + np.concatenate([[0.0], np.cumsum(steps)])
-            # What was measured, so many periods on: sums of steps would gather rounding errors.
-            y[known, i] = nearest(y[known, i][:, None], turned[:, None], period[i : i + 1])[:, 0]
+            y[known, i] = _unwrapped(t[known], y[known, i], period[i : i + 1])
     return y
+
+
+def _unwrapped(t: Array, y: Array, period: Array, settings: UnwrapSettings = UNWRAP) -> Array:
+    """Return values (M,) of one output; see `continuous`."""
+    steps, first = shortest(np.diff(y), period), within(y[:1], period)
+    turned = np.concatenate([first, first + np.cumsum(steps)])
+    gaps = np.diff(t)
+    usual = np.median(np.abs(steps / gaps)) * gaps.max() if y.size > 1 else 0.0
+    if max(usual, np.abs(steps).max(initial=0.0)) > settings.sure * period[0]:
+        reach = settings.around
+        rates = np.pad(steps / gaps, reach, constant_values=np.nan)
+        around = np.lib.stride_tricks.sliding_window_view(rates, 2 * reach + 1)
+        paces, times = np.nanmedian(around, axis=1).tolist(), t.tolist()
+        values, turn = [float(first[0])], float(period[0])
+        for k, measured in enumerate(y[1:].tolist(), 1):
+            before = range(max(0, k - settings.behind), k)
+            expected = median(values[j] + paces[k - 1] * (times[k] - times[j]) for j in before)
+            values.append(measured - turn * math.floor((measured - expected) / turn + 0.5))
+        turned = np.array(values)
+    # What was measured, so many periods on: sums of steps would gather rounding errors.
+    return nearest(y, turned, period)
 
 
 def together(values: Array, period: float) -> Array:

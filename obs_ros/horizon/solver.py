@@ -200,8 +200,8 @@ class Solver:
         `scale` None means the noise, given or guessed; 1 for fitnesses other than squares. `prior`
         None means the given ones, of a first window. Raises TooFewSamples.
         """
-        turns = periods(self.model.outputs)
-        record = record.with_outputs(continuous(record.y, turns)) if turns.any() else record
+        if (turns := periods(self.model.outputs)).any():
+            record = record.with_outputs(continuous(record.t, record.y, turns))
         grid = Grid.of(self.model, record, self._scale(record) if scale is None else scale)
         objective = Objective(self.kernels, grid, self.unknowns, self.settings.fitness)
         values, dimension = objective.count(objective.nodes), objective.dimension

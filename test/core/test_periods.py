@@ -73,7 +73,9 @@ def test_what_has_no_period_passes_bit_by_bit() -> None:
     values, none = np.array([1e9, np.nan, -np.inf]), np.zeros(3)
     assert shortest(values, none) is values
     assert within(values, none) is values and nearest(values, values, none) is values
-    np.testing.assert_array_equal(continuous(values[:, None], none[:1]), values[:, None])
+    np.testing.assert_array_equal(
+        continuous(np.arange(3.0), values[:, None], none[:1]), values[:, None]
+    )
     mixed = within(np.array([[4.0, 4.0]]), np.array([TURN, 0.0]))
     np.testing.assert_allclose(mixed, [[4.0 - TURN, 4.0]])
 
@@ -92,7 +94,7 @@ def test_many_turns_become_one_line(rate: float) -> None:
     true = 0.4 + 0.05 * rate * np.arange(200) + 0.1 * rng.standard_normal(200)
     y = np.c_[within(true[:, None], np.array([TURN]))[:, 0], true]
     y[rng.random(200) < (0.2 if abs(rate) < 10.0 else 0.0), 0] = np.nan
-    found = continuous(y, np.array([TURN, 0.0]))
+    found = continuous(0.05 * np.arange(200), y, np.array([TURN, 0.0]))
     known = np.isfinite(y[:, 0])
     np.testing.assert_allclose(found[known, 0], true[known], atol=1e-12)
     np.testing.assert_array_equal(found[:, 1], true)
@@ -102,12 +104,36 @@ def test_many_turns_become_one_line(rate: float) -> None:
 def test_an_angle_that_hovers_at_half_a_turn_is_one_line() -> None:
     true = np.pi + 0.3 * np.random.default_rng(2).standard_normal((500, 1))
     period = np.array([TURN])
-    found = continuous(within(true, period), period)
+    found = continuous(np.arange(500.0), within(true, period), period)
     assert np.ptp(found) == pytest.approx(np.ptp(true)) and np.ptp(found) < 2.5
 
 
+@pytest.mark.parametrize('size', [2.0, 3.0, 3.14, -3.1])
+@pytest.mark.parametrize('length', [1, 2])
+def test_outliers_of_half_a_turn_lead_no_other_value_astray(size: float, length: int) -> None:
+    t = 0.05 * np.arange(200)
+    true = 3.0 * t + np.sin(t)
+    y = true + 0.02 * np.random.default_rng(3).standard_normal(200)
+    off = np.zeros(200, dtype=bool)
+    for first in (0, 40, 90, 198):
+        off[first : first + length] = True
+    y[off] += size
+    period = np.array([TURN])
+    found = continuous(t, within(y[:, None], period), period)[:, 0]
+    turns = (found - true)[~off]
+    np.testing.assert_allclose(turns, turns[0] * np.ones(turns.size), atol=0.2)
+
+
+def test_in_a_gap_an_angle_turns_on_at_its_pace() -> None:
+    t = np.delete(0.05 * np.arange(100), slice(40, 70))
+    true = 20.0 * t
+    period = np.array([TURN])
+    found = continuous(t, within(true[:, None], period), period)[:, 0]
+    np.testing.assert_allclose(np.diff(found), np.diff(true), atol=1e-9)
+
+
 def test_a_column_without_values_stays() -> None:
-    assert np.isnan(continuous(np.full((4, 1), np.nan), np.array([TURN]))).all()
+    assert np.isnan(continuous(np.arange(4.0), np.full((4, 1), np.nan), np.array([TURN]))).all()
 
 
 def test_quantiles_about_half_a_turn_mean_something() -> None:
