@@ -54,7 +54,9 @@ class UnscentedKalmanObserver(KalmanObserver):
 
     With lambda = alpha^2 (D + kappa) - D the mean weighs lambda / (D + lambda), in covariances
     1 - alpha^2 + beta more, and the points z +- sqrt(D + lambda) column of the root of C weigh
-    1 / (2 (D + lambda)) each. The model sees a point clipped to the bounds.
+    1 / (2 (D + lambda)) each. The model sees a point clipped to the bounds. Innovations of outputs
+    with a period go the shortest way; such outputs must be continuous functions of the state, as
+    points may be more than half a period apart.
     """
 
     Settings: ClassVar[type[table.Settings]] = UnscentedSettings
@@ -135,8 +137,6 @@ def update(kf: Workspace, y: Array) -> bool:
     for i in range(r):
         total = 0.0
         for lane in range(1, count):
-            if period[i] > 0.0:  # the shortest way from the central point
-                ys[i, lane] = ys[i, 0] + shortest_way(ys[i, lane] - ys[i, 0], period[i])
             total += ys[i, lane]
         mean = weights[0] * ys[i, 0] + weights[2] * total
         innovation[i] = shortest_way(y[i] - mean, period[i])
