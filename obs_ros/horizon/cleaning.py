@@ -32,7 +32,7 @@ def cleaned(
     """
     if not np.isfinite(found.cost):
         return window, found
-    clean = without_outliers(window, found.z, deadline, problem)
+    clean = without_outliers(window, [found.z], deadline, problem)
     if clean is None:
         return window, found
     return _accepted(clean.window, replace(found, z=clean.z, cost=clean.squares), deadline, problem)

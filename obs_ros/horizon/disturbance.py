@@ -176,7 +176,7 @@ def steadied(
     A push that the states had is none: the innovations that follow would be as far out.
     """
     innovations = other.hypothesis.residuals
-    far = suspects(innovations, noise_known=True)
+    far = suspects(innovations, window.record.y, noise_known=True)
     if not far.any():
         return window, other
     clean = left_out(window, far, innovations)

@@ -66,7 +66,7 @@ def beside_known_jumps(
 ) -> tuple[WindowState, Hypothesis | None]:
     """Return the window without outliers beside the jumps that are known, and their hypothesis."""
     known = earlier_jumps(window, earlier, deadline)
-    far = None if known is None else suspects(known.residuals, noise_known=True)
+    far = None if known is None else suspects(known.residuals, window.record.y, noise_known=True)
     if known is None or far is None or not far.any():
         return window, known
     clean = left_out(window, far, known.residuals)

@@ -213,7 +213,7 @@ def _from_warm(
     z, squares = solved.z[0], float(solved.squares[0])
     limit, rule = _believed(window), Acceptance.LIKE_NOISE
     if not squares <= limit:
-        clean = without_outliers(window, z, deadline) if np.isfinite(squares) else None
+        clean = without_outliers(window, [warm, z], deadline) if np.isfinite(squares) else None
         if clean is not None and clean.squares <= _believed(clean.window):
             window, z, squares = clean.window, clean.z, clean.squares
         elif continued is None or continued.squares > limit:

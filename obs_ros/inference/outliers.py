@@ -1,7 +1,9 @@
-"""Outliers: single samples far beyond the noise that are no measurements of the plant.
+"""Outliers: samples far beyond the noise that are no measurements of the plant.
 
-They are left out of their window. A burst, a step, and the decay after a jump of a fast parameter
-are none: they have samples beside them that are far out too.
+A single one, or a few side by side, is an outlier; more in a row are a burst, which is a fault of
+the sensor. Both are taken as not measured: weights of 0 in a redescending loss (Hampel et al. 1986,
+section 2.6), of 1 for all others. A step, the decay after a jump of a fast parameter, and what a
+wrong model leaves are none: they do not come and go at once.
 """
 
 import math
@@ -23,18 +25,16 @@ class OutlierSettings:
     - `limit`: least size; Gaussian noise reaches it in one of 1.7 million samples;
     - `beside`: most size of the samples before and after, or `echo` of the outlier's own, if that
       is more: a jump of a fast parameter decays, an outlier does not;
-    - `longest`: most consecutive samples of one output; more are a burst, or a step;
-    - `most`: share of the window's values, though one is always allowed; more are another noise;
+    - `few`: most consecutive samples of one output that are outliers; more are a burst;
+    - `hidden`: samples in a row within a burst that may look sound by chance;
+    - `abrupt`: share of its largest size by which a burst begins or ends from one sample to the
+      next, and `rough`: times that size that its samples vary by in all, if it does not;
+    - `most`: share of an output's values, though one is always allowed; more are another noise;
     - `values`: measured ones below which nothing tells what the others would be;
     - `least`: share of the signal, root mean square; less would be seen by nobody;
-    - `comparable`: share of the largest size that others need to be left out beside it: a gross
-      outlier drags the fit, and others seem far out that are not;
-    - `rounds`: of leaving out and fitting anew;
+    - `trimmed`: size from which on samples do not count while the fit to most of them is sought, in
+      `rounds` at most; in the first `steps` as many as `most` do not;
     - `before`: nodes before an outlier at which a jump may stand for it;
-    - `together`: share of the squares of several outliers that one jump must not explain: it may
-      show in single samples alone, one at each step of an input;
-    - `hint`: gain in -2 log evidence, penalty apart, of such a jump by all other samples, from
-      which on the search for jumps decides;
     - `probability`: that a sample is an outlier, a priori;
     - `told`: outliers that a message names.
     """
@@ -42,15 +42,17 @@ class OutlierSettings:
     limit: float = 5.0
     beside: float = 3.5
     echo: float = 0.1
-    longest: int = 2
-    most: float = 0.03
+    few: int = 3
+    hidden: int = 2
+    abrupt: float = 0.5
+    rough: float = 2.3
+    most: float = 0.2
     values: int = 10
     least: float = 1e-4
-    comparable: float = 0.3
-    rounds: int = 5
+    trimmed: float = 3.5
+    rounds: int = 12
+    steps: int = 3
     before: int = 3
-    together: float = 0.5
-    hint: float = 0.0
     probability: float = 0.01
     told: int = 3
 
@@ -63,23 +65,21 @@ class OutlierSettings:
 OUTLIERS = OutlierSettings()
 
 
-def suspects(residuals: Array, *, noise_known: bool) -> BoolArray:
-    """Return which residuals (K, r) are those of single samples far beyond the noise.
+def suspects(residuals: Array, y: Array, *, noise_known: bool) -> BoolArray:
+    """Return which residuals (K, r) are those of outliers and bursts.
 
-    NaN = not measured. They are in units of the noise, or in any if it is not known.
+    NaN = not measured. They are in units of the noise, or in any if it is not known; y (K, r) are
+    the measured values.
     """
-    sizes = np.abs(residuals) / spread(residuals, noise_known=noise_known)
-    far = np.nan_to_num(sizes, nan=0.0) > OUTLIERS.limit
-    if not far.any():
-        return np.asarray(far)
-    values = int(np.isfinite(residuals).sum())
-    if values < OUTLIERS.values or far.sum() > max(1, int(OUTLIERS.most * values)):
-        return np.zeros_like(far)
-    single = np.zeros_like(far)
-    for column in np.flatnonzero(far.any(axis=0)):
-        known = np.flatnonzero(np.isfinite(sizes[:, column]))
-        single[known, column] = _single(sizes[known, column], far[known, column])
-    return single
+    scaled = residuals / spread(residuals, noise_known=noise_known)
+    found = np.zeros(scaled.shape, dtype=np.bool_)
+    for column, (e, values) in enumerate(zip(scaled.T, y.T, strict=True)):
+        known = np.flatnonzero(np.isfinite(e))
+        if known.size >= OUTLIERS.values:
+            own = _outlying(e[known], values[known])
+            if own.sum() <= max(1, int(OUTLIERS.most * known.size)):
+                found[known, column] = own
+    return found
 
 
 def spread(residuals: Array, *, noise_known: bool) -> Array:
@@ -132,13 +132,57 @@ def words(outliers: Sequence[Outlier], outputs: Sequence[str]) -> list[str]:
     return said
 
 
-def _single(sizes: Array, far: BoolArray) -> BoolArray:
-    """Return which of the sizes (M,) of successive samples that are `far` out are single ones."""
-    edges = np.flatnonzero(np.diff(np.concatenate([[False], far, [False]]).astype(np.int8)))
-    single = far.copy()
-    for first, end in edges.reshape(-1, 2):
-        beside = sizes[[i for i in (first - 1, end) if 0 <= i < sizes.size]]
-        limit = max(OUTLIERS.beside, OUTLIERS.echo * sizes[first:end].max())
-        if end - first > OUTLIERS.longest or (beside > limit).any():
-            single[first:end] = False
-    return single
+def _outlying(e: Array, y: Array) -> BoolArray:
+    """Return which of successive scaled residuals (M,) come and go as no plant would.
+
+    y (M,) are the values measured.
+    """
+    far = np.abs(e) > OUTLIERS.limit
+    repeated = _repeated(y)
+    for first, end in repeated:
+        far[first:end] |= np.sum(e[first:end] ** 2) > OUTLIERS.limit**2
+    found = np.zeros_like(far)
+    for first, end in _runs(far):
+        largest = float(np.abs(e[first:end]).max())
+        beside = np.abs(e[[i for i in (first - 1, end) if 0 <= i < e.size]])
+        quiet = (beside <= max(OUTLIERS.beside, OUTLIERS.echo * largest)).all()
+        short = end - first < OUTLIERS.few
+        if quiet and (short or (first, end) in repeated or _at_once(e, first, end, largest)):
+            found[first:end] = True
+    return found
+
+
+def _runs(far: BoolArray) -> list[tuple[int, int]]:
+    """Return first and end of the runs of samples (M,) far out, bursts as one each."""
+    found: list[tuple[int, int]] = []
+    for first, end in _stretches(far):
+        found.append((first, end))
+        begin = len(found) - 1
+        while begin and found[begin][0] - found[begin - 1][1] <= OUTLIERS.hidden:
+            begin -= 1
+        if far[found[begin][0] : end].sum() > OUTLIERS.few:
+            found[begin:] = [(found[begin][0], end)]
+    return found
+
+
+def _repeated(y: Array) -> list[tuple[int, int]]:
+    """Return first and end of the runs of the very same values (M,); none of a coarse sensor."""
+    same = np.diff(y) == 0.0
+    if same.sum() > OUTLIERS.most * y.size:
+        return []
+    long = [(first, end + 1) for first, end in _stretches(same)]
+    return [(first, end) for first, end in long if end - first >= OUTLIERS.few]
+
+
+def _stretches(chosen: BoolArray) -> list[tuple[int, int]]:
+    """Return first and end of the runs of chosen samples (M,)."""
+    edges = np.flatnonzero(np.diff(np.concatenate([[False], chosen, [False]]).astype(np.int8)))
+    return [(int(first), int(end)) for first, end in edges.reshape(-1, 2)]
+
+
+def _at_once(e: Array, first: int, end: int, largest: float) -> bool:
+    """Whether a run of residuals ends at once, or varies by more than a decay would."""
+    around = np.abs(np.diff(e[max(first - 1, 0) : end + 1]))
+    if around.sum() >= OUTLIERS.rough * largest:
+        return True
+    return bool(around[-1 if end < e.size else 0] >= OUTLIERS.abrupt * largest)

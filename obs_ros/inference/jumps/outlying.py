@@ -15,11 +15,13 @@ import numpy as np
 
 from obs_ros.core.deadline import Deadline
 from obs_ros.core.linear_algebra import scaled_inverse
+from obs_ros.core.residual_tests import is_white, like_noise
 from obs_ros.core.typing import Array, BoolArray, IntArray
 from obs_ros.inference.jumps.hypothesis import Hypothesis, hypothesis_at
 from obs_ros.inference.jumps.piecewise import PiecewiseProblem, may_jump
 from obs_ros.inference.jumps.screening import screen
-from obs_ros.inference.outliers import OUTLIERS, left_out, suspects
+from obs_ros.inference.noise import variances_left
+from obs_ros.inference.outliers import OUTLIERS, left_out, spread, suspects
 from obs_ros.inference.window_state import WindowState
 from obs_ros.optimization.levenberg_marquardt import levenberg_marquardt
 from obs_ros.optimization.memetic import MemeticSettings
@@ -35,43 +37,56 @@ class Cleaned:
     squares: float
 
 
+@dataclass(frozen=True)
+class _Found:
+    """Outliers `far` (K, r), and the scaled residuals `left` (K, r) that predictions leave.
+
+    z (d,) is the optimum of all other samples, with their squares and those of the prior. In units
+    of the noise, `best` is the hypothesis on them there, and `whole` that on all samples.
+    """
+
+    far: BoolArray
+    left: Array
+    z: Array
+    squares: float
+    best: Hypothesis
+    whole: Hypothesis
+
+    @classmethod
+    def of(
+        cls, window: WindowState, far: BoolArray, left: Array, z: Array, squares: float
+    ) -> '_Found':
+        """Return what is found in a window, whose noise is that of the others if not known."""
+        kept = window.without(far)
+        if not window.noise_known:
+            grid, objective = kept.objective.grid, kept.objective
+            noise = np.sqrt(variances_left(objective.residuals(z), grid, objective.dimension))
+            window, kept = (each.rescaled(noise / grid.scale) for each in (window, kept))
+        best, whole = (
+            hypothesis_at(PiecewiseProblem(each.objective, each.prior), z)
+            for each in (kept, window)
+        )
+        return cls(far, left, z, squares, best, whole)
+
+
 def without_outliers(
     window: WindowState,
-    z: Array,
+    starts: Sequence[Array],
     deadline: Deadline,
     problem: Callable[[WindowState], Problem] = attrgetter('posterior'),
 ) -> Cleaned | None:
-    """Return the window without its outliers and the optimum near z (d,), that of all samples.
+    """Return the window without its outliers and the optimum near one of the `starts` (d,).
 
-    `problem` is what is minimised. None where no sample is an outlier, or a jump may stand for
-    those that seem to be.
+    The last start is the optimum of all samples. `problem` is what is minimised. None where no
+    sample is an outlier, or a jump may stand for those that seem to be.
     """
-    residuals = window.objective.residuals(z)
-    found = suspects(residuals, noise_known=window.noise_known)
-    if found.any():
-        found &= np.abs(residuals) > OUTLIERS.least * np.sqrt(window.objective.signal)
-    if not found.any():
+    if not _suspicious(window, window.objective.residuals(starts[-1])):
         return None
-    start = z
-    for _ in range(OUTLIERS.rounds):
-        cleaned = _refitted(window.without(found), problem, z, deadline)
-        if deadline.passed or not np.isfinite(cleaned.squares):
-            return None
-        full = hypothesis_at(PiecewiseProblem(window.objective, window.prior), cleaned.z)
-        left = _predicted(full, found)
-        again = suspects(left, noise_known=window.noise_known)
-        again &= found | (np.abs(left) >= OUTLIERS.comparable * np.nanmax(np.abs(left)))
-        if (again == found).all():
-            break
-        found, z = again, cleaned.z
-        if not found.any():
-            return None
-    else:
-        return None
-    whole = hypothesis_at(PiecewiseProblem(window.objective, window.prior), start)
-    if _may_be_jump(whole, cleaned.window, found, cleaned.z):
-        return None
-    return replace(cleaned, window=left_out(window, found, left))
+    for start in starts:
+        found = _found(window, start, deadline, problem)
+        if found is not None and not _may_be_jump(found):
+            return Cleaned(left_out(window, found.far, found.left), found.z, found.squares)
+    return None
 
 
 def beside(tried: Sequence[Hypothesis], *, noise_known: bool) -> tuple[BoolArray, Array] | None:
@@ -82,20 +97,85 @@ def beside(tried: Sequence[Hypothesis], *, noise_known: bool) -> tuple[BoolArray
     least, found = min(h.neg2_log_evidence for h in tried), None
     for one in tried:
         residuals = one.residuals
-        far = suspects(residuals, noise_known=noise_known)
+        y = one.problem.objective.grid.y
+        far = suspects(residuals, y, noise_known=noise_known)
         if far.any() and (evidence := _without(one, far)) < least:
             least, found = evidence, (far, residuals)
     return found
 
 
-def _refitted(
+def _suspicious(window: WindowState, residuals: Array) -> bool:
+    """Whether residuals (K, r) of the fit to all samples may hide outliers."""
+    sizes = np.abs(residuals) / spread(residuals, noise_known=window.noise_known)
+    if np.nanmax(sizes, initial=0.0) > OUTLIERS.limit:
+        return True
+    if not window.noise_known:
+        return not is_white(residuals)
+    objective = window.objective
+    freedom = max(1, objective.count(objective.nodes) - objective.dimension)
+    return not like_noise(float(np.nansum(residuals**2)), freedom)
+
+
+def _found(
+    window: WindowState,
+    start: Array,
+    deadline: Deadline,
+    problem: Callable[[WindowState], Problem],
+) -> _Found | None:
+    """Return the outliers near a start (d,), those that are left without themselves."""
+    z, known = _fit_of_most(window, start, deadline, problem), window.noise_known
+    least = OUTLIERS.least * np.sqrt(window.objective.signal)
+    left, squares = window.objective.residuals(z), np.inf
+    gone = np.zeros(left.shape, dtype=np.bool_)
+    for _ in range(OUTLIERS.rounds):
+        far = suspects(left, window.record.y, noise_known=known) & (np.abs(left) > least)
+        if not far.any():
+            return None
+        if (far == gone).all():
+            return _Found.of(window, far, left, z, squares)
+        gone, kept = far, window.without(far)
+        z, squares = _fitted(kept, problem, z, deadline)
+        if deadline.passed or not np.isfinite(squares):
+            return None
+        left = _predicted(hypothesis_at(PiecewiseProblem(window.objective, window.prior), z), far)
+    return None
+
+
+def _fit_of_most(
+    window: WindowState,
+    z: Array,
+    deadline: Deadline,
+    problem: Callable[[WindowState], Problem],
+) -> Array:
+    """Return the optimum (d,) near z (d,) of the samples that are not far from it themselves.
+
+    At first the largest share that outliers may be is left out (concentration steps; Rousseeuw &
+    Van Driessen 2006), as they may have drawn the fit to them.
+    """
+    gone = np.zeros(window.record.y.shape, dtype=np.bool_)
+    for number in range(OUTLIERS.rounds):
+        residuals = window.objective.residuals(z)
+        sizes = np.abs(residuals) / spread(residuals, noise_known=window.noise_known)
+        limit = OUTLIERS.trimmed
+        if number < OUTLIERS.steps:
+            limit = min(limit, float(np.nanquantile(sizes, 1.0 - OUTLIERS.most)))
+        far = np.nan_to_num(sizes, nan=0.0) > limit
+        if deadline.passed or (far == gone).all():
+            break
+        moved, squares = _fitted(window.without(far), problem, z, deadline)
+        if not np.isfinite(squares):
+            break
+        gone, z = far, moved
+    return z
+
+
+def _fitted(
     window: WindowState, problem: Callable[[WindowState], Problem], z: Array, deadline: Deadline
-) -> Cleaned:
-    """Return a window without some samples, and its optimum near z (d,)."""
+) -> tuple[Array, float]:
+    """Return the optimum (d,) of a window near z (d,), and its squares."""
     posed, nodes = problem(window), window.objective.nodes
-    iterations = MemeticSettings.full_iterations
-    solved = levenberg_marquardt(posed, z[None], nodes, iterations, deadline)
-    return Cleaned(window, solved.z[0], float(solved.squares[0]))
+    solved = levenberg_marquardt(posed, z[None], nodes, MemeticSettings.full_iterations, deadline)
+    return solved.z[0], float(solved.squares[0])
 
 
 def _predicted(full: Hypothesis, found: BoolArray) -> Array:
@@ -112,27 +192,39 @@ def _predicted(full: Hypothesis, found: BoolArray) -> Array:
     return residuals
 
 
-def _may_be_jump(full: Hypothesis, window: WindowState, found: BoolArray, z: Array) -> bool:
-    """Whether a jump may stand for outliers (K, r) of the window without them, of optimum z (d,).
+def _may_be_jump(found: _Found) -> bool:
+    """Whether a jump is more probable than outliers, to first order.
 
-    `full` is the hypothesis that no sample is an outlier. Beside one, other samples speak for a
-    jump right before it; several may be those of one jump alone.
+    All other samples may speak for one right before an outlier, or one may explain what seemed to
+    be outliers as well as that they are none.
     """
-    parameters = may_jump(window.objective.unknowns)
-    nodes = _nodes_before(found)
-    if not parameters or not nodes.size:
+    objective, settings = found.best.problem.objective, found.best.problem.settings
+    parameters, nodes = may_jump(objective.unknowns), _nodes_before(found.far)
+    if not parameters:
         return False
-    t = window.objective.grid.t
+    t = objective.grid.t
     times = (t[nodes] - t[0]) / (t[-1] - t[0])
-    best = hypothesis_at(PiecewiseProblem(window.objective, window.prior), z)
-    if screen(best, times, parameters).gains.max() > OUTLIERS.hint:
-        return True
-    if found.sum() < 2:
-        return False
-    parts = full.problem.settings.times
-    anywhere = np.union1d(times, np.arange(1, parts) / parts)
-    squares = float(np.sum(full.residuals[found] ** 2))
-    return bool(screen(full, anywhere, parameters).gains.max() > OUTLIERS.together * squares)
+    if nodes.size:
+        beside = screen(_refitted(found.best), times, parameters).gains.max()
+        if beside > settings.jump_penalty:
+            return True
+    times = np.union1d(times, np.arange(1, settings.times) / settings.times)
+    whole = _refitted(found.whole)
+    jump = whole.cost - screen(whole, times, parameters).gains.max() + settings.jump_penalty
+    return bool(jump < found.best.cost + OUTLIERS.penalty * found.far.sum())
+
+
+def _refitted(hypothesis: Hypothesis) -> Hypothesis:
+    """Return a hypothesis that is no optimum with the residual and cost of one, to first order."""
+    point, problem, linear = hypothesis.point, hypothesis.problem, hypothesis.linearisation
+    off, precision = point - problem.mean(point), problem.precision(point)
+    pull = linear.jacobian.T @ linear.residual + precision @ off
+    low, high = problem.limits
+    pull[(point <= low) | (point >= high)] = 0.0
+    step = hypothesis.covariance @ pull
+    residual = linear.residual - linear.jacobian @ step
+    cost = float(residual @ residual + (off - step) @ precision @ (off - step))
+    return replace(hypothesis, linearisation=replace(linear, residual=residual), cost=cost)
 
 
 def _nodes_before(found: BoolArray) -> IntArray:
