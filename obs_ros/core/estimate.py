@@ -95,8 +95,9 @@ class Estimate:
     outputs share a unit. `innovation` is the newest output, as measured less as predicted one step
     ahead, with its standard deviation `innovation_stddev`, of observers that go sample by sample.
     `stamp` is the newest output's stamp in ns where samples had one. `figures` are further ones of
-    the observer: gains, a generation, a best fitness. Without a usable solution (`usable` is False)
-    the values are NaN.
+    the observer: gains, a generation, a best fitness. `last_outlier` tells which sample was left
+    out last: output, time and size. Without a usable solution (`usable` is False) the values are
+    NaN.
     """
 
     parameters: Mapping[str, float]
@@ -119,6 +120,7 @@ class Estimate:
     advice: str = ''
     jumps: tuple[Jump, ...] = ()
     drifting: tuple[str, ...] = ()
+    last_outlier: str = ''
     evaluations: int = 0
     solve_time: float = 0.0
     times: Array = field(default_factory=lambda: np.empty(0), repr=False)

@@ -21,7 +21,7 @@ from obs_ros.inference.disturbed import (
 )
 from obs_ros.inference.jumps.hypothesis import Hypothesis, hypothesis_at
 from obs_ros.inference.jumps.piecewise import PiecewiseProblem
-from obs_ros.inference.outliers import left_out, suspects
+from obs_ros.inference.outliers import left_out, outliers_in
 from obs_ros.inference.process_noise import ProcessNoise, ProcessNoiseMode
 from obs_ros.inference.window_state import WindowState
 from obs_ros.integration.smoother import smoothed
@@ -176,7 +176,7 @@ def steadied(
     A push that the states had is none: the innovations that follow would be as far out.
     """
     innovations = other.hypothesis.residuals
-    far = suspects(innovations, window.record.y, noise_known=True)
+    far = outliers_in(window, innovations, noise_known=True)
     if not far.any():
         return window, other
     clean = left_out(window, far, innovations)

@@ -11,7 +11,7 @@ from obs_ros.horizon.disturbance import fit_of
 from obs_ros.horizon.stages import Explanation, continued_jumps, explain
 from obs_ros.inference.jumps.hypothesis import Hypothesis
 from obs_ros.inference.jumps.outlying import beside
-from obs_ros.inference.outliers import left_out, suspects
+from obs_ros.inference.outliers import left_out, outliers_in
 from obs_ros.inference.prior import Prior
 from obs_ros.inference.process_noise import ProcessNoise
 from obs_ros.inference.window_state import WindowState
@@ -66,7 +66,7 @@ def beside_known_jumps(
 ) -> tuple[WindowState, Hypothesis | None]:
     """Return the window without outliers beside the jumps that are known, and their hypothesis."""
     known = earlier_jumps(window, earlier, deadline)
-    far = None if known is None else suspects(known.residuals, window.record.y, noise_known=True)
+    far = None if known is None else outliers_in(window, known.residuals, noise_known=True)
     if known is None or far is None or not far.any():
         return window, known
     clean = left_out(window, far, known.residuals)
@@ -85,7 +85,7 @@ def explained(
 ) -> tuple[WindowState, Found, Explanation]:
     """Return the window explained by jumps, or by outliers beside less of them, and its fit."""
     own, explanation = explain(window, found, continued, deadline)
-    far = beside(explanation.tried, noise_known=window.noise_known)
+    far = beside(window, explanation.tried)
     if far is None or deadline.passed:
         return own, found, explanation
     window, found = refitted(left_out(window, *far), found, deadline)

@@ -45,7 +45,7 @@ from obs_ros.inference.assessment.uncertainty import Uncertainty
 from obs_ros.inference.jumps.hypothesis import Hypothesis
 from obs_ros.inference.jumps.mixture import excess
 from obs_ros.inference.noise import Noise, variances_left
-from obs_ros.inference.outliers import OutlierCount
+from obs_ros.inference.outlier_count import OutlierCount
 from obs_ros.inference.process_noise import LearnedProcessNoise
 from obs_ros.inference.window_state import WindowState
 from obs_ros.samples.range_check import without_absurd
@@ -78,7 +78,7 @@ class MovingHorizon:
         self._explained: Hypothesis | None = None  # the previous window's
         # Parameters that some window has determined by itself.
         self._alone = np.zeros(solver.unknowns.dimension - solver.unknowns.n_states, dtype=np.bool_)
-        self.outliers = OutlierCount()
+        self.outliers = OutlierCount(names(solver.model.outputs))
         self.stuck = 0  # values that stuck sensors repeated
         self.huge = 0  # values that no signal of their window can have
 
@@ -98,7 +98,7 @@ class MovingHorizon:
             self._previous = estimate
         if not sound.repeated:
             return estimate
-        outcome = Outcome.STALE_OUTPUT if estimate.usable else estimate.outcome
+        outcome = Outcome.STALE_OUTPUT if sound.stale and estimate.usable else estimate.outcome
         return replace(estimate, outcome=outcome, message=f'{sound.said}; {estimate.message}')
 
     def _solve_measured(

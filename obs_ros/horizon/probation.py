@@ -18,11 +18,15 @@ SKILLED = 4  # in a row whose forecasts beat holding the last value: these are n
 
 @dataclass(frozen=True)
 class Sound:
-    """A window without what stuck sensors repeat: None if nothing else is left of it."""
+    """A window without what stuck sensors repeat: None if nothing else is left of it.
+
+    `stale`: one of them has not said anything else since.
+    """
 
     record: Record | None
     repeated: int  # values
     said: str  # which sensors, in words
+    stale: bool = False
 
 
 def without_stuck(
@@ -44,7 +48,9 @@ def without_stuck(
     said = words(model, np.flatnonzero(repeated.any(axis=0)))
     left = np.where(repeated, np.nan, record.y)
     sound = None if np.isnan(left).all() else record.with_outputs(left)
-    return Sound(sound, int(repeated.sum()), said)
+    newest = np.where(np.isfinite(record.y), np.arange(record.t.size)[:, None], -1).max(axis=0)
+    stale = bool(repeated[newest, np.arange(newest.size)].any())
+    return Sound(sound, int(repeated.sum()), said, stale)
 
 
 class Probation:

@@ -6,7 +6,7 @@ from typing import Any
 
 from obs_ros.core.model import Model
 from obs_ros.core.registry import suggest
-from obs_ros.inference.objective import Fitness
+from obs_ros.inference.objective import Fitness, Loss
 from obs_ros.inference.parameterisation import Unknowns
 from obs_ros.inference.process_noise import MODES, ProcessNoiseMode
 from obs_ros.integration.backends import Backend
@@ -30,6 +30,7 @@ class EstimationSettings:
     - `backend`: `numba` or `numpy`; None takes Numba where it is installed.
     - `process_noise`: `auto` tries it where the model alone does not explain a window, `off` never,
       `given` takes the walks of the states as they are.
+    - `loss`: `robust` leaves outliers and bursts out, `squares` none; in least squares only.
     - `walks`: by name, in place of the model's; 0 takes the model's away.
     - `priors`: (mean, standard deviation) by name, in place of the model's; None takes the model's
       away. Those of states count in the first window; all of them in least squares only.
@@ -46,6 +47,7 @@ class EstimationSettings:
     fitness: Fitness = 'least_squares'
     backend: Backend | None = None
     process_noise: ProcessNoiseMode = 'auto'
+    loss: Loss = 'robust'
     walks: Mapping[str, float] | None = None
     priors: Mapping[str, tuple[float, float] | None] | None = None
 

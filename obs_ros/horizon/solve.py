@@ -16,7 +16,7 @@ from obs_ros.core.record import Record
 from obs_ros.core.rng import random_generator
 from obs_ros.horizon.settings import EstimationSettings
 from obs_ros.horizon.solver import Solver
-from obs_ros.inference.objective import Fitness
+from obs_ros.inference.objective import Fitness, Loss
 from obs_ros.inference.process_noise import ProcessNoiseMode
 from obs_ros.integration.backends import Backend
 from obs_ros.models import load_model
@@ -41,6 +41,7 @@ def solve_window(
     search_options: Mapping[str, Any] | None = None,
     backend: Backend | None = None,
     process_noise: ProcessNoiseMode = 'auto',
+    loss: Loss = 'robust',
     walks: Mapping[str, float] | None = None,
     priors: Mapping[str, tuple[float, float] | None] | None = None,
 ) -> Estimate:
@@ -70,6 +71,7 @@ def solve_window(
         fitness=fitness,
         backend=backend,
         process_noise=process_noise,
+        loss=loss,
         walks=walks,
         priors=priors,
     )

@@ -33,7 +33,7 @@ from obs_ros.inference.disturbed import prepare_process_noise
 from obs_ros.inference.jumps.hypothesis import hypothesis_at
 from obs_ros.inference.jumps.piecewise import PiecewiseProblem
 from obs_ros.inference.noise import noise_guess
-from obs_ros.inference.objective import FITNESSES, Objective
+from obs_ros.inference.objective import FITNESSES, LOSSES, Objective
 from obs_ros.inference.parameterisation import Unknowns
 from obs_ros.inference.prior import Posterior, Prior
 from obs_ros.inference.window_state import WindowState
@@ -77,6 +77,8 @@ class Solver:
         fitness = settings.fitness
         if fitness not in FITNESSES:
             raise ValueError(f'unknown fitness {fitness!r}: {suggest(fitness, FITNESSES)}')
+        if settings.loss not in LOSSES:
+            raise ValueError(f'unknown loss {settings.loss!r}: {suggest(settings.loss, LOSSES)}')
         if method.needs_squares and fitness != 'least_squares':
             raise ValueError(
                 f'search {settings.search!r} minimises least squares, not {fitness!r}: '
@@ -208,7 +210,8 @@ class Solver:
                 f'{values} measured values for {dimension} unknowns, at least {needed} are needed'
             )
         prior = prior or Prior.known(self.unknowns, start=True)
-        return WindowState(record, objective, prior, noise_known, correlation)
+        robust = self.settings.loss == 'robust'
+        return WindowState(record, objective, prior, noise_known, correlation, robust=robust)
 
     def warm_start(self, record: Record, previous: Estimate | None) -> Array | None:
         """Return the point (d,) that the previous estimate expects, or else the initial values.

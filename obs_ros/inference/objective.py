@@ -13,6 +13,8 @@ from obs_ros.integration.grid import Grid
 
 Fitness = Literal['least_squares', 'euclidean', 'correlation']
 FITNESSES: tuple[str, ...] = get_args(Fitness)
+Loss = Literal['robust', 'squares']
+LOSSES: tuple[str, ...] = get_args(Loss)
 
 ROUNDING = 1e-9  # relative residual that counts as none
 

@@ -7,7 +7,6 @@ wrong model leaves are none: they do not come and go at once.
 """
 
 import math
-from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -35,8 +34,7 @@ class OutlierSettings:
     - `trimmed`: size from which on samples do not count while the fit to most of them is sought, in
       `rounds` at most; in the first `steps` as many as `most` do not;
     - `before`: nodes before an outlier at which a jump may stand for it;
-    - `probability`: that a sample is an outlier, a priori;
-    - `told`: outliers that a message names.
+    - `probability`: that a sample is an outlier, a priori.
     """
 
     limit: float = 5.0
@@ -54,7 +52,6 @@ class OutlierSettings:
     steps: int = 3
     before: int = 3
     probability: float = 0.01
-    told: int = 3
 
     @property
     def penalty(self) -> float:
@@ -63,6 +60,16 @@ class OutlierSettings:
 
 
 OUTLIERS = OutlierSettings()
+
+
+def outliers_in(window: WindowState, residuals: Array, *, noise_known: bool) -> BoolArray:
+    """Return which samples (K, r) of a window are outliers by residuals (K, r); see `suspects`.
+
+    None is by a loss of squares.
+    """
+    if not window.robust:
+        return np.zeros(residuals.shape, dtype=np.bool_)
+    return suspects(residuals, window.record.y, noise_known=noise_known)
 
 
 def suspects(residuals: Array, y: Array, *, noise_known: bool) -> BoolArray:
@@ -93,43 +100,28 @@ def spread(residuals: Array, *, noise_known: bool) -> Array:
     return np.asarray(np.maximum(found, least))
 
 
+def repeated(y: Array) -> list[tuple[int, int]]:
+    """Return first and end of the runs of the very same values (M,), of `few` at least.
+
+    There are none where shorter ones are found: then the sensor rounds.
+    """
+    found = [(first, end + 1) for first, end in _stretches(np.diff(y) == 0.0)]
+    return found if all(end - first >= OUTLIERS.few for first, end in found) else []
+
+
 def left_out(window: WindowState, found: BoolArray, residuals: Array) -> WindowState:
     """Return the window without outliers (K, r), noted by their residuals (K, r)."""
-    unit = spread(residuals, noise_known=window.noise_known)
-    t = window.objective.grid.t
-    outliers = tuple(
-        Outlier(float(t[k]), int(i), float(np.abs(residuals[k, i]) / unit[i]))
-        for k, i in np.argwhere(found)
-    )
-    return replace(window.without(found), outliers=(*window.outliers, *outliers))
-
-
-class OutlierCount:
-    """Counts outliers of successive windows, each sample once however many windows hold it."""
-
-    def __init__(self) -> None:
-        self.total = 0
-        self._recent: set[tuple[float, int]] = set()
-
-    def note(self, outliers: Sequence[Outlier], start: float) -> None:
-        """Count those of a window that starts at `start` (s) and were not counted before."""
-        found = {(outlier.time, outlier.output) for outlier in outliers}
-        self.total += len(found - self._recent)
-        self._recent = {known for known in self._recent | found if known[0] >= start}
-
-
-def words(outliers: Sequence[Outlier], outputs: Sequence[str]) -> list[str]:
-    """Say for each output which samples were left out, if any were."""
-    said = []
-    for output, name in enumerate(outputs):
-        own = sorted((o for o in outliers if o.output == output), key=lambda o: -o.size)
-        if not own:
-            continue
-        largest = ', '.join(f'{o.time:.2f} s ({o.size:.3g} sigma)' for o in own[: OUTLIERS.told])
-        count = '1 outlier' if len(own) == 1 else f'{len(own)} outliers'
-        more = ' and others' if len(own) > OUTLIERS.told else ''
-        said.append(f'{count} of {name} at {largest}{more} left out')
-    return said
+    grid, unit = window.objective.grid, spread(residuals, noise_known=window.noise_known)
+    outliers = list(window.outliers)
+    for i, column in enumerate(found.T):
+        known = np.flatnonzero(grid.weight[:, i] > 0.0)
+        for first, end in _stretches(column[known]):
+            burst = float(grid.t[known[first]]) if end - first > OUTLIERS.few else None
+            outliers += [
+                Outlier(float(grid.t[k]), i, float(np.abs(residuals[k, i]) / unit[i]), burst)
+                for k in known[first:end]
+            ]
+    return replace(window.without(found), outliers=tuple(outliers))
 
 
 def _outlying(e: Array, y: Array) -> BoolArray:
@@ -138,8 +130,8 @@ def _outlying(e: Array, y: Array) -> BoolArray:
     y (M,) are the values measured.
     """
     far = np.abs(e) > OUTLIERS.limit
-    repeated = _repeated(y)
-    for first, end in repeated:
+    same = repeated(y)
+    for first, end in same:
         far[first:end] |= np.sum(e[first:end] ** 2) > OUTLIERS.limit**2
     found = np.zeros_like(far)
     for first, end in _runs(far):
@@ -147,7 +139,7 @@ def _outlying(e: Array, y: Array) -> BoolArray:
         beside = np.abs(e[[i for i in (first - 1, end) if 0 <= i < e.size]])
         quiet = (beside <= max(OUTLIERS.beside, OUTLIERS.echo * largest)).all()
         short = end - first < OUTLIERS.few
-        if quiet and (short or (first, end) in repeated or _at_once(e, first, end, largest)):
+        if quiet and (short or (first, end) in same or _at_once(e, first, end, largest)):
             found[first:end] = True
     return found
 
@@ -163,15 +155,6 @@ def _runs(far: BoolArray) -> list[tuple[int, int]]:
         if far[found[begin][0] : end].sum() > OUTLIERS.few:
             found[begin:] = [(found[begin][0], end)]
     return found
-
-
-def _repeated(y: Array) -> list[tuple[int, int]]:
-    """Return first and end of the runs of the very same values (M,); none of a coarse sensor."""
-    same = np.diff(y) == 0.0
-    if same.sum() > OUTLIERS.most * y.size:
-        return []
-    long = [(first, end + 1) for first, end in _stretches(same)]
-    return [(first, end) for first, end in long if end - first >= OUTLIERS.few]
 
 
 def _stretches(chosen: BoolArray) -> list[tuple[int, int]]:

@@ -12,11 +12,15 @@ from obs_ros.inference.prior import Posterior, Prior
 
 @dataclass(frozen=True)
 class Outlier:
-    """A sample left out: its time (s), its output's place, and its size in deviations of noise."""
+    """A sample left out: its time (s), its output's place, and its size in deviations of noise.
+
+    `burst` is the time (s) of the first sample of the burst that it belongs to; None: to none.
+    """
 
     time: float
     output: int
     size: float
+    burst: float | None = None
 
 
 @dataclass(frozen=True, eq=False)
@@ -25,7 +29,8 @@ class WindowState:
 
     `noise_known`: the objective's scales are the outputs' noise, given or learned; otherwise they
     are guesses. `correlation`: the noise's at lag 1, which the scales make up for. `outliers` are
-    samples that were left out: in record and objective they are not measured.
+    samples that were left out: in record and objective they are not measured. Without `robust`
+    none is.
     """
 
     record: Record
@@ -34,6 +39,7 @@ class WindowState:
     noise_known: bool
     correlation: float = 0.0
     outliers: tuple[Outlier, ...] = ()
+    robust: bool = True
 
     @property
     def start(self) -> float:

@@ -58,6 +58,8 @@ def _of_progress(progress: Progress) -> Iterator[Figure]:
             yield 'advice', estimate.advice
         if estimate.drifting:
             yield 'drifting', remedy(estimate.drifting)
+    if progress.outlier:
+        yield 'last_outlier', progress.outlier
     yield from _of_jumps(progress)
 
 

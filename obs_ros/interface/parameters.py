@@ -6,7 +6,7 @@ from typing import Any, get_args
 
 from obs_ros.core.model import Model, Variable
 from obs_ros.core.parameter_spec import LARGEST_SEED, ParameterSpec
-from obs_ros.inference.objective import FITNESSES
+from obs_ros.inference.objective import FITNESSES, LOSSES
 from obs_ros.inference.process_noise import MODES
 from obs_ros.observers.base import load_observer
 from obs_ros.observers.settings import parameter_specs
@@ -65,6 +65,9 @@ COMMON = (
     ParameterSpec('process_noise', 'auto',
         'walks of the states inside a window: off; auto: found where the model alone does not '
         'explain it; given: those of the model, or `walk.*`', choices=MODES),
+    ParameterSpec('loss', LOSSES[0],
+        'robust: outliers and bursts of a sensor are left out, told and counted; squares: they '
+        'count like all else', choices=LOSSES),
     ParameterSpec('fitness', FITNESSES[0], 'misfit that the search minimises', choices=FITNESSES),
     ParameterSpec('seed', 0, 'seed of the search; the same samples then give the same estimates',
         lower=0, upper=LARGEST_SEED),

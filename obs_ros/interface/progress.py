@@ -29,6 +29,7 @@ class Progress:
     jump: Jump | None = None  # the last one, as the newest window that holds it says
     retractions: int = 0
     retraction: Jump | None = None  # the last one
+    outlier: str = ''  # the last one, in words
     collected: float | None = None  # s of the window that is open; None before its first output
     solving: bool = False  # a window is closed, and its estimate under way
 
@@ -58,6 +59,7 @@ class Progress:
         self.estimate, self.latency, self.error = estimate, latency, ''
         self.published += published
         self.withheld += not published
+        self.outlier = estimate.last_outlier or self.outlier
         for jump in estimate.jumps:
             self._note(jump)
 

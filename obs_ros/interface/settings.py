@@ -54,6 +54,7 @@ def build_observer(model: Model, values: Mapping[str, Any]) -> Observer:
         },
         learn_noise=values['learn_noise'],
         process_noise=values['process_noise'],
+        loss=values['loss'],
         fitness=values['fitness'],
     )
     return windowed

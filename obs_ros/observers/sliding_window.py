@@ -6,12 +6,13 @@ from typing import Any, ClassVar
 
 from obs_ros.core.deadline import Deadline
 from obs_ros.core.estimate import Estimate
-from obs_ros.core.model import Model
+from obs_ros.core.model import Model, names
 from obs_ros.core.record import Record, Sample
 from obs_ros.core.rng import random_generator
 from obs_ros.horizon.moving_horizon import MovingHorizon
 from obs_ros.horizon.settings import EstimationSettings
 from obs_ros.horizon.solver import Solver
+from obs_ros.inference.outlier_count import OutlierCount
 from obs_ros.inference.parameterisation import Unknowns
 from obs_ros.models import load_model
 from obs_ros.samples.range_check import limits
@@ -60,7 +61,8 @@ class SlidingWindowObserver:
         random_generator(seed)  # refuses a bad one now
         self._seed = seed
         self._skipped = 0
-        self._stuck, self._huge, self._outliers = 0, 0, 0  # values
+        self._stuck, self._huge = 0, 0  # values
+        self._outliers = OutlierCount(names(self.model.outputs)).counts
         # Shared by the thread that absorbs and the one that estimates.
         self._lock = threading.Lock()
         self._due: Record | None = None
@@ -100,11 +102,12 @@ class SlidingWindowObserver:
             rng = random_generator(self._seed, self._solved)
         if record is None:
             return None
-        before = windows.stuck, windows.huge, windows.outliers.total
+        before = windows.stuck, windows.huge, windows.outliers.counts
         estimate = windows.solve(record, rng, Deadline(deadline))
         self._stuck += windows.stuck - before[0]
         self._huge += windows.huge - before[1]
-        self._outliers += windows.outliers.total - before[2]
+        for reason, count in windows.outliers.counts.items():
+            self._outliers[reason] += count - before[2][reason]
         with self._lock:
             if epoch != self._epoch:
                 return None
@@ -136,7 +139,7 @@ class SlidingWindowObserver:
         """Counts of samples dropped, mended or skipped so far, by reason."""
         counts = dict(self._window.counts)
         counts['huge'] += self._huge
-        counts |= {'stuck': self._stuck, 'outlier': self._outliers}
+        counts |= {'stuck': self._stuck, **self._outliers}
         return {**counts, 'skipped': self._skipped + counts['skipped']}
 
     @property

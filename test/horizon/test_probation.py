@@ -67,11 +67,20 @@ def test_what_is_stuck_is_taken_out_and_the_stamp_goes_with_the_newest_left(scal
     y = record.y.copy()
     y[40:, 0] = y[40, 0]
     sound = without_stuck(THREE_TANK, record.with_outputs(y), {}, scale)
-    assert sound.repeated == 61 and 'h1 repeats the same value' in sound.said
+    assert sound.stale and sound.repeated == 61 and 'h1 repeats the same value' in sound.said
     assert (
         np.isnan(sound.record.y[40:, 0]).all()
         and sound.record.y[40:, 1].tolist() == y[40:, 1].tolist()
     )
+
+
+def test_a_sensor_that_says_something_again_is_not_stale():
+    record = tank_record(nodes=101)
+    y = record.y.copy()
+    y[40:60, 0] = 0.0
+    sound = without_stuck(THREE_TANK, record.with_outputs(y), {}, np.array([0.01, 0.01]))
+    assert sound.repeated == 20 and not sound.stale
+    np.testing.assert_array_equal(np.isnan(sound.record.y[:, 0]), y[:, 0] == 0.0)
 
 
 def test_nothing_left_is_no_record():

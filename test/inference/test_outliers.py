@@ -1,5 +1,7 @@
 """Tests of obs_ros.inference.outliers."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
@@ -7,13 +9,13 @@ from obs_ros import Record
 from obs_ros.horizon.solver import Solver
 from obs_ros.inference.outliers import (
     OUTLIERS,
-    OutlierCount,
     left_out,
+    outliers_in,
+    repeated,
     spread,
     suspects,
-    words,
 )
-from obs_ros.inference.window_state import Outlier
+from obs_ros.inference.window_state import Outlier, WindowState
 from obs_ros.models.three_tank import THREE_TANK
 
 
@@ -21,10 +23,17 @@ def noise(size: int, seed: int = 0, outputs: int = 1) -> np.ndarray:
     return np.random.default_rng([seed, 71]).standard_normal((size, outputs))
 
 
+def found_in(residuals: np.ndarray, *, noise_known: bool = True) -> np.ndarray:
+    """Suspects among residuals of values that never repeat."""
+    return suspects(
+        residuals, noise(len(residuals), 9, residuals.shape[1]), noise_known=noise_known
+    )
+
+
 @pytest.mark.parametrize('noise_known', [True, False])
 def test_of_gaussian_noise_next_to_nothing_is_an_outlier(noise_known: bool) -> None:
     found = sum(
-        int(suspects(noise(200, seed, 2), noise_known=noise_known).sum()) for seed in range(500)
+        int(found_in(noise(200, seed, 2), noise_known=noise_known).sum()) for seed in range(500)
     )
     assert found <= 4  # of 200 000 samples: far less than one in 2000
 
@@ -34,14 +43,13 @@ def test_single_samples_far_out_are_suspect(unit: float) -> None:
     residuals = unit * noise(200)
     residuals[[0, 50, 51, 120], 0] = unit * np.array([9.0, -12.0, 11.0, -400.0])
     residuals[10] = np.nan
-    found = suspects(residuals, noise_known=unit == 1.0)
+    found = found_in(residuals, noise_known=unit == 1.0)
     assert np.flatnonzero(found[:, 0]).tolist() == [0, 50, 51, 120]
 
 
 @pytest.mark.parametrize(
     'pattern',
     [
-        [10.0, 10.0, 10.0],  # a burst
         [10.0, 4.0, 1.6],  # the decay after a jump of a fast parameter
         [4.0, 10.0],
         [3.0, 6.0, 9.0, 6.0, 3.0],  # a model's smooth error
@@ -50,20 +58,47 @@ def test_single_samples_far_out_are_suspect(unit: float) -> None:
 def test_samples_with_others_far_out_beside_them_are_not(pattern: list[float]) -> None:
     residuals = noise(200)
     residuals[80 : 80 + len(pattern), 0] = pattern
-    assert not suspects(residuals, noise_known=True).any()
+    assert not found_in(residuals).any()
+
+
+@pytest.mark.parametrize(
+    'pattern',
+    [
+        [10.0, 10.0, 10.0],
+        [-12.0, -13.0, -11.0, -12.0, -13.0, -12.0],  # an offset that comes and goes
+        [40.0, -9.0, 1.0, -60.0, 25.0, 70.0, -8.0],  # a loose contact, with one that looks sound
+        [2.0, 6.0, 10.0, 14.0, 18.0],  # comes slowly, goes at once
+    ],
+)
+def test_bursts_are(pattern: list[float]) -> None:
+    residuals = noise(200)
+    residuals[80 : 80 + len(pattern), 0] = pattern
+    far = np.flatnonzero(found_in(residuals)[:, 0]) - 80
+    first = 1 if pattern[0] == 2.0 else 0
+    assert far.tolist() == list(range(first, len(pattern)))
+
+
+def test_values_that_repeat_are_one_value() -> None:
+    residuals, y = noise(200), noise(200, 9)
+    residuals[80:83, 0] = [4.1, 3.4, 2.8]  # a burst none of which is far out alone
+    assert not suspects(residuals, y, noise_known=True).any()
+    y[80:83] = 0.0
+    assert np.flatnonzero(suspects(residuals, y, noise_known=True)).tolist() == [80, 81, 82]
+    assert repeated(y[:, 0]) == [(80, 83)]
+    assert repeated(np.round(3.0 * y[:, 0])) == []  # a coarse sensor
 
 
 def test_many_are_another_noise_and_one_is_always_allowed() -> None:
     residuals = noise(200)
-    residuals[5:195:20, 0] = 10.0  # 5 %
-    assert not suspects(residuals, noise_known=True).any()
+    residuals[3:195:4, 0] = 10.0  # 24 %
+    assert not found_in(residuals).any()
     few = noise(20)
     few[7] = 8.0
-    assert suspects(few, noise_known=True).sum() == 1
+    assert found_in(few).sum() == 1
 
 
 def test_a_noise_that_was_given_too_small_makes_no_outliers() -> None:
-    assert not suspects(4.0 * noise(2000), noise_known=True).any()
+    assert not found_in(4.0 * noise(2000)).any()
 
 
 def test_the_spread_is_that_of_most_samples() -> None:
@@ -73,25 +108,6 @@ def test_the_spread_is_that_of_most_samples() -> None:
     found = spread(residuals, noise_known=False)
     assert found[0] == pytest.approx(0.3, rel=0.06) and found[1] == np.inf
     assert spread(residuals, noise_known=True)[0] == 1.0
-
-
-def test_each_sample_is_counted_once_however_many_windows_hold_it() -> None:
-    count = OutlierCount()
-    first, second = Outlier(12.0, 0, 9.0), Outlier(12.0, 1, 8.0)
-    count.note((first, second), 0.0)
-    count.note((first, Outlier(31.0, 0, 7.0)), 10.0)
-    count.note((), 40.0)
-    assert count.total == 3
-
-
-def test_words_name_the_largest_with_time_and_size() -> None:
-    one = (Outlier(12.3, 1, 10.2),)
-    assert words(one, ('h1', 'h2')) == ['1 outlier of h2 at 12.30 s (10.2 sigma) left out']
-    many = [Outlier(float(i), 0, 6.0 + i) for i in range(OUTLIERS.told + 1)]
-    (said,) = words(many, ('h1', 'h2'))
-    assert said.startswith(f'{len(many)} outliers of h1 at 3.00 s (9 sigma), 2.00 s (8 sigma)')
-    assert said.endswith('and others left out')
-    assert words((), ('h1', 'h2')) == []
 
 
 def test_what_is_left_out_counts_as_not_measured() -> None:
@@ -112,3 +128,26 @@ def test_what_is_left_out_counts_as_not_measured() -> None:
     assert left.outliers[0] == Outlier(window.record.t[7], 0, 8.0)
     assert len(left.outliers) == 3
     assert not window.outliers
+
+
+def posed() -> WindowState:
+    t = np.arange(30.0)
+    record = Record(t, np.full((30, 2), 20.0), 30.0 + noise(30, 3, 2))
+    return Solver.of(THREE_TANK).pose(record, np.ones(2), noise_known=True)
+
+
+def test_more_than_a_few_in_a_row_are_a_burst() -> None:
+    found = np.zeros((30, 2), dtype=bool)
+    found[5 : 5 + OUTLIERS.few, 0] = True
+    found[20 : 21 + OUTLIERS.few, 0] = True
+    left = left_out(posed(), found, np.full((30, 2), 9.0))
+    bursts = [outlier.burst for outlier in left.outliers]
+    assert bursts == [None] * OUTLIERS.few + [20.0] * (OUTLIERS.few + 1)
+
+
+def test_a_loss_of_squares_has_no_outliers() -> None:
+    residuals = noise(30, 3, 2)
+    residuals[7, 0] = 50.0
+    window = posed()
+    assert outliers_in(window, residuals, noise_known=True).sum() == 1
+    assert not outliers_in(replace(window, robust=False), residuals, noise_known=True).any()

@@ -23,7 +23,7 @@ from obs_ros.inference.assessment.outcome import (
 )
 from obs_ros.inference.assessment.uncertainty import Uncertainty
 from obs_ros.inference.objective import Objective
-from obs_ros.inference.outliers import words
+from obs_ros.inference.outlier_count import newest, words
 from obs_ros.inference.prior import BOX_VARIANCE
 from obs_ros.inference.window_state import WindowState
 from obs_ros.optimization.result import Found
@@ -106,6 +106,7 @@ def report(
         weak=known.weak,
         advice=known.advice,
         jumps=jumps,
+        last_outlier=newest(window.outliers, names(model.outputs)),
         drifting=() if uncertainty is None else uncertainty.walking,
         evaluations=objective.evaluations,
         solve_time=solve_time,

@@ -21,7 +21,7 @@ from obs_ros.inference.jumps.hypothesis import Hypothesis, hypothesis_at
 from obs_ros.inference.jumps.piecewise import PiecewiseProblem, may_jump
 from obs_ros.inference.jumps.screening import screen
 from obs_ros.inference.noise import variances_left
-from obs_ros.inference.outliers import OUTLIERS, left_out, spread, suspects
+from obs_ros.inference.outliers import OUTLIERS, left_out, outliers_in, repeated, spread
 from obs_ros.inference.window_state import WindowState
 from obs_ros.optimization.levenberg_marquardt import levenberg_marquardt
 from obs_ros.optimization.memetic import MemeticSettings
@@ -80,7 +80,7 @@ def without_outliers(
     The last start is the optimum of all samples. `problem` is what is minimised. None where no
     sample is an outlier, or a jump may stand for those that seem to be.
     """
-    if not _suspicious(window, window.objective.residuals(starts[-1])):
+    if not window.robust or not _suspicious(window, window.objective.residuals(starts[-1])):
         return None
     for start in starts:
         found = _found(window, start, deadline, problem)
@@ -89,7 +89,7 @@ def without_outliers(
     return None
 
 
-def beside(tried: Sequence[Hypothesis], *, noise_known: bool) -> tuple[BoolArray, Array] | None:
+def beside(window: WindowState, tried: Sequence[Hypothesis]) -> tuple[BoolArray, Array] | None:
     """Return outliers (K, r) beside a hypothesis, and the scaled residuals (K, r) that it leaves.
 
     It is the most probable of all that were tried; None if that is one without outliers.
@@ -97,8 +97,7 @@ def beside(tried: Sequence[Hypothesis], *, noise_known: bool) -> tuple[BoolArray
     least, found = min(h.neg2_log_evidence for h in tried), None
     for one in tried:
         residuals = one.residuals
-        y = one.problem.objective.grid.y
-        far = suspects(residuals, y, noise_known=noise_known)
+        far = outliers_in(window, residuals, noise_known=window.noise_known)
         if far.any() and (evidence := _without(one, far)) < least:
             least, found = evidence, (far, residuals)
     return found
@@ -108,6 +107,8 @@ def _suspicious(window: WindowState, residuals: Array) -> bool:
     """Whether residuals (K, r) of the fit to all samples may hide outliers."""
     sizes = np.abs(residuals) / spread(residuals, noise_known=window.noise_known)
     if np.nanmax(sizes, initial=0.0) > OUTLIERS.limit:
+        return True
+    if any(repeated(y[np.isfinite(y)]) for y in window.record.y.T):
         return True
     if not window.noise_known:
         return not is_white(residuals)
@@ -128,7 +129,7 @@ def _found(
     left, squares = window.objective.residuals(z), np.inf
     gone = np.zeros(left.shape, dtype=np.bool_)
     for _ in range(OUTLIERS.rounds):
-        far = suspects(left, window.record.y, noise_known=known) & (np.abs(left) > least)
+        far = outliers_in(window, left, noise_known=known) & (np.abs(left) > least)
         if not far.any():
             return None
         if (far == gone).all():

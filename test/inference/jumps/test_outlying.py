@@ -1,5 +1,7 @@
 """Tests of obs_ros.inference.jumps.outlying."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from jump_windows import SIGMA, record, still, with_a_drift_jump
@@ -9,6 +11,8 @@ from obs_ros.core.deadline import Deadline
 from obs_ros.inference.jumps.outlying import Cleaned, beside, without_outliers
 from obs_ros.inference.prior import Prior
 from obs_ros.inference.window_state import WindowState
+
+BURST = dict.fromkeys(range(30, 45), 20.0)  # an offset for 1.5 s
 
 
 def spiked(sizes: dict[int, float], jump: float = 0.0) -> Record:
@@ -20,16 +24,19 @@ def spiked(sizes: dict[int, float], jump: float = 0.0) -> Record:
     return Record(window.t, window.u, y)
 
 
+def posed(window: Record, *, noise_known: bool = True) -> WindowState:
+    objective = still(window).problem.objective
+    return WindowState(window, objective, Prior.box(objective.unknowns), noise_known=noise_known)
+
+
 def cleaned(window: Record, *, noise_known: bool = True) -> Cleaned | None:
-    best = still(window)
-    objective = best.problem.objective
-    prior = Prior.box(objective.unknowns)
-    posed = WindowState(window, objective, prior, noise_known=noise_known)
-    return without_outliers(posed, best.point, Deadline())
+    return without_outliers(
+        posed(window, noise_known=noise_known), [still(window).point], Deadline()
+    )
 
 
 @pytest.mark.parametrize('noise_known', [True, False])
-@pytest.mark.parametrize('sizes', [{50: 10.0}, {20: -8.0, 70: 9.0}, {100: 12.0}, {40: 1e3}])
+@pytest.mark.parametrize('sizes', [{50: 10.0}, {20: -8.0, 70: 9.0}, {100: 12.0}, {40: 1e3}, BURST])
 def test_single_samples_are_left_out_and_the_rest_fitted_without_them(
     sizes: dict[int, float], noise_known: bool
 ) -> None:
@@ -50,6 +57,13 @@ def test_a_window_without_any_is_left_as_it_is() -> None:
     assert cleaned(record()) is None
 
 
+def test_a_loss_of_squares_leaves_none_out() -> None:
+    window = spiked({50: 10.0})
+    start = [still(window).point]
+    assert without_outliers(posed(window), start, Deadline()) is not None
+    assert without_outliers(replace(posed(window), robust=False), start, Deadline()) is None
+
+
 def test_a_jump_stands_for_its_own_first_samples() -> None:
     assert cleaned(record(0.6)) is None
 
@@ -57,9 +71,9 @@ def test_a_jump_stands_for_its_own_first_samples() -> None:
 def test_evidence_says_which_hypothesis_has_outliers_beside_it() -> None:
     window = spiked({80: 12.0}, jump=0.6)
     tried = [still(window), with_a_drift_jump(window)]
-    found = beside(tried, noise_known=True)
+    found = beside(posed(window), tried)
     assert found is not None
     far, residuals = found
     assert np.argwhere(far).tolist() == [[80, 0]] and abs(residuals[80, 0]) > 9.0
     calm = record(0.6)
-    assert beside([still(calm), with_a_drift_jump(calm)], noise_known=True) is None
+    assert beside(posed(calm), [still(calm), with_a_drift_jump(calm)]) is None
