@@ -18,6 +18,8 @@ from obs_ros.integration.path import Path
 from obs_ros.integration.stepper import Stepper, stepper_for
 from obs_ros.models import load_model
 from obs_ros.observers import settings as table
+from obs_ros.observers.innovation_gate import Admission, expected_outputs
+from obs_ros.observers.start import initial_values
 from obs_ros.samples.gate import GateSettings
 from obs_ros.samples.stuck_sensor import Repeats, words
 from obs_ros.samples.successive_outputs import SuccessiveOutputs
@@ -46,8 +48,9 @@ class RecursiveObserver:
 
     Both leave the estimate in `x`, `p`, `stddev` (n + q,), `innovation` (r,), the measured outputs
     less those expected, `innovation_stddev` (r,) and `figures`; in the last four NaN stands for
-    unknown numbers. All are written in place. `prepare` compiles the code of both, as it lets a
-    twin observe `rehearsal` made-up outputs.
+    unknown numbers. All are written in place. Outputs that the gate rejects come as NaN, or as
+    they were expected to an observer that needs them. `prepare` compiles the code of both, as it
+    lets a twin observe `rehearsal` made-up outputs.
 
     Values that are not finite never leave: the observer starts again from its initial values.
 
@@ -71,6 +74,8 @@ class RecursiveObserver:
     immediate: ClassVar[bool] = True
     Settings: ClassVar[type[table.Settings]] = table.Settings
     estimates_parameters: ClassVar[bool] = True  # False: they are given, all of them
+    gates_itself: ClassVar[bool] = False  # by the covariance that it has
+    needs_outputs: ClassVar[bool] = False  # all of them, at each step
     rehearsal: ClassVar[int] = 3  # outputs, until all is compiled
     difference: ClassVar[float] = 6e-6  # of a range, in central differences: eps^(1/3)
     reasons: ClassVar[tuple[str, ...]] = ()  # for which a subclass counts more
@@ -100,7 +105,7 @@ class RecursiveObserver:
         limits = [(bounds or {}).get(v.name, (v.lower, v.upper)) for v in self.model.variables]
         self.lower, self.upper = np.array(limits, dtype=np.float64).T.copy()
         self.noise = checked_noise(self.model, noise)
-        self.initial = _initial_values(self.unknowns, initial or {})
+        self.initial = initial_values(self.unknowns, initial or {})
         self.backend: Backend | None = backend
         check_backend(backend)
         random_generator(seed)  # refuses a bad one now
@@ -114,16 +119,16 @@ class RecursiveObserver:
         n, q, r = map(len, (*self._names, self._outputs))
         self.x, self.p, self.stddev = np.empty(n), np.empty(q), np.empty(n + q)
         self.innovation, self.innovation_stddev = np.empty((2, r))
+        own = {} if self.gates_itself else self.noise
+        self._admission = Admission.of(self._outputs, self.settings, own)
         self._fixed_parameters = np.setdiff1d(np.arange(n, n + q), self.unknowns.index)
         self.figures: dict[str, float] = {}
         self._before: Instant | None = None
-        self._due = self._diverged = self._blind = False
-        self._taken, self._remark, self._step_time = 0, '', 0.0
         self._counts = dict.fromkeys(('reset_non_finite', *self.reasons, 'skipped'), 0)
         # Outputs whose noise is known cannot stand still; see `stuck_sensor`.
         self._repeats = Repeats([name in self.noise for name in self._outputs])
-        gate = GateSettings(reach=self.settings.longest_gap).within_steps(self.model)
-        self._samples = SuccessiveOutputs(self.model, gate, self._repeats)
+        reach = GateSettings(reach=self.settings.longest_gap).within_steps(self.model)
+        self._samples = SuccessiveOutputs(self.model, reach, self._repeats)
         self._forget()
 
     @classmethod
@@ -204,6 +209,7 @@ class RecursiveObserver:
             innovation_stddev=dict(zip(self._outputs, spread, strict=True)),
             solve_time=self._step_time,
             figures=self.figures.copy(),
+            last_outlier=self._admission.last,
         )
 
     def inherit(self, other: 'RecursiveObserver') -> bool:
@@ -222,7 +228,7 @@ class RecursiveObserver:
     @property
     def counts(self) -> Mapping[str, int]:
         """Numbers of samples dropped, mended or skipped so far, by reason."""
-        return {**self._samples.counts, **self._counts}
+        return {**self._samples.counts, **self._admission.counts, **self._counts}
 
     @property
     def collected(self) -> None:
@@ -250,7 +256,10 @@ class RecursiveObserver:
             if before is None:
                 self._begin(now)
             else:
+                if self._admission.judges:
+                    self._admission.admit(y, self._expected(now, path), filled=self.needs_outputs)
                 self._step(before, now, path)
+                self._admission.note(now.t)
         self._diverged = not math.isfinite(sum(self.x.tolist()) + sum(self.p.tolist()))
         if self._diverged:
             wrong = np.flatnonzero(~np.isfinite(np.concatenate([self.x, self.p])))
@@ -263,6 +272,10 @@ class RecursiveObserver:
         self._taken += 1
         self._step_time = time.perf_counter() - begin
 
+    def _expected(self, now: Instant, path: Path) -> Array:
+        """Return the outputs (r,) that the model expects at the end of a path from x and p."""
+        return expected_outputs(self.stepper, path, now.t, now.u, self.x, self.p)
+
     def _begin(self, now: Instant) -> None:
         self._set_out()
         self._start(now)
@@ -274,6 +287,7 @@ class RecursiveObserver:
         self.stddev[:] = self.innovation[:] = self.innovation_stddev[:] = math.nan
         self.stddev[self._fixed_parameters] = 0.0
         self.figures.clear()
+        self._admission.gate.clear()
 
     def _forget(self) -> None:
         self._due = self._diverged = self._blind = False
@@ -285,16 +299,3 @@ def _rms(values: list[float]) -> float:
     """Return the root mean square of those that are numbers; NaN if none is."""
     squares = [value * value for value in values if not math.isnan(value)]
     return math.sqrt(sum(squares) / len(squares)) if squares else math.nan
-
-
-def _initial_values(unknowns: Unknowns, given: Mapping[str, float]) -> Array:
-    """Return states and parameters (n + q,) to start from."""
-    model, scale = unknowns.model, unknowns.scale
-    values = unknowns.given.copy()
-    for i, low, high in zip(unknowns.index, scale.lower, scale.upper, strict=True):
-        expected = (model.variables[i].prior or (model.variables[i].nominal,))[0]
-        values[i] = 0.5 * (low + high) if expected is None else min(max(expected, low), high)
-    order = list(names(model.variables))
-    unknowns.check_initial(given)
-    values[[order.index(name) for name in given]] = list(given.values())
-    return values

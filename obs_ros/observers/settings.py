@@ -30,6 +30,20 @@ class Settings:
         lower=0.0,
         upper=10_000.0,
     )
+    innovation_gate: float = setting(
+        5.0,
+        'standard deviations from what was expected beyond which an output corrects nothing; of '
+        'observers without a covariance, in units of the noise that is given; 0: none',
+        lower=0.0,
+        upper=1e6,
+    )
+    gate_patience: int = setting(
+        10,
+        'outputs rejected in a row, after which the next one passes and a filter widens its '
+        'covariance',
+        lower=1,
+        upper=1_000_000,
+    )
 
     def __post_init__(self) -> None:
         for spec in parameter_specs(type(self)):

@@ -11,6 +11,7 @@ import numpy as np
 
 from obs_ros.core.jit import accelerated
 from obs_ros.core.typing import Array
+from obs_ros.observers.innovation_gate import REJECTED, REOPENED, judged
 from obs_ros.observers.kalman_filters.joint import (
     Joint,
     KalmanObserver,
@@ -20,6 +21,8 @@ from obs_ros.observers.kalman_filters.joint import (
     place,
     report,
     root,
+    widen,
+    widening,
 )
 
 
@@ -42,7 +45,8 @@ class ExtendedKalmanObserver(KalmanObserver):
         K = C H' / (H C H' + R);   z <- z + K (y - h(z));
         C <- (I - K H) C (I - K H)' + K R K'
 
-    the last line, Joseph's form, and the one before for one output after the other.
+    the last line, Joseph's form, and the one before for one output after the other. An output that
+    the gate rejects corrects nothing.
     """
 
     def _workspace(self) -> Workspace:
@@ -108,14 +112,22 @@ def update(kf: Workspace, y: Array) -> bool:
     d = z.size
     h, ch, gain, shift = np.empty(d), np.empty(d), np.empty(d), np.zeros(d)
     surprise, measured = 0.0, 0
+    passed, wider = np.zeros(y.size, np.bool_), 1.0
     for i in range(y.size):
         innovation[i] = y[i] - ys[i, 0]
         kf.joint.innovation_stddev[i] = math.nan
         if not math.isnan(y[i]):
             differentiate(ys[i], gaps, h)
-            kf.joint.innovation_stddev[i] = math.sqrt(max(noise[i] + spread_along(h, c, ch), 0.0))
+            spread_of_y = spread_along(h, c, ch)
+            deviation = math.sqrt(max(noise[i] + spread_of_y, 0.0))
+            kf.joint.innovation_stddev[i] = deviation
+            verdict = judged(kf.joint.gate, i, abs(innovation[i]) / deviation)
+            passed[i] = verdict != REJECTED
+            if verdict == REOPENED:
+                wider = max(wider, widening(innovation[i], noise[i], spread_of_y))
+    widen(c, wider, kf.joint.most)
     for i in range(y.size):
-        if math.isnan(y[i]):
+        if not passed[i]:
             continue
         error = innovation[i]
         differentiate(ys[i], gaps, h)

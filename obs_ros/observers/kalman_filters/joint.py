@@ -23,6 +23,7 @@ from obs_ros.core.typing import Array, IntArray
 from obs_ros.integration.path import Path, lanes
 from obs_ros.models import load_model
 from obs_ros.observers import settings as table
+from obs_ros.observers.innovation_gate import Gate
 from obs_ros.observers.kalman_filters.deviations import KalmanSettings, begun, output_noise
 from obs_ros.observers.recursive import Instant, RecursiveObserver
 
@@ -49,6 +50,7 @@ class Joint(NamedTuple):
     innovation: Array  # (r,)
     innovation_stddev: Array  # (r,) NaN = not measured
     surprise: Array  # (1,) mean squared innovation, in units of what C and R let expect
+    gate: Gate
 
 
 class Kernels(NamedTuple):
@@ -67,7 +69,8 @@ class KalmanObserver(RecursiveObserver):
 
     The mean is clipped to the bounds, with the covariance left as it is: clipping says nothing
     about the others. No variance exceeds that of the box. Where the covariance ceases to be one,
-    for rounding or overflow, it is that of the start again, counted as `reset_covariance`.
+    for rounding or overflow, it is that of the start again, counted as `reset_covariance`. Where
+    the gate opens after many rejections, it grows until the innovation is as expected.
 
     `walks` and `priors` are by name, in place of the model's; 0 and None take the model's away. A
     finite walk, and the standard deviation of a prior, count before the shares of the settings.
@@ -78,6 +81,7 @@ class KalmanObserver(RecursiveObserver):
 
     Settings: ClassVar[type[table.Settings]] = KalmanSettings
     takes_priors: ClassVar[bool] = True
+    gates_itself: ClassVar[bool] = True
     reasons: ClassVar[tuple[str, ...]] = ('reset_covariance',)
 
     @np.errstate(over='ignore')  # of a box too wide to be squared nothing is known at first
@@ -121,6 +125,7 @@ class KalmanObserver(RecursiveObserver):
             innovation=self.innovation,
             innovation_stddev=self.innovation_stddev,
             surprise=np.zeros(1),
+            gate=self._admission.gate,
         )
         self.workspace = self._workspace()
 
@@ -196,6 +201,24 @@ def limit(c: Array, most: Array) -> None:
             for j in range(most.size):
                 c[i, j] *= factor
                 c[j, i] *= factor
+
+
+@accelerated
+def widening(error: float, noise: float, spread_of_y: float) -> float:
+    """Return the factor by which the covariance must grow for an innovation of one sd."""
+    if not spread_of_y > 0.0:
+        return 1.0
+    return max(1.0, (error * error - noise) / spread_of_y)
+
+
+@accelerated
+def widen(c: Array, factor: float, most: Array) -> None:
+    """Multiply the covariance by a factor, as far as no variance exceeds `most` (D,)."""
+    if factor > 1.0 and factor < math.inf:
+        for i in range(c.shape[0]):
+            for j in range(c.shape[0]):
+                c[i, j] *= factor
+        limit(c, most)
 
 
 @accelerated

@@ -12,6 +12,7 @@ import numpy as np
 from obs_ros.core.jit import accelerated
 from obs_ros.core.typing import Array
 from obs_ros.observers import settings as table
+from obs_ros.observers.innovation_gate import REJECTED, REOPENED, judged
 from obs_ros.observers.kalman_filters.deviations import KalmanSettings
 from obs_ros.observers.kalman_filters.joint import (
     Joint,
@@ -22,6 +23,7 @@ from obs_ros.observers.kalman_filters.joint import (
     place,
     report,
     root,
+    widening,
 )
 from obs_ros.observers.settings import setting
 
@@ -130,6 +132,7 @@ def update(kf: Workspace, y: Array) -> bool:
     ys, noise, innovation = kf.joint.ys, kf.joint.noise, kf.joint.innovation
     d, r, count = z.size, y.size, points.shape[1]
     dy = np.zeros((r, count))
+    seen, wider = y.copy(), 1.0
     for i in range(r):
         total = 0.0
         for lane in range(1, count):
@@ -139,24 +142,35 @@ def update(kf: Workspace, y: Array) -> bool:
         if not math.isnan(y[i]):
             for lane in range(count):
                 dy[i, lane] = ys[i, lane] - mean
+        spread_of_y = covariance_of(dy[i], dy[i], weights)
+        kf.joint.innovation_stddev[i] = math.nan
+        if not math.isnan(y[i]):
+            deviation = math.sqrt(max(noise[i] + spread_of_y, 0.0))
+            kf.joint.innovation_stddev[i] = deviation
+            verdict = judged(kf.joint.gate, i, abs(innovation[i]) / deviation)
+            if verdict == REJECTED:
+                seen[i] = math.nan
+                dy[i] = 0.0
+            elif verdict == REOPENED:
+                wider = max(wider, widening(innovation[i], noise[i], spread_of_y))
     dz = np.empty((d, count))
     for i in range(d):
         for lane in range(count):
             dz[i, lane] = points[i, lane] - z[i]
+    if wider > 1.0 and wider < math.inf:  # as if the points lay further out
+        dz *= math.sqrt(wider)
+        dy *= math.sqrt(wider)
     gain = np.zeros((d, r))
-    good = gains(kf, dz, dy, gain)
+    good = gains(kf, seen, dz, dy, gain)
     for i in range(d if good else 0):
         for k in range(r):
-            if not math.isnan(y[k]):
+            if not math.isnan(seen[k]):
                 z[i] += gain[i, k] * innovation[k]
                 for lane in range(count):
                     dz[i, lane] -= gain[i, k] * dy[k, lane]
     for i in range(d):
         for j in range(i + 1):
-            total = 0.0
-            for lane in range(1, count):
-                total += dz[i, lane] * dz[j, lane]
-            total = weights[1] * dz[i, 0] * dz[j, 0] + weights[2] * total
+            total = covariance_of(dz[i], dz[j], weights)
             for k in range(r):
                 total += gain[i, k] * noise[k] * gain[j, k]
             c[i, j] = c[j, i] = total
@@ -167,32 +181,36 @@ def update(kf: Workspace, y: Array) -> bool:
 
 
 @accelerated
-def gains(kf: Workspace, dz: Array, dy: Array, gain: Array) -> bool:
-    """Write K (D, r) = C_zy / (C_yy + R) over zeros; 0 where dy is, for outputs not measured.
+def covariance_of(a: Array, b: Array, weights: Array) -> float:
+    """Return the covariance of two variables by their deviations (2 D + 1,) from their means."""
+    total = 0.0
+    for lane in range(1, a.size):
+        total += a[lane] * b[lane]
+    return float(weights[1] * a[0] * b[0] + weights[2] * total)
+
+
+@accelerated
+def gains(kf: Workspace, seen: Array, dz: Array, dy: Array, gain: Array) -> bool:
+    """Write K (D, r) = C_zy / (C_yy + R) over zeros; 0 where dy is, for outputs not `seen`, NaN.
 
     False, with K as it was, where C_yy + R is no covariance. The mean of the squared innovations in
     units of that becomes the surprise.
     """
     noise, weights, innovation = kf.joint.noise, kf.weights, kf.joint.innovation
     surprise = kf.joint.surprise
-    d, r, count = dz.shape[0], dy.shape[0], dy.shape[1]
+    d, r = dz.shape[0], dy.shape[0]
     s = np.empty((r, r))
     for k in range(r):
         for m in range(r):
-            total = 0.0
-            for lane in range(1, count):
-                total += dy[k, lane] * dy[m, lane]
-            s[k, m] = weights[1] * dy[k, 0] * dy[m, 0] + weights[2] * total
+            s[k, m] = covariance_of(dy[k], dy[m], weights)
         s[k, k] += noise[k]
-        spread = math.nan if math.isnan(innovation[k]) else math.sqrt(max(s[k, k], 0.0))
-        kf.joint.innovation_stddev[k] = spread
     lower = np.empty((r, r))
     surprise[0] = 0.0
     if not root(s, lower):
         return False
     scaled, measured = np.zeros(r), 0
     for k in range(r):
-        if not math.isnan(innovation[k]):
+        if not math.isnan(seen[k]):
             scaled[k] = innovation[k]
             for m in range(k):
                 scaled[k] -= lower[k, m] * scaled[m]
@@ -202,10 +220,7 @@ def gains(kf: Workspace, dz: Array, dy: Array, gain: Array) -> bool:
     surprise[0] /= max(measured, 1)
     for i in range(d):
         for k in range(r):
-            total = 0.0
-            for lane in range(1, count):
-                total += dz[i, lane] * dy[k, lane]
-            gain[i, k] = weights[1] * dz[i, 0] * dy[k, 0] + weights[2] * total
+            gain[i, k] = covariance_of(dz[i], dy[k], weights)
         for k in range(r):
             for m in range(k):
                 gain[i, k] -= lower[k, m] * gain[i, m]

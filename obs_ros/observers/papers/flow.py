@@ -134,6 +134,10 @@ class FlowObserver(RecursiveObserver):
         steps = np.ceil(path.dt[:k] / self._equations.max_step - 1e-6).astype(np.int64)
         return Path(k, path.t, path.dt, np.maximum(steps, 1), u, slopes)
 
+    def _expected(self, now: Instant, path: Path) -> Array:
+        """Return the process states as they are: the model does not know the flows of a fault."""
+        return self.x[: self._count].copy()
+
     def _report(self) -> None:
         modelled = np.array(self.model.flow_gain(self.p)) * self.x[self._opening]
         for flow, estimated, expected in zip(

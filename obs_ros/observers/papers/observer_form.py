@@ -63,6 +63,7 @@ class ObserverFormObserver(RecursiveObserver):
     """
 
     Settings: ClassVar[type[table.Settings]] = ObserverFormSettings
+    needs_outputs: ClassVar[bool] = True
     compared: ClassVar[int] = 8  # random points at which a model must be like the form
 
     def __init__(self, model: Model | str, **arguments: Any) -> None:

@@ -42,7 +42,7 @@ def test_on_a_linear_plant_it_is_the_kalman_filter(kind: Any, p: Any) -> None:
     )
     observer = kind(
         model, fixed=dict(zip(names, p)), noise={'y': 0.1, 'z': 0.5}, initial={'x2': 1.0},
-        initial_state=0.01, state_walk=0.002,
+        initial_state=0.01, state_walk=0.002, innovation_gate=0.0,
     )  # fmt: skip
     # The same by matrices. RK4 at 1 ms is exact to 1e-13 here.
     ab = np.zeros((4, 4))
@@ -178,7 +178,7 @@ def test_an_estimate_stops_at_the_bound_that_the_outputs_drive_it_through(
         output=lambda t, x, u, p: (x[0], x[0] + x[1]),
         max_step=1.0,
     )
-    observer = kind(model, noise={'y': 0.01, 'sum': 0.01}, backend='numpy')
+    observer = kind(model, noise={'y': 0.01, 'sum': 0.01}, backend='numpy', innovation_gate=0.0)
     for k in range(5):
         observer.absorb(Sample(k * 10**9, y=np.array([beyond, 2.0 * beyond])))
         estimate = observer.estimate()
@@ -282,7 +282,7 @@ def test_a_prior_is_the_start_and_a_walk_the_noise(kind: Any) -> None:
     walks, priors = {'x': 0.3}, {'x': (1.5, 0.4)}
     observer = kind(
         LAG, fixed={'k': 1.0, 'tau': 5.0}, noise={'y': 0.2}, walks=walks, priors=priors,
-        state_walk=99.0, initial_state=99.0,
+        state_walk=99.0, initial_state=99.0, innovation_gate=0.0,
     )  # fmt: skip
     decay, x, c = np.exp(-0.1 / 5.0), 1.5, 0.16
     rng = np.random.default_rng(2)
