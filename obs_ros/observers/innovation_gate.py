@@ -132,3 +132,9 @@ def expected_outputs(stepper: Stepper, path: Path, t: float, u: Array, x: Array,
     stepper.propagate(path, states, parameters)
     stepper.measure(t, u, states, parameters, y)
     return y[:, 0]
+
+
+def root_mean_square(innovations: Sequence[float]) -> float:
+    """Return the root mean square of innovations that are numbers; NaN if none is."""
+    squares = [value * value for value in innovations if not math.isnan(value)]
+    return math.sqrt(sum(squares) / len(squares)) if squares else math.nan

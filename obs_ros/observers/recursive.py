@@ -18,7 +18,7 @@ from obs_ros.integration.path import Path
 from obs_ros.integration.stepper import Stepper, stepper_for
 from obs_ros.models import load_model
 from obs_ros.observers import settings as table
-from obs_ros.observers.innovation_gate import Admission, expected_outputs
+from obs_ros.observers.innovation_gate import Admission, expected_outputs, root_mean_square
 from obs_ros.observers.start import initial_values
 from obs_ros.samples.gate import GateSettings
 from obs_ros.samples.stuck_sensor import Repeats, words
@@ -124,6 +124,8 @@ class RecursiveObserver:
         self._fixed_parameters = np.setdiff1d(np.arange(n, n + q), self.unknowns.index)
         self.figures: dict[str, float] = {}
         self._before: Instant | None = None
+        self._due = self._diverged = self._blind = False
+        self._taken, self._remark, self._step_time = 0, '', 0.0
         self._counts = dict.fromkeys(('reset_non_finite', *self.reasons, 'skipped'), 0)
         # Outputs whose noise is known cannot stand still; see `stuck_sensor`.
         self._repeats = Repeats([name in self.noise for name in self._outputs])
@@ -203,7 +205,7 @@ class RecursiveObserver:
             message=message,
             t0=now.t,
             t1=now.t,
-            residual_rms=_rms(innovation),
+            residual_rms=root_mean_square(innovation),
             stamp=now.stamp,
             innovation=dict(zip(self._outputs, innovation, strict=True)),
             innovation_stddev=dict(zip(self._outputs, spread, strict=True)),
@@ -293,9 +295,3 @@ class RecursiveObserver:
         self._due = self._diverged = self._blind = False
         self._before, self._taken, self._remark, self._step_time = None, 0, '', 0.0
         self._set_out()
-
-
-def _rms(values: list[float]) -> float:
-    """Return the root mean square of those that are numbers; NaN if none is."""
-    squares = [value * value for value in values if not math.isnan(value)]
-    return math.sqrt(sum(squares) / len(squares)) if squares else math.nan
