@@ -563,7 +563,7 @@ def test_every_parameter_that_is_not_read_only_changes_live(ros, monkeypatch):
         'search.differential_weight': 0.6, 'search.crossover': 0.8,
         'bounds.p1': [0.1, 0.9], 'fixed.p3': 0.7, 'noise.h1': 0.02, 'initial.h3': 44.0,
         'walk.h1': 0.1, 'walk.p2': math.inf, 'prior.h2': [40.0, 2.0], 'prior.p1': [0.5, 0.1],
-        'process_noise': 'off',
+        'process_noise': 'off', 'loss': 'squares',
     }  # fmt: skip
     assert set_parameter(estimator, 'process_noise', 'auto').successful
     declared = set(estimator.get_parameters_by_prefix(''))
