@@ -83,7 +83,9 @@ class Admission:
     """Admits the outputs of an observer through a gate, and counts those that it rejects.
 
     `noise` are the standard deviations (r,) that sizes are in, NaN for outputs that always pass. An
-    observer that judges by its covariance gives none, and uses the gate itself.
+    observer that judges by its covariance gives none, and uses the gate itself. Without one, errors
+    of the state are not known: then the size is that of the change since the innovation that passed
+    last, if this is less, as such errors change slowly.
     """
 
     def __init__(self, gate: Gate, outputs: Sequence[str], noise: Array) -> None:
@@ -91,7 +93,14 @@ class Admission:
         self.last = ''  # the last one rejected, in words
         self.counts = OutlierCount(outputs).counts
         self.judges = gate.limit > 0.0 and not np.isnan(noise).all()
+        self.innovation = np.full(len(noise), math.nan)  # (r,) the newest ones
         self._outputs, self._noise = tuple(outputs), noise
+        self._passed = self.innovation.copy()  # those that passed last
+
+    def clear(self) -> None:
+        """Forget all outputs, but not the counts."""
+        self.gate.clear()
+        self._passed[:] = math.nan
 
     @classmethod
     def of(
@@ -107,19 +116,24 @@ class Admission:
 
     def admit(self, y: Array, expected: Array, *, filled: bool) -> None:
         """Turn outputs y (r,) too far from those expected (r,) to NaN, or to these if `filled`."""
-        sizes = np.abs(y - expected) / self._noise
+        self.innovation[:] = y - expected
+        change = np.abs(self.innovation - self._passed)
+        sizes = np.fmin(np.abs(self.innovation), change) / self._noise
         for i, size in enumerate(sizes.tolist()):
             if judged(self.gate, i, size) == REJECTED:
                 y[i] = expected[i] if filled else math.nan
+            elif not math.isnan(size):
+                self._passed[i] = self.innovation[i]
 
-    def note(self, t: float) -> None:
-        """Count the outputs at time t (s) that were rejected."""
+    def note(self, t: float) -> bool:
+        """Count the outputs at time t (s) that were rejected; return whether there is one."""
         for i, size in enumerate(self.gate.rejected.tolist()):
             if size:
                 name, run = self._outputs[i], int(self.gate.run[i])
                 self.counts[f'outlier.{name}'] += 1
                 self.counts[f'burst.{name}'] += run == OUTLIERS.few + 1
                 self.last = f'{name} at {t:.2f} s ({size:.3g} sigma)'
+        return bool(self.gate.rejected.any())
 
 
 def expected_outputs(stepper: Stepper, path: Path, t: float, u: Array, x: Array, p: Array) -> Array:

@@ -261,7 +261,8 @@ class RecursiveObserver:
                 if self._admission.judges:
                     self._admission.admit(y, self._expected(now, path), filled=self.needs_outputs)
                 self._step(before, now, path)
-                self._admission.note(now.t)
+                if self._admission.note(now.t) and self._admission.judges:
+                    self.innovation[:] = self._admission.innovation
         self._diverged = not math.isfinite(sum(self.x.tolist()) + sum(self.p.tolist()))
         if self._diverged:
             wrong = np.flatnonzero(~np.isfinite(np.concatenate([self.x, self.p])))
@@ -289,7 +290,7 @@ class RecursiveObserver:
         self.stddev[:] = self.innovation[:] = self.innovation_stddev[:] = math.nan
         self.stddev[self._fixed_parameters] = 0.0
         self.figures.clear()
-        self._admission.gate.clear()
+        self._admission.clear()
 
     def _forget(self) -> None:
         self._due = self._diverged = self._blind = False

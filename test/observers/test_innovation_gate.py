@@ -75,6 +75,19 @@ def test_outputs_are_admitted_counted_and_told() -> None:
     assert not Admission(Gate.of(1, 0.0, 9), ('h1',), np.array([0.1])).judges
 
 
+def test_errors_of_the_state_pass_as_they_change_slowly() -> None:
+    admission = Admission(Gate.of(1, 5.0, 9), ('h1',), np.array([0.1]))
+    for k in range(60):  # 20 times the noise in the end
+        y = np.array([2.0 * k / 60.0])
+        admission.admit(y, np.zeros(1), filled=False)
+        assert not admission.note(float(k))
+    y = np.array([5.0])
+    admission.admit(y, np.zeros(1), filled=False)
+    assert admission.note(60.0) and np.isnan(y[0]) and admission.innovation[0] == 5.0
+    admission.clear()
+    assert not admission.gate.rejected.any()
+
+
 @pytest.mark.parametrize('backend', ['numpy', None])
 def test_the_model_expects_its_outputs(backend: Any) -> None:
     path = Path(1, np.array([0.0, 0.5]), np.full(2, 0.5), np.full(2, 5), np.ones((2, 1)),
