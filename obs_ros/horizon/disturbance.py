@@ -175,8 +175,8 @@ def steadied(
 
     A push that the states had is none: the innovations that follow would be as far out.
     """
-    innovations = other.hypothesis.residuals
-    far = outliers_in(window, innovations, noise_known=True)
+    innovations, known = other.hypothesis.residuals, bool(np.isfinite(given).all())
+    far = outliers_in(window, innovations, noise_known=known)  # else they enlarge it themselves
     if not far.any():
         return window, other
     clean = left_out(window, far, innovations)
