@@ -33,6 +33,9 @@ class OutlierSettings:
     - `least`: share of the signal, root mean square; less would be seen by nobody;
     - `trimmed`: size from which on samples do not count while the fit to most of them is sought, in
       `rounds` at most; in the first `steps` as many as `most` do not;
+    - `iterations`: of each fit in those, which the next one begins from;
+    - `tail`: least share of the squares that `most` of the samples have, .65 in normal noise, where
+      outliers have drawn the fit so far that none is left beyond the `limit`;
     - `before`: nodes before an outlier at which a jump may stand for it;
     - `probability`: that a sample is an outlier, a priori.
     """
@@ -48,8 +51,10 @@ class OutlierSettings:
     values: int = 10
     least: float = 1e-4
     trimmed: float = 3.5
-    rounds: int = 12
-    steps: int = 3
+    rounds: int = 3
+    steps: int = 2
+    iterations: int = 2
+    tail: float = 0.7
     before: int = 3
     probability: float = 0.01
 

@@ -110,6 +110,7 @@ def test_sensors_and_actuators_stand_beside_the_rest_and_count(kernels, trial):
         in lines
     )
     assert f'  output     h1               cm       range 0 to {half:g}, resolution 0.5' in lines
+    model = replace(TANKS, outputs=outputs)
     (h1,) = [line for line in rollout(model, trial) if line.startswith('  output     h1 ')]
     assert h1.endswith('; its sensor is saturated in 54% of the samples')
     lines = identifiable(kernels_for(model, 'numpy'), trial, {'h1': 0.02, 'h2': 0.02})

@@ -77,7 +77,7 @@ def test_outputs_are_admitted_counted_and_told() -> None:
 
 
 def test_errors_of_the_state_pass_as_they_change_slowly() -> None:
-    admission = Admission(Gate.of(1, 5.0, 9), ('h1',), np.array([0.1]))
+    admission = Admission(Gate.of(1, 5.0, 9), OUTPUTS[:1], np.array([0.1]))
     for k in range(60):  # 20 times the noise in the end
         y = np.array([2.0 * k / 60.0])
         admission.admit(y, np.zeros(1), filled=False)

@@ -340,7 +340,7 @@ def test_outputs_that_wrap_are_followed_like_those_that_do_not(name: str) -> Non
     initial = dict(zip(names(case.model.variables), values, strict=True))
     arguments = {
         'noise': dict.fromkeys(names(case.model.outputs), case.sigma), 'backend': 'numpy',
-        **LIGHT.get(name, {}),
+        'innovation_gate': 0.0, **LIGHT.get(name, {}),
     }  # fmt: skip
     found = []
     for model, measured in ((case.model, y), (wraps, within(y, period))):

@@ -16,7 +16,9 @@ class Own(Settings):
 
 def test_the_table_has_the_shared_settings_and_its_own_with_units_and_limits() -> None:
     rows = {spec.name: spec for spec in parameter_specs(Own, 'my.')}
-    assert list(rows) == ['my.longest_gap', 'my.gain', 'my.mode']
+    assert list(rows) == [
+        'my.longest_gap', 'my.innovation_gate', 'my.gate_patience', 'my.gain', 'my.mode',
+    ]  # fmt: skip
     assert (rows['my.gain'].default, rows['my.gain'].unit) == (2.0, '1/s')
     assert rows['my.mode'].choices == ('fast', 'slow')
 

@@ -11,6 +11,7 @@ the Lagrange multiplier test of one more parameter (Engle 1984, Handbook of Econ
 13). All outputs late by the same look like inputs that act late.
 """
 
+import math
 from collections import deque
 from collections.abc import Iterator
 from dataclasses import dataclass, replace
@@ -99,7 +100,8 @@ def looks_late(best: Hypothesis, settings: LatenessSettings = LATENESS) -> Late 
     if best.jumps or not beyond > settings.beyond * squares:
         return None
     signal, delay, gain = max(_offsets(best), key=lambda offset: offset[2], default=('', 0.0, 0.0))
-    return Late(signal, delay) if gain > max(settings.gain, settings.share * beyond) else None
+    least = max(settings.gain, settings.share * beyond)
+    return Late(signal, delay) if least < gain < math.inf else None
 
 
 def remarked(estimate: Estimate, remark: str) -> Estimate:
@@ -122,7 +124,7 @@ def _offsets(best: Hypothesis) -> Iterator[tuple[str, float, float]]:
         # What the unknowns explain all but wholly is a parameter already.
         if size > 1e-6 * float(g @ g):
             slope = float(g @ score)
-            yield signal, -slope / size, slope**2 / size
+            yield signal, -slope / size, slope * slope / size
 
 
 def _rates(best: Hypothesis) -> Array:

@@ -110,11 +110,14 @@ def _suspicious(window: WindowState, residuals: Array) -> bool:
         return True
     if any(repeated(y[np.isfinite(y)]) for y in window.record.y.T):
         return True
-    if not window.noise_known:
-        return not is_white(residuals)
-    objective = window.objective
-    freedom = max(1, objective.count(objective.nodes) - objective.dimension)
-    return not like_noise(float(np.nansum(residuals**2)), freedom)
+    return _tail(sizes) > OUTLIERS.tail and not _explained(window, residuals)
+
+
+def _tail(sizes: Array) -> float:
+    """Return the share of the squares of sizes that as many as `most`, the largest, have."""
+    squares = np.sort(sizes[np.isfinite(sizes)] ** 2)
+    largest = squares[squares.size - int(OUTLIERS.most * squares.size) :]
+    return float(largest.sum() / max(squares.sum(), np.finfo(float).tiny))
 
 
 def _found(
@@ -124,9 +127,12 @@ def _found(
     problem: Callable[[WindowState], Problem],
 ) -> _Found | None:
     """Return the outliers near a start (d,), those that are left without themselves."""
-    z, known = _fit_of_most(window, start, deadline, problem), window.noise_known
+    most, known = _fit_of_most(window, start, deadline, problem), window.noise_known
+    if most is None:
+        return None
+    z, left = most
     least = OUTLIERS.least * np.sqrt(window.objective.signal)
-    left, squares = window.objective.residuals(z), np.inf
+    squares = np.inf
     gone = np.zeros(left.shape, dtype=np.bool_)
     for _ in range(OUTLIERS.rounds):
         far = outliers_in(window, left, noise_known=known) & (np.abs(left) > least)
@@ -147,15 +153,18 @@ def _fit_of_most(
     z: Array,
     deadline: Deadline,
     problem: Callable[[WindowState], Problem],
-) -> Array:
+) -> tuple[Array, Array] | None:
     """Return the optimum (d,) near z (d,) of the samples that are not far from it themselves.
 
+    With it come the scaled residuals (K, r) of all samples.
+
     At first the largest share that outliers may be is left out (concentration steps; Rousseeuw &
-    Van Driessen 2006), as they may have drawn the fit to them.
+    Van Driessen 2006), as they may have drawn the fit to them. None where noise that is known does
+    not explain the others then either: no outliers are what is wrong.
     """
     gone = np.zeros(window.record.y.shape, dtype=np.bool_)
+    residuals = window.objective.residuals(z)
     for number in range(OUTLIERS.rounds):
-        residuals = window.objective.residuals(z)
         sizes = np.abs(residuals) / spread(residuals, noise_known=window.noise_known)
         limit = OUTLIERS.trimmed
         if number < OUTLIERS.steps:
@@ -163,19 +172,39 @@ def _fit_of_most(
         far = np.nan_to_num(sizes, nan=0.0) > limit
         if deadline.passed or (far == gone).all():
             break
-        moved, squares = _fitted(window.without(far), problem, z, deadline)
+        iterations = OUTLIERS.iterations if number < OUTLIERS.steps else None
+        moved, squares = _fitted(window.without(far), problem, z, deadline, iterations)
         if not np.isfinite(squares):
             break
-        gone, z = far, moved
-    return z
+        gone, z, residuals = far, moved, window.objective.residuals(moved)
+        rest = np.where(gone, np.nan, residuals)
+        if window.noise_known and number + 1 >= OUTLIERS.steps and not _explained(window, rest):
+            return None
+    return z, residuals
+
+
+def _explained(window: WindowState, residuals: Array) -> bool:
+    """Whether noise alone may leave residuals (K, r); NaN = not measured, or left out."""
+    if not window.noise_known:
+        return is_white(residuals)
+    freedom = max(1, int(np.isfinite(residuals).sum()) - window.objective.dimension)
+    return like_noise(float(np.nansum(residuals**2)), freedom)
 
 
 def _fitted(
-    window: WindowState, problem: Callable[[WindowState], Problem], z: Array, deadline: Deadline
+    window: WindowState,
+    problem: Callable[[WindowState], Problem],
+    z: Array,
+    deadline: Deadline,
+    iterations: int | None = None,
 ) -> tuple[Array, float]:
-    """Return the optimum (d,) of a window near z (d,), and its squares."""
+    """Return the optimum (d,) of a window near z (d,), and its squares.
+
+    At most so many `iterations` are taken towards it.
+    """
     posed, nodes = problem(window), window.objective.nodes
-    solved = levenberg_marquardt(posed, z[None], nodes, MemeticSettings.full_iterations, deadline)
+    most = iterations or MemeticSettings.full_iterations
+    solved = levenberg_marquardt(posed, z[None], nodes, most, deadline)
     return solved.z[0], float(solved.squares[0])
 
 

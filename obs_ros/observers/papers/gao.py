@@ -42,6 +42,11 @@ from obs_ros.optimization.genetic_operators import (
 class GaoSettings(Settings):
     """The paper's constants for its linear plant (section 4.1)."""
 
+    # Its own estimates leap from step to step: no gate could tell an outlier from that.
+    innovation_gate: float = setting(
+        0.0, Settings.__dataclass_fields__['innovation_gate'].metadata['description'],
+        lower=0.0, upper=1e6,
+    )  # fmt: skip
     population: int = setting(20, 'gains in competition, m', lower=2, upper=10_000)
     crossover: float = setting(0.6, 'probability p_c of crossover', lower=0.0, upper=1.0)
     mutation: float = setting(0.4, 'probability p_m that a digit mutates', upper=1.0, positive=True)
