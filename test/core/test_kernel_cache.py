@@ -308,7 +308,7 @@ def test_stopping_while_compiling_keeps_what_is_done(cache: Path, way: str) -> N
     kernels = fresh(BLOW_UP)
     kernels.module.squares(
         np.zeros(1), np.empty(0, np.int64), np.empty((1, 0)), np.empty((1, 0)), np.ones((1, 1)),
-        np.ones((1, 1)), np.ones(1, np.bool_), np.array([1]), np.full((1, 16), 3.0),
+        np.ones((1, 1)), np.ones(1, np.bool_), np.zeros(1), np.array([1]), np.full((1, 16), 3.0),
         np.empty((0, 16)), out := np.empty((1, 1, 16)),
     )  # fmt: skip
     assert hits(kernels.module.squares) == 1
@@ -318,13 +318,14 @@ def test_stopping_while_compiling_keeps_what_is_done(cache: Path, way: str) -> N
 SPREAD = """
 import numpy as np
 from obs_ros.observers.kalman_filters.ekf import Workspace, spread
+from obs_ros.observers.innovation_gate import Gate
 from obs_ros.observers.kalman_filters.joint import Joint
 one, none, x = np.ones(1), np.zeros(0), np.zeros((1, 16))
 joint = Joint(
     z=one, covariance=np.eye(1), walk=one, noise=one, low=-9.0 * one, high=9.0 * one, most=one,
-    rows=np.zeros(0, int), xs=x, ps=np.zeros((0, 16)), ys=np.zeros((1, 16)), x=one.copy(), p=none,
-    stddev=one.copy(), innovation=one.copy(), innovation_stddev=one.copy(),
-    surprise=one.copy(),
+    period=np.zeros(1), rows=np.zeros(0, int), xs=x, ps=np.zeros((0, 16)), ys=np.zeros((1, 16)),
+    x=one.copy(), p=none, stddev=one.copy(), innovation=one.copy(),
+    innovation_stddev=one.copy(), surprise=one.copy(), gate=Gate.of(1, 5.0, 9),
 )
 spread(Workspace(joint, one.copy(), one.copy()))
 print(x[0, 0], x[0, 1], sum(spread.stats.cache_hits.values()))
