@@ -1,6 +1,7 @@
 """The way of outputs into an observer that goes sample by sample."""
 
 from collections.abc import Callable, Iterator, Mapping
+from functools import cache
 
 import numpy as np
 
@@ -16,7 +17,7 @@ class OutputIntake:
     """Takes outputs without wraps, as far as saturated sensors tell, and through the gate.
 
     `filled`: the observer cannot do without a value, so that the model stands in for one that is
-    missing. The outputs that the model expects cost a rollout, and are asked for where needed only.
+    missing. The outputs that the model expects cost a rollout: they are asked for once at most.
     """
 
     def __init__(self, model: Model, admission: Admission, *, filled: bool) -> None:
@@ -50,7 +51,7 @@ class OutputIntake:
 
     def taken(self, y: Array, expected: Callable[[], Array], *, first: bool) -> Array:
         """Return outputs (r,) as they may be taken; NaN = not measured. The first ones pass."""
-        y = self._continuous.taken(y)
+        y, expected = self._continuous.taken(y), cache(expected)
         if self._saturated.needed:
             y = self._saturated.told(y, expected)
         if self._admission.judges and not first:

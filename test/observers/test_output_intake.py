@@ -48,3 +48,17 @@ def test_a_saturated_sensor_is_silent_where_the_model_is_beyond() -> None:
     assert taken.silent
     assert taken.taken(np.array([1.2]), lambda: np.array([1.1]), first=False) == 1.2
     assert not taken.silent
+
+
+def test_what_the_model_expects_is_asked_for_once_and_only_where_it_is_needed() -> None:
+    asked = []
+
+    def counted() -> Array:
+        asked.append(1)
+        return expected()
+
+    both = intake(range=(0.0, 1.5))
+    both.taken(np.array([1.5]), counted, first=False)
+    assert len(asked) == 1
+    both.taken(np.array([1.0]), counted, first=True)
+    assert len(asked) == 1
