@@ -22,7 +22,8 @@ from obs_ros.core.variable_fields import (
 Interpolation = Literal['hold', 'linear', 'mean']
 Scale = Literal['linear', 'log']
 Physical = Literal['none', 'lower', 'upper', 'both']
-Integrator = Literal['rk4', 'euler']
+Integrator = Literal['auto', 'rk4', 'euler']
+Method = Literal['rk4', 'euler']
 Time = Literal['stamp', 'window']
 
 CANDIDATES = 16  # with which a model is tried
@@ -150,7 +151,7 @@ class Model:
     inputs: Sequence[Variable] = ()
     parameters: Sequence[Variable] = ()
     max_step: float = math.inf
-    integrator: Integrator = 'rk4'
+    integrator: Integrator = 'auto'
     reference: str = ''
     time: Time = 'stamp'
 
@@ -216,6 +217,11 @@ class Model:
             return normalised(estimated_delays.plain(getattr(self, kind)), trial)
         except ValueError as error:
             raise ValueError(f'model {self.name!r}: {kind} {error}') from error
+
+    @property
+    def method(self) -> Method:
+        """Integration method: the one given, RK4 until another is chosen where it is `auto`."""
+        return 'rk4' if self.integrator == 'auto' else self.integrator
 
     @property
     def variables(self) -> tuple[Variable, ...]:

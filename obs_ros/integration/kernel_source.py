@@ -48,7 +48,7 @@ def text_of(model: Model, *names: str) -> str:
     """Text of a module with the kernels of these files."""
     folder = files('obs_ros.integration')
     kernels = [folder.joinpath(name).read_text(encoding='utf-8') for name in names]
-    return '\n\n'.join([header(model), *kernels, f'step = step_{model.integrator}\n'])
+    return '\n\n'.join([header(model), *kernels, f'step = step_{model.method}\n'])
 
 
 def header(model: Model) -> str:

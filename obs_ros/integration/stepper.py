@@ -47,7 +47,7 @@ class NumpyStepper:
 
     def __init__(self, model: Model) -> None:
         self.model = model
-        self._step = STEPS[model.integrator]
+        self._step = STEPS[model.method]
 
     def propagate(self, path: Path, x: Array, p: Array) -> None:
         """See `Stepper.propagate`."""

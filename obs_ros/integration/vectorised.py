@@ -22,7 +22,7 @@ class NumpyKernels:
 
     def __init__(self, model: Model) -> None:
         self.model = model
-        self.step = STEPS[model.integrator]
+        self.step = STEPS[model.method]
 
     def squares(self, grid: Grid, prefixes: IntArray, x0: Array, p: Array) -> Array:
         """See `Kernels.squares`."""

@@ -114,7 +114,7 @@ def test_a_wrong_variable_is_refused_by_name(changes: dict[str, Any], message: s
         ({'parameters': [Variable('a', delay=1.0), Variable('b')]}, 'a is one of the parameters'),
         ({'max_step': 0.0}, 'max_step 0.0 s is not positive'),
         ({'max_step': math.nan}, 'max_step nan s is not positive'),
-        ({'integrator': 'heun'}, "integrator 'heun' is none of rk4, euler"),
+        ({'integrator': 'heun'}, "integrator 'heun' is none of auto, rk4, euler"),
         ({'dynamics': lambda t, x, u, p: (1.0, 2.0)}, 'must return a tuple of 1 entries'),
         (
             {'output': lambda t, x, u, p: x[0]},

@@ -3,12 +3,12 @@
 import numpy as np
 import pytest
 
-from obs_ros.core.model import Integrator, get_args
+from obs_ros.core.model import Method, get_args
 from obs_ros.integration.steps import STEPS, axpy, euler, rk4
 
 
-def test_there_is_a_step_for_every_integrator() -> None:
-    assert set(STEPS) == set(get_args(Integrator))
+def test_there_is_a_step_for_every_method() -> None:
+    assert set(STEPS) == set(get_args(Method))
 
 
 def test_euler_uses_the_state_and_input_at_the_begin() -> None:

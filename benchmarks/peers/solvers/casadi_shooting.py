@@ -117,7 +117,7 @@ def functions(model: Model, u: Array, h: float) -> tuple[casadi.Function, casadi
     """Return x, p -> the next x, by the model's own step, and x, p -> y; inputs are steady."""
     x, p = (casadi.SX.sym(s, len(v)) for s, v in (('x', model.states), ('p', model.parameters)))
     xs, ps, us = tuple(casadi.vertsplit(x)), tuple(casadi.vertsplit(p)), tuple(u)
-    following = STEPS[model.integrator](model.dynamics, 0.0, h, xs, us, us, us, ps)
+    following = STEPS[model.method](model.dynamics, 0.0, h, xs, us, us, us, ps)
     outputs = model.output(0.0, xs, us, ps)
     return (
         casadi.Function('step', [x, p], [casadi.vertcat(*following)]),
