@@ -12,12 +12,16 @@ SAME_TIME = 1e-9  # s; times that differ by less are one
 
 
 class Stretch(NamedTuple):
-    """A part of a run from time t (s) and state x on, under one signal u and parameters p."""
+    """A part of a run from time t (s) and state x on, under one signal u and parameters p.
+
+    `following` is the next state of a discrete model, where that is settled.
+    """
 
     t: float
     x: State
     u: Signal
     p: Sequence[float]
+    following: State | None = None
 
 
 class Past:
@@ -47,7 +51,7 @@ class Past:
         if not self._stretches:
             return None
         stretch = self._stretches[max(self._index(t), 0)]
-        plant = Plant(self._model, stretch.x, start=stretch.t)
+        plant = Plant(self._model, stretch.x, start=stretch.t, following=stretch.following)
         plant.advance(max(t, stretch.t), stretch.u, stretch.p)
         return plant.output(stretch.u(plant.t), stretch.p)
 

@@ -1,5 +1,6 @@
-"""The true plant: one model integrated accurately on floats, at its own step lengths."""
+"""The true plant: one model run on floats, accurately integrated or from node to node."""
 
+import math
 from collections.abc import Sequence
 
 from obs_ros.core.model import Model
@@ -7,6 +8,7 @@ from obs_ros.integration.steps import rk4
 from plant_sim.signals import Signal
 
 State = tuple[float, ...]
+SAME_NODE = 1e-6  # of a period: times are sums of floats
 
 
 class Plant:
@@ -16,6 +18,9 @@ class Plant:
     `tolerance` (in the states' units, per interval), `halvings` times at most: so short are steps
     where flows change sign (square roots). So a coarse sampling costs little where the plant is
     smooth, and its kinks are still hit.
+
+    A discrete model goes from node to node, at whole periods, by the inputs and parameters at a
+    node, and stays in between. `following` is the state that it has at the next node.
     """
 
     def __init__(
@@ -25,6 +30,7 @@ class Plant:
         tolerance: float = 1e-8,
         halvings: int = 24,
         start: float = 0.0,
+        following: State | None = None,
     ) -> None:
         if len(x) != len(model.states):
             raise ValueError(
@@ -35,11 +41,15 @@ class Plant:
         self.x: State = tuple(float(value) for value in x)
         self._tolerance = tolerance
         self._halvings = halvings
+        self.following = following  # None: not known before the node's inputs are
 
     def advance(self, to: float, u: Signal, p: Sequence[float]) -> None:
         """Move to time `to` (s) under the inputs `u`, the parameters `p` held."""
         if to < self.t:
             raise ValueError(f'the plant is at {self.t} s and cannot go back to {to} s')
+        if self.model.period is not None:
+            self._go(to, u, p, self.model.period)
+            return
         longest = min(self.model.max_step, to - self.t)
         if longest <= 0.0:
             return
@@ -47,6 +57,20 @@ class Plant:
         dt = (to - start) / steps
         for k in range(steps):
             self.x = self._integrate(start + k * dt, self.x, dt, u, p, self._halvings)
+        self.t = to
+
+    def _go(self, to: float, u: Signal, p: Sequence[float], period: float) -> None:
+        """Move a discrete model to time `to`."""
+        while self.t < to:
+            node = math.floor(self.t / period + SAME_NODE)
+            if self.following is None:
+                t, f = node * period, self.model.dynamics
+                self.following = tuple(float(value) for value in f(t, self.x, u(t), p))
+            end = (node + 1) * period
+            if end > to + SAME_NODE * period:
+                self.t = to
+                return
+            self.x, self.following, self.t = self.following, None, max(end, self.t)
         self.t = to
 
     def output(self, u: Sequence[float], p: Sequence[float]) -> State:

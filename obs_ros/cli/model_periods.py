@@ -14,15 +14,17 @@ SAME = 1e-6  # of the largest value along a rollout: a sine of a large angle dif
 
 def wrapping(model: Model, trial: Trial) -> list[str]:
     """Return a line for each state with a period that the model's functions do not have."""
-    lines = []
+    lines, mark = [], ' of the next node' if model.kind == 'discrete' else "'"
     rates, outputs = _along(model, trial, 0.0, 0)
     for i, variable in enumerate(model.states):
         if variable.period is None:
             continue
         others, seen = _along(model, trial, variable.period, i)
-        turns = shortest(seen - outputs, periods(model.outputs))
+        turns, off = shortest(seen - outputs, periods(model.outputs)), others - rates
+        if model.kind == 'discrete':  # the next state is as many periods on as the state
+            off = shortest(off, periods(model.states))
         changed = [
-            *(f"{name}'" for name in _changed(names(model.states), rates, others - rates)),
+            *(f'{name}{mark}' for name in _changed(names(model.states), rates, off)),
             *_changed(names(model.outputs), outputs, turns),
         ]
         if changed:
@@ -34,7 +36,7 @@ def wrapping(model: Model, trial: Trial) -> list[str]:
 
 
 def _along(model: Model, trial: Trial, turn: float, state: int) -> tuple[Array, Array]:
-    """Return rates (K, n) and outputs (K, r) along the trial, one state so far from where it is."""
+    """Return rates or next states (K, n) and outputs (K, r) along the trial, a state so far off."""
     states = trial.states.copy()
     states[:, state] += turn
     t, x, u = trial.record.t, tuple(states.T), tuple(trial.record.u.T)

@@ -85,7 +85,10 @@ def _sensor(value: float | tuple[float, float]) -> str:
 def rollout(model: Model, trial: Trial) -> list[str]:
     """Return the trial's inputs and parameters, and the ranges of states and outputs."""
     t, u = trial.record.t, trial.record.u
-    lines = [f'trial rollout: {t[-1]:g} s, a sample every {t[1]:g} s, {trial.steps(model)} steps']
+    kind = '' if model.period is None else f'discrete model, a node every {model.period:g} s; '
+    lines = [
+        f'{kind}trial rollout: {t[-1]:g} s, a sample every {t[1]:g} s, {trial.steps(model)} steps'
+    ]
     for i, variable in enumerate(model.inputs):
         name, low, high = variable.name, u[:, i].min(), u[:, i].max()
         held = f'held at {low:g}; --input {name}=AMPLITUDE moves it'

@@ -62,6 +62,11 @@ def axis(
     for name, value in (('--window', length), ('--period', every)):
         if not (math.isfinite(value) and value > 0.0):
             raise ValueError(f'{name} must be a positive time in s, not {value}')
+    if model.period is not None and abs(every / model.period - round(every / model.period)) > 1e-6:
+        raise ValueError(
+            f'--period must be a multiple of the period of model {quoted(model.name)}, '
+            f'{model.period:g} s, not {every:g}'
+        )
     if length < 2.0 * every:
         raise ValueError(f'--window {length:g} s is too short for samples every {every:g} s')
     if length > settings.most_samples * every:
@@ -107,10 +112,15 @@ def simulated(
     if wrong.any():
         raise ValueError(
             f'model {quoted(model.name)}: not finite any more {t[wrong.argmax()]:g} s after it was '
-            f'started at {_listed(model.variables, (*x0, *p))}: shorten max_step '
-            f'({model.max_step:g} s), or start elsewhere with --value'
+            f'started at {_listed(model.variables, (*x0, *p))}: {_remedy(model)}'
         )
     return Trial(Record(t, u, outputs[:, :, 0]), x0, p, states[:, :, 0])
+
+
+def _remedy(model: Model) -> str:
+    if model.period is not None:
+        return f'start elsewhere with --value: it gives the next state, {model.period:g} s later'
+    return f'shorten max_step ({model.max_step:g} s), or start elsewhere with --value'
 
 
 def _listed(group: Sequence[Variable], values: Sequence[float]) -> str:

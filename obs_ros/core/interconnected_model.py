@@ -36,6 +36,8 @@ class InterconnectedModel(Model):
 
     def __post_init__(self) -> None:
         super().__post_init__()
+        if self.kind == 'discrete':
+            raise ValueError(f'model {self.name!r}: flows feed rates, which no discrete model has')
         count, order = len(self.outputs), names(self.states)
         for field in ('openings', 'flows', 'least_gain'):
             given = len(getattr(self, field))

@@ -8,6 +8,7 @@ from typing import Any, Literal, get_args
 import numpy as np
 
 from obs_ros.core import estimated_delays
+from obs_ros.core.model_kind import DISCRETE, Kind, check_signals, check_stepping
 from obs_ros.core.plant_function import Trial, normalised
 from obs_ros.core.registry import suggest
 from obs_ros.core.typing import Array
@@ -22,8 +23,8 @@ from obs_ros.core.variable_fields import (
 Interpolation = Literal['hold', 'linear', 'mean']
 Scale = Literal['linear', 'log']
 Physical = Literal['none', 'lower', 'upper', 'both']
-Integrator = Literal['auto', 'rk4', 'euler']
-Method = Literal['rk4', 'euler']
+Integrator = Literal['auto', 'rk4', 'euler', 'discrete']
+Method = Literal['rk4', 'euler', 'discrete']
 Time = Literal['stamp', 'window']
 
 CANDIDATES = 16  # with which a model is tried
@@ -122,7 +123,7 @@ class Variable:
 
 @dataclass(frozen=True)
 class Model:
-    """A plant x' = f(t, x, u, p), y = h(t, x, u, p).
+    """A plant x' = f(t, x, u, p), or x_(k+1) = f(t, x, u, p); y = h(t, x, u, p).
 
     `dynamics` and `output` take the time t in s and tuples x (states), u (inputs), p (parameters),
     and return one number for each state or output, as a tuple, a list or an array. They are
@@ -130,6 +131,10 @@ class Model:
     others are recorded when the model is made (`core.tracing`): loops, arrays, matrices, branches,
     methods of objects become such functions, and constants keep the values that they have then.
     `max_step` (s) is the longest integration step: longer sample intervals are split evenly.
+
+    `kind` says what `dynamics` returns: rates (`continuous`), or the state one `period` (s) later
+    (`discrete`), from the state and the inputs in force at a node. Steps of a discrete model lead
+    from node to node; a walk adds its square times the period to the variance at each.
 
     `time` says what t is: the sample's `stamp` in s, which with ROS counts from 1970 unless time is
     simulated, or the time since the start of the `window`. Then what depends on t begins anew in
@@ -154,6 +159,8 @@ class Model:
     integrator: Integrator = 'auto'
     reference: str = ''
     time: Time = 'stamp'
+    kind: Kind = 'continuous'
+    period: float | None = None
 
     def __post_init__(self) -> None:
         for field in ('states', 'inputs', 'outputs', 'parameters'):
@@ -169,15 +176,12 @@ class Model:
             twice = sorted({name for name in names if names.count(name) > 1})
             if twice:
                 raise ValueError(f'model {self.name!r} has more than one variable {twice[0]!r}')
-        max_step = number(f'model {self.name!r}: max_step', self.max_step)
-        object.__setattr__(self, 'max_step', max_step)
-        if not self.max_step > 0:
-            raise ValueError(f'model {self.name!r}: max_step {self.max_step} s is not positive')
-        if self.integrator not in get_args(Integrator):
-            raise ValueError(
-                f'model {self.name!r}: integrator {self.integrator!r} is none of '
-                f'{", ".join(get_args(Integrator))}'
-            )
+        stepping = self.kind, self.period, self.integrator, self.max_step, get_args(Integrator)
+        checked = check_stepping(self.name, *stepping)
+        for field, value in zip(('period', 'integrator', 'max_step'), checked, strict=True):
+            object.__setattr__(self, field, value)
+        if self.kind == DISCRETE:
+            check_signals(self.name, self.inputs, self.outputs)
         if self.time not in get_args(Time):
             raise ValueError(
                 f'model {self.name!r}: time {self.time!r} is none of {", ".join(get_args(Time))}'

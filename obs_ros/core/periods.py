@@ -40,7 +40,9 @@ def has_period(model: Model, state: int, period: float, draws: int = 16) -> bool
     further[state] += period
     turns = periods(model.outputs)
     with np.errstate(all='ignore'):
-        for function, wraps in ((model.dynamics, np.zeros(len(x))), (model.output, turns)):
+        # The next state is as many periods on as the state.
+        on = np.zeros(len(x)) if model.kind == 'continuous' else periods(model.states)
+        for function, wraps in ((model.dynamics, on), (model.output, turns)):
             now, then = (
                 np.column_stack([np.broadcast_to(y, draws)
                                  for y in function(0.0, tuple(at), tuple(u), tuple(p))])

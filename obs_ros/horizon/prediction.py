@@ -86,6 +86,7 @@ class Prediction:
         self._trail: deque[Interval] = deque(maxlen=settings.kept)  # for estimates to come
         self._rest: list[Interval] = []  # along which the state is to be carried
         self._at_once = settings.at_once
+        self._whole = model.period is not None  # steps lead from node to node
         self._carrier: Propagation | None = None
         self._newest: int | None = None
         self.since: int | None = None  # stamp of the estimate
@@ -123,7 +124,7 @@ class Prediction:
                 interval = Interval(self._newest, stamp, path, y, stuck)
                 self._trail.append(interval)
                 if self.since is not None and stamp > self.since:
-                    self._rest.append(interval.cut(self.since))
+                    self._rest.append(interval.cut(self.since, whole=self._whole))
             self._newest = stamp
         if len(self._rest) >= self._at_once:
             self._advance()
@@ -135,6 +136,7 @@ class Prediction:
         stamp = estimate.stamp
         if stamp is None or self._newest is None or not estimate.usable:
             return
+        stamp = self._known(stamp)
         while self._trail and self._trail[0].end <= stamp:
             self._trail.popleft()
         if stamp < (self._trail[0].begin if self._trail else self._newest):
@@ -144,7 +146,7 @@ class Prediction:
         self.since, self._origin = stamp, estimate.t0
         self._samples.gate.shift(Shifts.of(self.model, estimate.parameters))
         self._rest += self._trail
-        self._rest[:1] = [interval.cut(stamp) for interval in self._rest[:1]]
+        self._rest[:1] = [interval.cut(stamp, whole=self._whole) for interval in self._rest[:1]]
 
     def now(self) -> Predicted | None:
         """Return the states at the newest output; None if there is no prediction."""
@@ -167,6 +169,18 @@ class Prediction:
             dict(zip(self._outputs, innovation, strict=True)),
             dict(zip(self._outputs, roots(carried.S, itertools.repeat(math.inf)), strict=True)),
         )
+
+    def _known(self, stamp: int) -> int:
+        """Return the stamp (ns) by which the node of an estimate is known here.
+
+        What has met other samples may have the phase of a discrete model's nodes a little apart.
+        """
+        if self.model.period is None:
+            return stamp
+        known = [interval.end for interval in self._trail]
+        known += [self._trail[0].begin] if self._trail else [self._newest or stamp]
+        nearest = min(known, key=lambda node: abs(node - stamp))
+        return nearest if 2e-9 * abs(nearest - stamp) < self.model.period else stamp
 
     def _take_unknowns(self, unknowns: Unknowns) -> None:
         self._moving = estimated_parameters(unknowns)

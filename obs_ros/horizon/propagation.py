@@ -40,11 +40,12 @@ class Interval(NamedTuple):
     y: Array
     stuck: tuple[int, ...] = ()
 
-    def cut(self, stamp: int) -> 'Interval':
-        """Return the rest after `stamp` (ns), which lies before the end."""
+    def cut(self, stamp: int, *, whole: bool = False) -> 'Interval':
+        """Return the rest after `stamp` (ns), which lies before the end; `whole` as in `after`."""
         if stamp <= self.begin:
             return self
-        return self._replace(begin=stamp, path=after(self.path, (stamp - self.begin) / 1e9))
+        gone = (stamp - self.begin) / 1e9
+        return self._replace(begin=stamp, path=after(self.path, gone, whole=whole))
 
     def since(self, origin: float) -> 'Interval':
         """Return it with the model's time counted from `origin` (s)."""

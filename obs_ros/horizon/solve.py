@@ -1,12 +1,14 @@
 """The front door: the states and parameters that explain one window of measurements best.
 
-Of a plant x' = f(t, x, u, p), y = h(t, x, u, p) + e the initial state and parameters z are sought
-that minimise the squares of the residuals in units of the noise, sum_ki e_ki^2 / s_i^2: full
-information estimation over one window (Rawlings, Mayne & Diehl 2017, section 4.2), solved by a
-global search (Yang, Li & Dahhou 2020, section 4) and finished by Levenberg-Marquardt.
+Of a plant x' = f(t, x, u, p), y = h(t, x, u, p) + e (or x_(k+1) = f(t, x, u, p), where the model
+is discrete) the initial state and parameters z are sought that minimise the squares of the
+residuals in units of the noise, sum_ki e_ki^2 / s_i^2: full information estimation over one window
+(Rawlings, Mayne & Diehl 2017, section 4.2), solved by a global search (Yang, Li & Dahhou 2020,
+section 4) and finished by Levenberg-Marquardt.
 """
 
 from collections.abc import Iterable, Mapping
+from dataclasses import replace
 from typing import Any
 
 from obs_ros.core.deadline import Deadline
@@ -21,6 +23,7 @@ from obs_ros.inference.process_noise import ProcessNoiseMode
 from obs_ros.integration.backends import Backend
 from obs_ros.models import load_model
 from obs_ros.optimization.methods import Method
+from obs_ros.samples.at_nodes import at_nodes
 from obs_ros.samples.delay_line import at_own_times
 
 
@@ -53,6 +56,7 @@ def solve_window(
     model : a Model, a built-in model's name, or `module:ATTRIBUTE`.
     record : times (K,), inputs (K, m) and outputs (K, r); NaN = not measured. By known delays
         each sample goes to its own time first; outputs before all inputs are known are left out.
+        Outputs between the nodes of a discrete model do not count, which the message tells.
     search, and all that is not listed here : see `EstimationSettings`.
     seed : of everything random; without a deadline, the same seed gives the same bits.
     deadline : s until the best so far is returned, from when the model is compiled; None takes
@@ -80,4 +84,6 @@ def solve_window(
     solver = Solver.of(load_model(model), settings)
     rng = random_generator(seed)
     solver.prepare()  # before the clock starts
-    return solver.solve(at_own_times(solver.model, record), rng, Deadline(deadline), previous)
+    record, off = at_nodes(solver.model, at_own_times(solver.model, record))
+    estimate = solver.solve(record, rng, Deadline(deadline), previous)
+    return replace(estimate, message=f'{estimate.message}; {off}') if off else estimate

@@ -249,12 +249,12 @@ class Solver:
 
     def diverged(self, window: WindowState) -> Estimate:
         """Return the estimate of a window in which every candidate diverged."""
+        other = ", or shorten the model's max_step" if self.model.period is None else ''
         return empty(
             self.model,
             window.record,
             Outcome.DIVERGED,
-            "narrow the bounds, or shorten the model's max_step: "
-            f'all {window.objective.evaluations} candidates diverged',
+            f'narrow the bounds{other}: all {window.objective.evaluations} candidates diverged',
         )
 
     def _scale(self, record: Record) -> Array:

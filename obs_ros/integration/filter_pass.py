@@ -10,6 +10,7 @@ for the transition from its middle to its end, which is exact for a double integ
 
     z <- rollout of z,    P <- F P F' + dt/6 (Q + (I + F) Q (I + F)' + F Q F')
 
+(of a discrete model, whose nodes are dt apart, noise enters at each node: P <- F P F' + dt Q),
 and for one measured output i after the other (Anderson & Moore 1979, section 6.4), with h and
 C = dh/dz evaluated once, at the prediction:
 
@@ -46,7 +47,7 @@ class FilterPass:
     sensitivity (K, r, d) is C. means (K, d) and covariances (K, d, d) are those of z after the
     updates at each node, prior (d, d) is the covariance before the first; given (q,) are the
     parameters at the start. An output at or beyond the end that its saturated sensor shows is
-    taken as not measured, but for S and sensitivity.
+    taken as not measured, but for S and sensitivity. `discrete` says what kind the model is.
     """
 
     dt: Array
@@ -62,6 +63,7 @@ class FilterPass:
     innovations: Array
     means: Array
     covariances: Array
+    discrete: bool = False
 
     @classmethod
     def blank(
@@ -93,6 +95,7 @@ class FilterPass:
             innovations=np.full((nodes, r), np.nan),
             means=np.empty((nodes, d)),
             covariances=np.empty((nodes, d, d)),
+            discrete=grid.discrete,
         )
 
     @property
@@ -192,8 +195,10 @@ def sizes(model: Model) -> Array:
     return np.array([smallest, *np.transpose([lasting_bounds(v) for v in model.variables])])
 
 
-def predicted(F: Array, dt: float, Q: Array, P: Array) -> Array:
+def predicted(F: Array, dt: float, Q: Array, P: Array, *, discrete: bool) -> Array:
     """Return the covariance (d, d) at the end of an interval of dt s, from P at its begin."""
+    if discrete:
+        return np.asarray(F @ P @ F.T + dt * Q)
     half = np.eye(len(F)) + F
     noises = Q + half @ Q @ half.T + F @ Q @ F.T
     return np.asarray(F @ P @ F.T + dt / 6.0 * noises)
@@ -234,7 +239,7 @@ def run(
             z = z.copy()
             z[:n], found.transition[k - 1] = derivatives(advance(k - 1, x, p), gaps)
             F = np.concatenate([found.transition[k - 1], unit[n:]])
-            P = predicted(F, found.dt[k - 1], Q, P)
+            P = predicted(F, found.dt[k - 1], Q, P, discrete=found.discrete)
         if grid.measured[k]:
             x, p, gaps = lanes_about(z)
             y = model.output(grid.clock[k], x, tuple(grid.u[k]), p)

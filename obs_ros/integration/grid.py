@@ -50,7 +50,8 @@ class Grid:
     sensors show, whose y are exactly these; None where no sensor has a range. rounding (r,) is the
     standard deviation of the errors by which sensors round, 0 where that is not known.
     The model's own time counts from `origin` s. `path` are the inputs of a model that estimates how
-    late they act, since before the window.
+    late they act, since before the window. `discrete` says that steps are those of a discrete
+    model, one a period.
     """
 
     t: Array
@@ -67,6 +68,7 @@ class Grid:
     injection: Injection | None = None
     origin: float = 0.0
     path: InputPath | None = None
+    discrete: bool = False
 
     @classmethod
     def of(cls, model: Model, record: Record, scale: Array, start: float | None = None) -> 'Grid':
@@ -93,10 +95,9 @@ class Grid:
         ends = ends_of(model.outputs, record.y)
         mask = np.isfinite(record.y) & _inside(model, record.t)
         y = record.y if ends is None else ends.measured(record.y)
-        interval = np.diff(record.t) / longest_step(model)
         return cls(
             t=record.t.copy(),
-            steps=np.maximum(1, np.ceil(interval)).astype(np.int64),
+            steps=steps_within(model, np.diff(record.t)),
             u=u,
             slope=slope,
             y=np.where(mask, y, 0.0),
@@ -108,6 +109,7 @@ class Grid:
             ends=ends,
             origin=0.0 if model.time == 'stamp' else float(record.t[0]) if start is None else start,
             path=_path(model, record, kinds) if any(map(is_estimated, model.inputs)) else None,
+            discrete=model.kind == 'discrete',
         )
 
     @cached_property
@@ -241,3 +243,16 @@ def is_estimated(variable: Variable) -> bool:
 def longest_step(model: Model, tolerance: float = 0.01) -> float:
     """Return the longest interval (s) of one step: stamps jitter by some share of `max_step`."""
     return model.max_step * (1.0 + tolerance)
+
+
+def steps_within(model: Model, intervals: Array) -> IntArray:
+    """Return the steps (K,) that a model takes over intervals (K,) in s, one at least.
+
+    They are as long as `longest_step` at most. A discrete model takes one a period: between nodes
+    that clocks have moved by less than half of it, the nearest number.
+    """
+    if model.period is not None:
+        counts = np.rint(intervals / model.period)
+    else:
+        counts = np.ceil(intervals / longest_step(model))
+    return np.maximum(1, counts).astype(np.int64)

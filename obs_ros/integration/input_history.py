@@ -2,6 +2,7 @@
 
 import math
 from bisect import bisect_left, bisect_right
+from collections.abc import Sequence
 
 import numpy as np
 
@@ -18,7 +19,7 @@ class InputHistory:
 
     Between two samples an input does as its Variable says; after the last one that is known it
     holds. An entry that is NaN keeps the value that it had in the sample before. Actuators clip
-    their inputs to the ranges that they have.
+    their inputs to the ranges that they have. To a discrete model inputs change at nodes only.
     """
 
     def __init__(self, model: Model) -> None:
@@ -27,6 +28,7 @@ class InputHistory:
         self._kinds = [variable.interpolation for variable in model.inputs]
         self._moving = [i for i, kind in enumerate(self._kinds) if kind != 'hold']
         self._longest = longest_step(model)
+        self._period = None if model.period is None else 1e9 * model.period  # ns
         self._rows = 0
         self._room(8, width)
         self._width = width
@@ -77,7 +79,7 @@ class InputHistory:
 
     def path(self, begin: int, end: int) -> Path:
         """Return the path from stamp `begin` to stamp `end` (ns), and forget what lies before."""
-        nodes = [begin, *(stamp for stamp in self._stamps if begin < stamp < end), end]
+        nodes = [begin, *self._between(begin, end), end]
         pieces = len(nodes) - 1
         if pieces >= self._rows:
             self._room(2 * pieces, self._width)
@@ -89,9 +91,16 @@ class InputHistory:
             # Not from t: at the size of today's dates that resolves 0.24 us only.
             dt = (nodes[k + 1] - nodes[k]) / 1e9
             self._dt[k] = dt
-            self._steps[k] = max(1, math.ceil(dt / self._longest))
+            self._steps[k] = 1 if self._period else max(1, math.ceil(dt / self._longest))
         self.drop_before(end)
         return Path(pieces, self._t, self._dt, self._steps, self._u, self._slope)
+
+    def _between(self, begin: int, end: int) -> Sequence[int]:
+        """Return the stamps (ns) between two at which a piece of the path begins."""
+        if self._period is None:
+            return [stamp for stamp in self._stamps if begin < stamp < end]
+        periods = max(1, round((end - begin) / self._period))
+        return [begin + k * (end - begin) // periods for k in range(1, periods)]
 
     def _lay(self, k: int, stamp: int) -> None:
         """Write value and slope of the inputs from node k on."""

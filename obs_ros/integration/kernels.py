@@ -27,6 +27,12 @@ def step_euler(t, h, x, u0, u1, u2, p):
 
 
 @jit
+def step_discrete(t, h, x, u0, u1, u2, p):
+    """Return the next state of one candidate of a discrete model."""
+    return dynamics(t, x, u0, p)
+
+
+@jit
 def advance(x, p, t, dt, steps, u, slope, k):
     """Propagate the candidates in x over the interval from node k to the next."""
     h = dt / steps

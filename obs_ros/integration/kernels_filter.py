@@ -203,10 +203,13 @@ def differentiate(values, row, inverse, out, period):
 def predict(F, dt, Q, P, FP):
     """Turn P into F (P + dt/3 Q) F' + dt/3 Q + dt/6 (F Q + Q F'): Simpson's rule, multiplied out.
 
-    F (n, d) has the rows of a unit matrix below it.
+    Of a discrete model it is F P F' + dt Q. F (n, d) has the rows of a unit matrix below it.
     """
+    first, last, all_later, across = dt / 3.0, dt / 3.0, 2.0 / 3.0 * dt, dt / 6.0
+    if DISCRETE:
+        first, last, all_later, across = 0.0, dt, dt, 0.0
     for a in range(N_JOINT):
-        P[a, a] += dt / 3.0 * Q[a]
+        P[a, a] += first * Q[a]
     for a in range(N_STATES):
         for b in range(N_JOINT):
             total = 0.0
@@ -215,18 +218,18 @@ def predict(F, dt, Q, P, FP):
             FP[a, b] = total
     for a in range(N_STATES):
         for b in range(a + 1):
-            total = dt / 6.0 * (F[a, b] * Q[b] + F[b, a] * Q[a])
+            total = across * (F[a, b] * Q[b] + F[b, a] * Q[a])
             for c in range(N_JOINT):
                 total += FP[a, c] * F[b, c]
             P[a, b] = total
             P[b, a] = total
         for b in range(N_STATES, N_JOINT):
-            total = FP[a, b] + dt / 6.0 * F[a, b] * Q[b]
+            total = FP[a, b] + across * F[a, b] * Q[b]
             P[a, b] = total
             P[b, a] = total
-        P[a, a] += dt / 3.0 * Q[a]
+        P[a, a] += last * Q[a]
     for a in range(N_STATES, N_JOINT):
-        P[a, a] += 2.0 / 3.0 * dt * Q[a]
+        P[a, a] += all_later * Q[a]
 
 
 @jit

@@ -57,7 +57,7 @@ class LinearPath:
             likelihoods(
                 found.dt, found.transition, found.sensitivity, found.measured, self.residuals,
                 self.corrections, found.prior, Q, R, out, (0,) * found.transition.shape[1],
-                (0,) * found.index.size,
+                (0,) * found.index.size, found.discrete,
             )  # fmt: skip
         return np.where(np.isfinite(out), out, np.inf)[:count]
 
@@ -65,6 +65,7 @@ class LinearPath:
 def _likelihoods_on_arrays(
     dt: Array, transition: Array, sensitivity: Array, measured: BoolArray, residuals: Array,
     corrections: Array, prior: Array, Q: Array, R: Array, out: Array, states: Sizes, joint: Sizes,
+    discrete: bool,
 ) -> None:  # fmt: skip
     """Compute the likelihoods with one matrix for each set of noise."""
     n, d = len(states), len(joint)
@@ -75,7 +76,10 @@ def _likelihoods_on_arrays(
     for k in range(len(measured)):
         if k > 0:
             F = np.concatenate([transition[k - 1], unit[n:]])
-            noises = spread + (unit + F) @ spread @ (unit + F).T + F @ spread @ F.T
+            if discrete:
+                noises = 6.0 * spread
+            else:
+                noises = spread + (unit + F) @ spread @ (unit + F).T + F @ spread @ F.T
             P = F @ P @ F.T + dt[k - 1] / 6.0 * noises
             delta = delta @ F.T
         for i in np.flatnonzero(measured[k]):
@@ -92,6 +96,7 @@ def _likelihoods_on_arrays(
 def _likelihoods_in_loops(
     dt: Array, transition: Array, sensitivity: Array, measured: BoolArray, residuals: Array,
     corrections: Array, prior: Array, Q: Array, R: Array, out: Array, states: Sizes, joint: Sizes,
+    discrete: bool,
 ) -> None:  # fmt: skip
     """Compute the likelihoods of a chunk at a time, its lanes innermost.
 
@@ -111,7 +116,7 @@ def _likelihoods_in_loops(
                 rows[a * d + b] = prior[a, b]
         for k in range(len(measured)):
             if k > 0:
-                predict(w, transition[k - 1], dt[k - 1], states, joint)
+                predict(w, transition[k - 1], dt[k - 1], states, joint, discrete)
             for i in range(measured.shape[1]):
                 if measured[k, i]:
                     noise = R[i, first : first + LANES]
@@ -127,16 +132,20 @@ def _likelihoods_in_loops(
 
 
 @accelerated
-def predict(w: Array, F: Array, dt: float, states: Sizes, joint: Sizes) -> None:
+def predict(w: Array, F: Array, dt: float, states: Sizes, joint: Sizes, discrete: bool) -> None:
     """Turn P into F (P + dt/3 Q) F' + dt/3 Q + dt/6 (F Q + Q F'), delta into F delta.
 
-    That is Simpson's rule, multiplied out. F (n, d) has the rows of a unit matrix below it.
+    That is Simpson's rule, multiplied out; of a discrete model P becomes F P F' + dt Q. F (n, d)
+    has the rows of a unit matrix below it.
     """
+    first, last, all_later, across = dt / 3.0, dt / 3.0, 2.0 / 3.0 * dt, dt / 6.0
+    if discrete:
+        first, last, all_later, across = 0.0, dt, dt, 0.0
     n, d = len(states), len(joint)
     FP, delta, moved, Q = d * d, 2 * d * d, 2 * d * d + d, 2 * d * d + 2 * d
     for lane in range(COUNT):
         for a in range(d):
-            w[np.uint64(a * d + a) * COUNT + lane] += dt / 3.0 * w[np.uint64(Q + a) * COUNT + lane]
+            w[np.uint64(a * d + a) * COUNT + lane] += first * w[np.uint64(Q + a) * COUNT + lane]
     for a in range(n):
         for lane in range(COUNT):
             for b in range(d):
@@ -152,20 +161,20 @@ def predict(w: Array, F: Array, dt: float, states: Sizes, joint: Sizes) -> None:
         for lane in range(COUNT):
             w[np.uint64(delta + a) * COUNT + lane] = w[np.uint64(moved + a) * COUNT + lane]
             for b in range(a + 1):
-                sum_c = dt / 6.0 * F[a, b] * w[np.uint64(Q + b) * COUNT + lane]
-                sum_c += dt / 6.0 * F[b, a] * w[np.uint64(Q + a) * COUNT + lane]
+                sum_c = across * F[a, b] * w[np.uint64(Q + b) * COUNT + lane]
+                sum_c += across * F[b, a] * w[np.uint64(Q + a) * COUNT + lane]
                 for c in range(d):
                     sum_c += F[b, c] * w[np.uint64(FP + a * d + c) * COUNT + lane]
                 w[np.uint64(a * d + b) * COUNT + lane] = sum_c
                 w[np.uint64(b * d + a) * COUNT + lane] = sum_c
             for b in range(n, d):
                 value = w[np.uint64(FP + a * d + b) * COUNT + lane]
-                value += dt / 6.0 * F[a, b] * w[np.uint64(Q + b) * COUNT + lane]
+                value += across * F[a, b] * w[np.uint64(Q + b) * COUNT + lane]
                 w[np.uint64(a * d + b) * COUNT + lane] = value
                 w[np.uint64(b * d + a) * COUNT + lane] = value
     for lane in range(COUNT):
         for a in range(d):
-            share = dt / 3.0 if a < n else 2.0 / 3.0 * dt
+            share = last if a < n else all_later
             w[np.uint64(a * d + a) * COUNT + lane] += share * w[np.uint64(Q + a) * COUNT + lane]
 
 

@@ -1,6 +1,7 @@
 """Inputs from one output to the next, and over a few of them with what was measured."""
 
 from collections.abc import Callable, Sequence
+from operator import itemgetter
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -59,11 +60,17 @@ def own(path: Path) -> Path:
     )  # fmt: skip
 
 
-def after(path: Path, gone: float) -> Path:
-    """Return the rest of a path after `gone` s, which are less than it takes."""
+def after(path: Path, gone: float, *, whole: bool = False) -> Path:
+    """Return the rest of a path after `gone` s, which are less than it takes.
+
+    With `whole` pieces, as of a discrete model, it begins with the one whose begin is nearest.
+    """
     path = own(path)
     ends = np.cumsum(path.dt[: path.pieces])
     k = min(int(np.searchsorted(ends, gone, side='right')), path.pieces - 1)
+    if whole:
+        k = min(int(np.rint(gone / path.dt[: path.pieces].mean())), path.pieces - 1)
+        return mapped(path.pieces - k, lambda array: array[k:].copy(), path)
     s = min(gone - (ends[k] - path.dt[k]), path.dt[k])
     path.t[k] += s
     path.dt[k] -= s
@@ -82,6 +89,11 @@ def joined(paths: Sequence[Path]) -> Path:
         return np.concatenate([a[:count] for a, count in zip(arrays, counts, strict=True)])
 
     return mapped(sum(counts) - 1, chain, *paths)
+
+
+def single(path: Path) -> list[Path]:
+    """Return the pieces of a path, each as a path."""
+    return [mapped(1, itemgetter(slice(k, k + 2)), path) for k in range(path.pieces)]
 
 
 def mapped(pieces: int, function: Callable[..., Any], *paths: Path) -> Path:

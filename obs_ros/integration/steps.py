@@ -28,9 +28,16 @@ def euler(f: PlantFunction, t: float, h: float, x: Any, u0: Any, u1: Any, u2: An
     return axpy(x, h, f(t, x, u0, p))
 
 
+def following(
+    f: PlantFunction, t: float, h: float, x: Any, u0: Any, u1: Any, u2: Any, p: Any
+) -> Any:
+    """Return the next state of a discrete model, h seconds, its period, later."""
+    return tuple(f(t, x, u0, p))
+
+
 def axpy(x: Any, a: float, k: Any) -> tuple[Any, ...]:
     """Return x + a k, entry by entry."""
     return tuple(xi + a * ki for xi, ki in zip(x, k, strict=True))
 
 
-STEPS: dict[str, Step] = {'rk4': rk4, 'euler': euler}
+STEPS: dict[str, Step] = {'rk4': rk4, 'euler': euler, 'discrete': following}

@@ -160,6 +160,11 @@ class _Situation:
             return 'let the publisher set header.stamp: stamps do not advance'
         if self.counts.get('all_nan', 0) > most:
             return 'look at what is measured: the samples hold no numbers, only NaN or infinity'
+        if self.counts.get('off_grid', 0) > most:
+            return (
+                "look at stamps and rates: most samples lie between the nodes of the model's "
+                'period, where outputs do not count'
+            )
         return ''
 
     def _collecting(self) -> str:

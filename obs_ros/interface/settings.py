@@ -8,6 +8,7 @@ from obs_ros.core.model import Model
 from obs_ros.core.parameter_spec import Value
 from obs_ros.interface.parameters import ALL, LIVE, NONE, NOTHING, own_prefix, takes_priors
 from obs_ros.observers.base import Observer, load_observer
+from obs_ros.samples.at_nodes import MOST_NODES
 
 MOST_STEPS = 1e7  # of the model, over a window and to the next: a second, for one candidate
 
@@ -80,10 +81,11 @@ def _check_steps(model: Model, reach: float) -> None:
 
     Nothing can interrupt the steps from one sample to the next.
     """
-    if reach > MOST_STEPS * model.max_step:
+    most = MOST_STEPS if model.period is None else MOST_NODES
+    if reach > most * model.max_step:
         raise ValueError(
             f'shorten window.duration or window.period: {reach:g} s are '
-            f'{reach / model.max_step:.2g} steps of model {model.name!r}, at most {MOST_STEPS:g}'
+            f'{reach / model.max_step:.2g} steps of model {model.name!r}, at most {most:g}'
         )
 
 

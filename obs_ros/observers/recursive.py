@@ -77,6 +77,7 @@ class RecursiveObserver:
     immediate: ClassVar[bool] = True
     Settings: ClassVar[type[table.Settings]] = table.Settings
     estimates_parameters: ClassVar[bool] = True  # False: they are given, all of them
+    takes_discrete: ClassVar[bool] = False  # True: models without rates, too
     gates_itself: ClassVar[bool] = False  # by the covariance that it has
     needs_outputs: ClassVar[bool] = False  # all of them, at each step
     rehearsal: ClassVar[int] = 3  # outputs, until all is compiled
@@ -97,7 +98,7 @@ class RecursiveObserver:
         backend: Backend | None = None,
         **settings: Any,
     ) -> None:
-        self.model = table.stamped(load_model(model))
+        self.model = table.stamped(load_model(model), type(self).__name__, self.takes_discrete)
         estimated_delays.refuse(names(self.model.parameters), type(self).__name__)
         self.suits(self.model)
         self.settings: Any = table.settings_of(self.Settings, settings)
@@ -160,10 +161,10 @@ class RecursiveObserver:
         """Compile everything that is not compiled yet; return the seconds that it took."""
         begin = time.perf_counter()
         twin = type(self)(self.model, **self._arguments)
-        period = round(1e9 * min(self.model.max_step, self.settings.longest_gap or 1.0, 1.0))
+        step = self.model.period or min(self.model.max_step, self.settings.longest_gap or 1.0, 1.0)
         u = np.array([inside(variable) for variable in self.model.inputs])
         for k, y in enumerate(rehearsed(self.model, u, twin.x, twin.p, self.rehearsal)):
-            twin.absorb(Sample(k * period, y=y, u=u))
+            twin.absorb(Sample(round(1e9 * step) * k, y=y, u=u))
         return time.perf_counter() - begin
 
     def absorb(self, sample: Sample) -> bool:

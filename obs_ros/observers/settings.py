@@ -74,8 +74,16 @@ def settings_of(kind: type[Kind], given: dict[str, Any]) -> Kind:
     return kind(**given)
 
 
-def stamped(model: Model) -> Model:
-    """Return the model; raises ValueError where its time counts from the start of a window."""
+def stamped(model: Model, observer: str, takes_discrete: bool) -> Model:
+    """Return the model; raises ValueError where its time counts from the start of a window.
+
+    That is raised, too, where the model is discrete, and the observer takes none.
+    """
+    if not takes_discrete and model.kind == 'discrete':
+        raise ValueError(
+            f'take the observer sliding_window, ekf or ukf: {observer} integrates rates, and the '
+            f'dynamics of model {model.name!r} give the next state, as it is discrete'
+        )
     if model.time == 'window':
         raise ValueError(
             f"use the observer sliding_window, or Model(time='stamp'): the time of model "

@@ -63,6 +63,7 @@ class SlidingWindowObserver:
             limits=(limits(self.model, self.model.inputs), limits(self.model, self.model.outputs)),
             outputs=self.model.outputs,
             shifts=Shifts.of(self.model),
+            nodes=self.model.period,
         )
         self._geometry = duration, period, capacity
         random_generator(seed)  # refuses a bad one now

@@ -101,7 +101,8 @@ class Forecaster:
             if not len(self._outputs) or self._outputs.stamps[0] != stamp:
                 continue
             end = stamp + self._horizon
-            record = align(self._outputs, self._inputs, end, self._kinds, self._past)
+            streams, nodes = (self._outputs, self._inputs), self._model.period
+            record = align(*streams, end, self._kinds, self._past, nodes)
             if record is not None and not np.isnan(record.u[0]).any():
                 found.append(self._compare(index, record, start, x, p))
         return found

@@ -17,8 +17,12 @@ def align(
     end: int,
     interpolation: Sequence[Interpolation],
     past: int = 0,
+    period: float | None = None,
 ) -> Record | None:
     """Return the stored samples up to `end` (ns), from the first output to the last.
+
+    With the `period` (s) of a discrete model the record's rows are its nodes, with the inputs in
+    force there: those of the last samples up to a node.
 
     None with fewer than two outputs. Nodes before the first and after the last output are left
     out, since nothing was measured there that an estimate could be compared with; inputs are kept
@@ -30,7 +34,12 @@ def align(
     first, last = int(outputs.stamps[0]), int(outputs.stamps[count - 1])
     rows = slice(inputs.count_until(first - 1), inputs.count_until(last))
     output_times, input_times = seconds(outputs.stamps[:count]), seconds(inputs.stamps[rows])
-    t = np.union1d(output_times, input_times)
+    if period is None:
+        t = np.union1d(output_times, input_times)
+    else:
+        nodes = nodes_between(outputs.stamps[:count], round(1e9 * period))
+        t, places = seconds(nodes), nodes.searchsorted(inputs.stamps[rows])
+        input_times = t[places]
     if t.size < 2:
         return None
     y = on_grid(t, output_times, outputs.values[:count])
@@ -63,6 +72,18 @@ def seconds(stamps: IntArray) -> Array:
     """Return stamps (K,) in ns as the nearest times in s."""
     # The division rounds once where * 1e-9 rounds twice: 0.3 s is 0.3, not 0.30000000000000004.
     return stamps.astype(np.float64) / 1e9
+
+
+def nodes_between(stamps: IntArray, period: int) -> IntArray:
+    """Return the nodes (K,) from the first to the last of some (L,), in ns, and `period` ns apart.
+
+    Where their phase changes, nodes are a little closer or farther.
+    """
+    gaps = np.diff(stamps)
+    counts = np.maximum(1, np.rint(gaps / period)).astype(np.int64)
+    number = np.arange(counts.sum()) - np.repeat(np.cumsum(counts) - counts, counts)
+    steps = number * np.repeat(gaps, counts) // np.repeat(counts, counts)
+    return np.append(np.repeat(stamps[:-1], counts) + steps, stamps[-1:])
 
 
 def on_grid(t: Array, times: Array, values: Array) -> Array:

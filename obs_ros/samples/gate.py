@@ -11,8 +11,10 @@ from obs_ros.core.model import Model
 from obs_ros.core.record import Sample
 from obs_ros.core.typing import Array
 from obs_ros.samples.break_detector import Suspects, describe_break
-from obs_ros.samples.delay_line import DelayLine, Shifts
+from obs_ros.samples.delay_line import Shifts
 from obs_ros.samples.merge import Role
+from obs_ros.samples.nodes import COUNTS as ON_NODES
+from obs_ros.samples.own_times import OwnTimes
 from obs_ros.samples.range_check import COUNTS as MEASURABLE
 from obs_ros.samples.range_check import Limits, limits, measured
 from obs_ros.samples.stream import STAMP_LIMIT
@@ -23,6 +25,7 @@ COUNTS = {
     'reordered': 'samples that came late, but in time to be sorted in',
     'duplicate': 'samples dropped: their stream has that stamp already, and the first one counts',
     **MEASURABLE,
+    **ON_NODES,
     'ahead': 'samples dropped: a stray stamp, far ahead of the newest one',
     'out_of_range': f'samples dropped: a stamp beyond +-{STAMP_LIMIT} ns',
     'reset': 'breaks of the timeline, after which all samples were forgotten',
@@ -63,9 +66,13 @@ class GateSettings:
     believed: int = 5
 
     def within_steps(self, model: Model) -> 'GateSettings':
-        """Return the settings with a default reach that takes the model `most_steps` at most."""
+        """Return the settings with a default reach that takes the model `most_steps` at most.
+
+        A discrete model has a memory of every node, and no reach beyond that.
+        """
         steps = self.most_steps * model.max_step
-        return replace(self, default_reach=min(self.default_reach, steps))
+        reach = self.reach if model.period is None else min(self.reach, steps)
+        return replace(self, reach=reach, default_reach=min(self.default_reach, steps))
 
 
 DEFAULT = GateSettings()
@@ -111,24 +118,21 @@ class Gate:
     The decisions depend on the samples, the settings and `Store.passed` only: two gates with the
     same settings take the same stream for the same timeline.
 
-    Stamps are those of the messages. With `shifts` the store gets the samples at their own times.
+    Stamps are those of the messages. With `shifts` the store gets the samples at their own times,
+    and with the `period` (s) of a discrete model at its nodes; see `NodeLine`.
     """
 
     def __init__(
-        self,
-        inputs: Limits,
-        outputs: Limits,
-        store: Store,
-        settings: GateSettings,
-        shifts: Shifts | None = None,
-    ) -> None:
+        self, inputs: Limits, outputs: Limits, store: Store, settings: GateSettings,
+        shifts: Shifts | None = None, period: float | None = None,
+    ) -> None:  # fmt: skip
         self.limit(settings)
-        self._line = None if shifts is None else DelayLine(store, shifts)
         self.counts = dict.fromkeys(COUNTS, 0)
         self.last_break: str | None = None
         self._ranges: dict[Role, Limits] = {'input': inputs, 'output': outputs}
         self._passing = store
-        self._store = self._line or store
+        self._times = OwnTimes(store, shifts, period, self.counts)
+        self._store = self._times.entrance
         self._suspects: dict[Role, Suspects] = {
             'input': Suspects(settings.believed), 'output': Suspects(settings.believed)
         }  # fmt: skip
@@ -138,7 +142,7 @@ class Gate:
     def of(cls, model: Model, store: Store, settings: GateSettings) -> 'Gate':
         """Return a gate for samples of a model."""
         ranges = limits(model, model.inputs), limits(model, model.outputs)
-        return cls(*ranges, store, settings, Shifts.of(model))
+        return cls(*ranges, store, settings, Shifts.of(model), model.period)
 
     def limit(self, settings: GateSettings) -> None:
         """Let samples enter by these limits from now on."""
@@ -148,8 +152,7 @@ class Gate:
 
     def shift(self, shifts: Shifts | None) -> None:
         """Let samples enter at other times from now on, if there are delays at all."""
-        if self._line is not None and shifts is not None:
-            self._line.shift(shifts)
+        self._times.shift(shifts)
 
     def reset(self) -> None:
         """Forget all stamps, but not the counts."""
@@ -158,8 +161,7 @@ class Gate:
         self.newest: dict[Role, int | None] = {'input': None, 'output': None}  # ns
         self._first, self._outputs = 0, 0  # stamp (ns) of the first, and number, of this timeline
         self._interval = 0.0  # ns, mean over the samples that began this timeline
-        if self._line is not None:
-            self._line.clear()
+        self._times.clear()
 
     def reached(self) -> int | None:
         """Return the time (ns) that outputs and inputs have both reached; None before it."""
@@ -167,7 +169,7 @@ class Gate:
         known = {role: stamp for role, stamp in stamps.items() if stamp is not None}
         if len(known) < len(stamps):
             return None
-        return min(known.values()) if self._line is None else self._line.reached(known)
+        return self._times.reached(known)
 
     def push(self, sample: Sample) -> bool:
         """Take a sample; return whether it began a new timeline.
@@ -232,9 +234,7 @@ class Gate:
     def _passed(self, role: Role) -> int | None:
         """Return the stamp (ns) up to which all is over for samples of that role."""
         passed = self._passing.passed
-        if passed is None or self._line is None:
-            return passed
-        return passed - self._line.earliest(role)
+        return passed if passed is None else passed - self._times.earliest(role)
 
     @property
     def _mean_interval(self) -> float:

@@ -45,7 +45,8 @@ class SlidingWindow:
     Samples enter by the rules of `Gate`, with a reach of T + D; those dropped or mended are counted
     by reason, see COUNTS. `limits` are those of measured inputs and outputs, `shifts` lead from
     stamps to the samples' own times, at which they lie here; of the inputs before a window records
-    have those that they ask for. Values of saturated sensors are counted for the `outputs` given.
+    have those that they ask for. With the period `nodes` (s) of a discrete model samples lie at its
+    nodes. Values of saturated sensors are counted for the `outputs` given.
 
     One thread at a time may call its methods. Memory is bounded by `capacity` samples a stream.
 
@@ -65,6 +66,7 @@ class SlidingWindow:
         limits: tuple[Limits, Limits] | None = None,
         outputs: Sequence[Variable] = (),
         shifts: Shifts | None = None,
+        nodes: float | None = None,
     ) -> None:
         if capacity < 2:
             raise ValueError(f'capacity {capacity} is too small: a window needs two samples')
@@ -78,7 +80,8 @@ class SlidingWindow:
         self._inputs = InputStream(n_inputs, capacity)
         reach = GateSettings(reach=(self._duration + self._period) / 1e9)
         limits = limits or (anything(n_inputs), anything(n_outputs))
-        self._gate = Gate(*limits, self, reach, shifts)
+        self._gate = Gate(*limits, self, reach, shifts, nodes)
+        self._nodes = nodes
         self._saturation = SaturationCount(outputs)
         self._past = 0 if shifts is None else shifts.past
         self._counts = dict.fromkeys(COUNTS.keys() - ENTERING.keys(), 0)
@@ -217,9 +220,8 @@ class SlidingWindow:
             if chosen:
                 self._move_on(chosen)
             assert self._edges is not None
-            record = align(
-                self._outputs, self._inputs, self._edges[1], self._interpolation, self._past
-            )
+            streams, end = (self._outputs, self._inputs), self._edges[1]
+            record = align(*streams, end, self._interpolation, self._past, self._nodes)
             self._move_on(1)
             if record is not None:
                 return record

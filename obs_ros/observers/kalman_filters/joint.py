@@ -5,6 +5,7 @@ The joint state z = (x, theta) has the n states, then the estimated parameters, 
     x' = f(x, u, theta) + w,   theta' = w_theta,   (w, w_theta) ~ N(0, Q)
     y = h(x, u, theta) + v,    v ~ N(0, R)
 
+(of a discrete model x <- f(x, u, theta) + w, of variance Q times the period, from node to node)
 with Q and R diagonal (Ljung 1979). C is the covariance of z. The walk of a parameter on a log scale
 is one of its logarithm: its entry of Q is (walk theta)^2, to first order in the walk. The
 candidates that a filter propagates, perturbed means or sigma points, lie in lanes.
@@ -21,7 +22,7 @@ from obs_ros.core.model import Model
 from obs_ros.core.periods import periods
 from obs_ros.core.prior_knowledge import with_knowledge
 from obs_ros.core.typing import Array, IntArray
-from obs_ros.integration.path import Path, lanes
+from obs_ros.integration.path import Path, lanes, single
 from obs_ros.models import load_model
 from obs_ros.observers import settings as table
 from obs_ros.observers.innovation_gate import Gate
@@ -84,6 +85,7 @@ class KalmanObserver(RecursiveObserver):
     Settings: ClassVar[type[table.Settings]] = KalmanSettings
     takes_priors: ClassVar[bool] = True
     gates_itself: ClassVar[bool] = True
+    takes_discrete: ClassVar[bool] = True
     reasons: ClassVar[tuple[str, ...]] = ('reset_covariance',)
 
     @np.errstate(over='ignore')  # of a box too wide to be squared nothing is known at first
@@ -155,13 +157,21 @@ class KalmanObserver(RecursiveObserver):
         self._correct(now)
 
     def _step(self, before: Instant, now: Instant, path: Path) -> None:
+        if self.model.kind == 'discrete':
+            for piece in single(path):  # noise enters at every node
+                self._go_on(piece, float(piece.dt[0]), now)
+        else:
+            self._go_on(path, (now.stamp - before.stamp) / 1e9, now)
+        self._correct(now)
+
+    def _go_on(self, path: Path, seconds: float, now: Instant) -> None:
+        """Take mean and covariance along a path of so many seconds."""
         self._stepper.propagate(path, self.joint.xs, self.joint.ps)
         if self._relative.size:
             value = self.joint.z[self._relative]
             self.joint.walk[self._relative] = (self._relative_walk * value) ** 2
-        if not self._predict(self.workspace, (now.stamp - before.stamp) / 1e9):
+        if not self._predict(self.workspace, seconds):
             self._restart_covariance(now)
-        self._correct(now)
 
     def _correct(self, now: Instant) -> None:
         joint = self.joint
