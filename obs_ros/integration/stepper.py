@@ -64,7 +64,8 @@ class NumpyStepper:
                     states = self._step(
                         self.model.dynamics, path.t[k] + s, h, states, u0, u1, u2, parameters
                     )
-        for row, values in zip(x, states, strict=True):
+        # A discrete model may hand a state on to another one: first all, then in place.
+        for row, values in zip(x, [np.array(values) for values in states], strict=True):
             row[:] = values
 
     def measure(self, t: float, u: Array, x: Array, p: Array, y: Array) -> None:

@@ -45,3 +45,15 @@ def test_outputs_that_count_turns_are_told_unless_whole_turns_apart() -> None:
     geared = pendulum(lambda angle: -np.sin(angle), lambda t, x, u, p: (0.5 * x[0],))
     assert 'sensor differ' in lines(geared)[0]
     assert lines(pendulum(lambda angle: -np.sin(angle), lambda t, x, u, p: (3.0 * x[0],))) == []
+
+
+@pytest.mark.parametrize(('gain', 'told'), [(1.0, 0), (0.9, 1)])
+def test_the_next_state_is_as_many_periods_on(gain: float, told: int) -> None:
+    wheel = Model(
+        'wheel', states=(Variable('angle', period=TURN, nominal=1.0), Variable('speed', '1', 0, 1)),
+        outputs=(Variable('sensor', period=TURN),), output=lambda t, x, u, p: (x[0],),
+        dynamics=lambda t, x, u, p: (gain * x[0] + x[1], x[1]), kind='discrete', period=0.05,
+    )  # fmt: skip
+    found = lines(wheel)
+    assert len(found) == told
+    assert all('angle of the next node differ' in line for line in found)

@@ -2,6 +2,7 @@
 
 import numpy as np
 import pytest
+from arx import ARX
 
 from obs_ros.cli.model_trial import TrialSettings, axis, simulated
 from obs_ros.integration.backends import kernels_for
@@ -47,3 +48,14 @@ def test_inputs_move_about_their_nominal_values_and_values_replace_them():
     np.testing.assert_array_equal(trial.record.y, trial.states[:, :2])
     with pytest.raises(ValueError, match='p1 = 2 is outside its bounds 0 to 1'):
         simulated(kernels, 100.0, 1.0, {'p1': 2.0}, {})
+
+
+def test_a_discrete_model_is_sampled_at_its_nodes():
+    assert axis(ARX) == (100.0, 0.1)
+    assert axis(ARX, None, 0.3) == (100.0, 0.3)
+    with pytest.raises(ValueError, match='--period must be a multiple of the period of model'):
+        axis(ARX, None, 0.25)
+    trial = simulated(kernels_for(ARX, 'numpy'), 3.0, 0.3, {'now': 1.0}, {})
+    assert trial.steps(ARX) == 30
+    with pytest.raises(ValueError, match='start elsewhere with --value: it gives the next state'):
+        simulated(kernels_for(ARX, 'numpy'), 500.0, 0.1, {'a1': 2.0, 'a2': 1.0, 'now': 1.0}, {})

@@ -155,3 +155,15 @@ def test_a_model_has_a_period_or_not(gain: float, expected: bool) -> None:
     )  # fmt: skip
     assert has_period(model, 0, TURN) is expected
     assert not has_period(model, 0, 1.0) and not has_period(model, 1, TURN)
+
+
+def test_the_next_state_of_a_discrete_model_is_as_many_periods_on() -> None:
+    def wheel(gain: float) -> Model:
+        return Model(
+            'wheel', states=(Variable('angle', period=TURN), Variable('speed', lower=0, upper=1)),
+            outputs=(Variable('angle', period=TURN),), output=lambda t, x, u, p: (x[0],),
+            dynamics=lambda t, x, u, p: (gain * x[0] + x[1], x[1]), kind='discrete', period=0.1,
+        )  # fmt: skip
+
+    assert has_period(wheel(1.0), 0, TURN)
+    assert not has_period(wheel(0.9), 0, TURN)

@@ -4,6 +4,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from arx import ARX, A, B, course, pushes, samples
 from plants import VESSEL, tank_outputs, with_interpolation
 
 from obs_ros.core.estimate import Estimate, Outcome
@@ -278,3 +279,21 @@ def test_a_time_that_counts_from_the_windows_start_goes_on_in_the_prediction() -
     prediction.start(replace(estimate(model, 1004, (8.0,), (0.5, 0.0)), t0=1000.0))
     absorb(prediction, (1006, 'y', 18), (1006.5, 'u', 0))
     assert prediction.now().state['x'] == pytest.approx(8.0 + (6.0**2 - 4.0**2) / 2.0, rel=1e-12)
+
+
+@pytest.mark.parametrize('off', [0, 4_000_000])
+def test_a_discrete_model_is_predicted_from_node_to_node(off):
+    """Outputs at every second node, two of them only just; the estimate has a phase of its own."""
+    u = pushes(30)
+    states, y = course(u)
+    y[1::2] = np.nan
+    offsets = np.zeros(30)
+    offsets[[20, 22]] = 0.05
+    prediction = Prediction(ARX)
+    for sample in samples(u, y, offsets)[:25]:
+        prediction.absorb(sample)
+    found = estimate(ARX, 1.0 + off / S, states[10], (*A, B))
+    prediction.start(found)
+    now = prediction.now()
+    assert now.stamp == 24 * S // 10
+    assert list(now.state.values()) == pytest.approx(states[24], rel=1e-9)

@@ -6,6 +6,7 @@ from typing import Any
 
 import numpy as np
 import pytest
+from arx import ARX, A, B, course, pushes
 from plants import (
     BLOW_UP,
     COARSE_TANKS,
@@ -593,3 +594,34 @@ def test_the_papers_fitnesses(fitness: Any) -> None:
     expected = {n: TANKS[n] for n in ('p1', 'p2', 'p3')}
     assert found.parameters == pytest.approx(expected, abs=0.05 if fitness == 'euclidean' else 0.3)
     assert found.cost < (0.6 if fitness == 'euclidean' else 1e-4)
+
+
+def test_a_discrete_model_with_samples_dropped_and_between_nodes() -> None:
+    u = pushes(200)
+    states, y = course(u, noise=0.02)
+    y[np.random.default_rng(3).random(200) < 0.6] = np.nan
+    y[[0, 199]] = states[[0, 199], 0]
+    rows = np.sort([*np.random.default_rng(4).permutation(np.arange(1, 199))[:150], 0, 199])
+    t = 0.1 * rows + np.random.default_rng(5).uniform(-0.004, 0.004, rows.size)
+    held = u[rows][np.searchsorted(rows, np.arange(200), side='right') - 1]
+    _, y = course(held, noise=0.02)
+    measured = y[rows]
+    measured[::3] = np.nan
+    measured[0] = y[0]
+    found = solve_window(ARX, Record(t, u[rows], measured), seed=1, noise={'y': 0.02})
+    assert found.outcome is Outcome.CONVERGED
+    assert found.parameters == pytest.approx({'a1': A[0], 'a2': A[1], 'b': B}, abs=0.02)
+    assert 'nodes' not in found.message
+    t[50] += 0.04
+    found = solve_window(ARX, Record(t, u[rows], measured), seed=1, noise={'y': 0.02})
+    assert 'between the nodes, 0.1 s apart: outputs there do not count' in found.message
+
+
+def test_process_noise_of_a_discrete_model_is_found_per_period() -> None:
+    """The walk is the root of the variance that a period adds, over the period."""
+    u = pushes(400)
+    _, y = course(u, walk=0.4, noise=0.02)
+    found = solve_window(ARX, Record(0.1 * np.arange(400), u, y), seed=1, noise={'y': 0.02})
+    # Both states share a walk; the output gets that of the second a node later, times a2.
+    assert found.walks['now'] == pytest.approx(0.4 / np.hypot(1.0, A[1]), rel=0.15)
+    assert found.parameters == pytest.approx({'a1': A[0], 'a2': A[1], 'b': B}, abs=0.05)

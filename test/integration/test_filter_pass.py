@@ -5,6 +5,8 @@ from typing import Any
 
 import numpy as np
 import pytest
+from arx import ARX, B, F, course, kalman_filter, pushes
+from arx import A as WEIGHTS
 from kalman_reference import CART, NOISE, PRIOR, WALKS, X0, P, cart_window, dense_filter
 from plants import BLOW_UP, NAN
 from scipy.linalg import expm
@@ -13,6 +15,7 @@ from obs_ros import Record, Variable
 from obs_ros.integration.backends import kernels_for, run_process_noise_once
 from obs_ros.integration.filter_pass import Differences, FilterPass, central
 from obs_ros.integration.grid import Grid
+from obs_ros.integration.linear_path import LinearPath
 
 
 def cart_pass(backend: str, **changes: Any) -> FilterPass:
@@ -132,3 +135,42 @@ def test_differences_are_central_where_their_lanes_are_free_and_keep_to_the_boun
 
 def test_what_process_noise_needs_compiles_when_it_is_run_first(backend: str) -> None:
     assert run_process_noise_once(kernels_for(CART, backend), np.array([1])) > 0.0
+
+
+def arx_pass(backend: str) -> tuple[FilterPass, Any]:
+    """Nodes of a discrete model, two of three without an output."""
+    u = pushes(60)
+    y = course(u, walk=0.5, noise=0.02)[1]
+    y[np.arange(60) % 3 > 0] = np.nan
+    grid = Grid.of(ARX, Record(0.1 * np.arange(60), u, y), np.ones(1))
+    P0 = np.zeros((5, 5))
+    P0[:2, :2] = [[0.1, 0.02], [0.02, 0.3]]
+    walks = np.array([0.5, 0.1, 0.0, 0.0, 0.0])
+    start, noise = np.array([0.8, 0.6]), np.array([0.02])
+    found = kernels_for(ARX, backend).filter(grid, start, np.array([*WEIGHTS, B]), walks, noise, P0)
+    return found, kalman_filter(u, y, start, P0[:2, :2], walks[:2], 0.02)
+
+
+def test_noise_enters_a_discrete_model_at_its_nodes(backend: str) -> None:
+    found, expected = arx_pass(backend)
+    np.testing.assert_allclose(found.states, expected.means, rtol=1e-8, atol=1e-10)
+    np.testing.assert_allclose(found.covariances, expected.covariances, rtol=1e-6, atol=1e-11)
+    np.testing.assert_allclose(found.transition[:, :, :2], np.tile(F, (59, 1, 1)), atol=1e-9)
+
+
+def test_likelihoods_along_a_discrete_model_are_those_of_its_filter(backend: str) -> None:
+    found, _ = arx_pass(backend)
+    path = LinearPath.of(found)
+    walks = np.array([[0.5, 0.1, 0.0, 0.0, 0.0], [0.9, 0.0, 0.0, 0.0, 0.0]]).T
+    values = path.neg2_log_likelihood(walks, np.full((1, 2), 0.02))
+    assert values[0] == pytest.approx(found.neg2_log_likelihood, rel=1e-9)
+    u = pushes(60)
+    y = course(u, walk=0.5, noise=0.02)[1]
+    y[np.arange(60) % 3 > 0] = np.nan
+    other = kalman_filter(u, y, [0.8, 0.6], found.prior, [0.9, 0.0], 0.02)
+    before = [found.prior, *(F @ P @ F.T + 0.1 * np.diag([0.81, 0.0]) for P in other.covariances)]
+    S = np.array([P[0, 0] for P in before[:60]]) + 0.02**2
+    e = other.innovations
+    seen = np.isfinite(e)
+    total = np.sum(np.log(S[seen]) + e[seen] ** 2 / S[seen])
+    assert values[1] == pytest.approx(total, rel=1e-7)

@@ -4,6 +4,8 @@ from typing import Any
 
 import numpy as np
 import pytest
+from arx import ARX, B, course, kalman_filter, pushes
+from arx import A as WEIGHTS
 from kalman_reference import CART, NOISE, PRIOR, WALKS, X0, P, cart_window, considered_filter
 from plants import BLOW_UP, NAN, OSCILLATOR
 from spinner import SHAFT, UNWRAPPED, window
@@ -145,3 +147,22 @@ def test_a_wrapped_angle_corrects_like_one_without_wraps(backend: str) -> None:
         wrapped, plain = (getattr(live, name) for live in lives)
         np.testing.assert_allclose(wrapped, plain, rtol=1e-5, atol=1e-6, err_msg=name)
     assert abs(lives[0].x[0]) > 4.0, 'the shaft has turned on'
+
+
+def test_a_discrete_model_is_filtered_node_by_node(backend: str) -> None:
+    """Paths of three nodes; the noise of each goes through the nodes that follow."""
+    u = pushes(61)
+    y = course(u, walk=0.5, noise=0.02)[1]
+    y[np.arange(61) % 3 > 0] = NAN
+    y[0] = NAN
+    walks, P0 = np.array([0.5, 0.1, 0.0, 0.0, 0.0]), np.diag([0.1, 0.3, 0.0, 0.0, 0.0])
+    expected = kalman_filter(u, y, [0.8, 0.6], P0[:2, :2], [0.5, 0.1], 0.02)
+    live = LiveFilter.of(
+        ARX, np.array([0.8, 0.6]), np.array([*WEIGHTS, B]), P0, walks, np.array([0.02]),
+        np.array([], np.int64),
+    )  # fmt: skip
+    record = Record(0.1 * np.arange(61), u, y)
+    for k in range(3, 61, 3):
+        stepper_for(ARX, backend).filter(live, path_of(ARX, record, k - 3, k), y[k : k + 1])
+        np.testing.assert_allclose(live.x, expected.means[k], rtol=1e-8, atol=1e-10)
+        np.testing.assert_allclose(live.P, expected.covariances[k], rtol=1e-6, atol=1e-11)

@@ -4,10 +4,11 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from arx import ARX
 from plants import NAN
 
 from obs_ros import Record
-from obs_ros.integration.grid import Grid
+from obs_ros.integration.grid import Grid, steps_within
 from obs_ros.models.three_tank import THREE_TANK
 
 
@@ -99,3 +100,11 @@ def test_the_models_time_counts_from_the_windows_start_where_it_is_asked_to() ->
     assert grid.clock.tolist() == [0.0, 1.0, 2.0]
     assert grid.stretch(1, 2).clock.tolist() == [1.0, 2.0]
     assert Grid.of(model, record, np.ones(2), 1e9 - 5.0).clock.tolist() == [5.0, 6.0, 7.0]
+
+
+def test_a_discrete_model_takes_as_many_steps_as_periods_fit_best() -> None:
+    steps = steps_within(ARX, np.array([0.004, 0.05, 0.149, 0.151, 100.04, 1e4 * 0.1003]))
+    np.testing.assert_array_equal(steps, [1, 1, 1, 2, 1000, 10030])
+    t = np.array([0.0, 0.1, 0.4])
+    grid = Grid.of(ARX, Record(t, np.zeros(3), np.zeros(3)), np.ones(1))
+    assert grid.discrete and grid.steps.tolist() == [1, 3]

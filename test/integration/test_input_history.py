@@ -4,6 +4,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from arx import ARX
 from hypothesis import given
 from hypothesis import strategies as st
 from plants import BLOW_UP, NAN, VESSEL, with_interpolation
@@ -101,3 +102,13 @@ def test_an_actuator_clips_what_the_plant_gets() -> None:
     for t, u in ((0, 3.0), (1, -1.0), (2, 1.0)):
         assert found.add(t * S, np.array([u]))
     assert found.path(0, 3 * S).u[:3, 0].tolist() == [2.0, 0.0, 1.0]
+
+
+def test_to_a_discrete_model_inputs_change_at_nodes() -> None:
+    found, tenth = InputHistory(ARX), S // 10
+    for stamp, u in ((0, 1.0), (tenth // 2, 2.0), (2 * tenth, 3.0), (2 * tenth + S // 500, 4.0)):
+        found.add(stamp, np.array([u]))
+    path = found.path(0, 4 * tenth + tenth // 30)
+    assert path.pieces == 4 and path.steps[:4].tolist() == [1] * 4
+    assert path.u[:5, 0].tolist() == [1.0, 2.0, 3.0, 4.0, 4.0]
+    np.testing.assert_allclose(path.dt[:4], 0.1 + 0.1 / 120)

@@ -6,6 +6,8 @@ from typing import Any
 
 import numpy as np
 import pytest
+from arx import ARX, A, B, course, pushes
+from arx import X0 as ARX_START
 from plants import BLOW_UP, NAN, OSCILLATOR, exact, with_interpolation
 from spinner import SHAFT, TURN, UNWRAPPED, window
 
@@ -250,3 +252,19 @@ def test_straight_residuals_are_those_of_the_same_numbers_without_a_period() -> 
         for grid in (grids[0].straight, grids[1])
     )
     np.testing.assert_array_equal(found, expected)
+
+
+def test_a_discrete_model_goes_from_node_to_node(backend: str) -> None:
+    """Nodes with jitter, under inputs of their own, and intervals of several periods."""
+    rng, u = np.random.default_rng(5), pushes(40)
+    t = 0.1 * np.arange(40) + rng.uniform(-0.01, 0.01, 40)
+    expected, _ = course(u)
+    x0, p = column(*ARX_START), column(*A, B)
+    states, outputs = kernels_for(ARX, backend).trajectories(grid_of(ARX, t, u), x0, p)
+    np.testing.assert_allclose(states[:, :, 0], expected, rtol=1e-12)
+    np.testing.assert_allclose(outputs[:, 0, 0], expected[:, 0], rtol=1e-12)
+    held = np.repeat(u[::4], 4)
+    grid = grid_of(ARX, t[::4], held[::4])
+    np.testing.assert_array_equal(grid.steps, 4)
+    states, _ = kernels_for(ARX, backend).trajectories(grid, x0, p)
+    np.testing.assert_allclose(states[:, :, 0], course(held)[0][::4], rtol=1e-12)

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from obs_ros.integration.path import LANES, Path, after, joined, lanes, own
+from obs_ros.integration.path import LANES, Path, after, joined, lanes, own, single
 
 
 def path(pieces: int = 3, rows: int = 5) -> Path:
@@ -52,3 +52,17 @@ def test_joined_paths_end_where_the_last_one_does() -> None:
         3.0,
     ]
     assert joined([first]) is first
+
+
+def test_of_whole_pieces_a_path_is_cut_at_the_nearest_begin() -> None:
+    equal = path()._replace(dt=np.full(5, 2.0))
+    for gone, left in ((0.9, 3), (1.1, 2), (2.0, 2), (3.9, 1), (5.9, 1)):
+        rest = after(equal, gone, whole=True)
+        assert rest.pieces == left and rest.dt[:left].tolist() == [2.0] * left
+        assert rest.u[0, 0] == 3 - left
+
+
+def test_every_piece_is_a_path_of_its_own() -> None:
+    pieces = single(path())
+    assert [piece.pieces for piece in pieces] == [1, 1, 1]
+    assert [piece.t.tolist() for piece in pieces] == [[10.0, 11.0], [11.0, 13.0], [13.0, 16.0]]

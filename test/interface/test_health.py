@@ -140,6 +140,8 @@ def test_what_keeps_estimates_from_coming_stands_first():
         ({'overflow': 1}, 'shorten window.duration, or raise window.capacity: '
          'a window of 1000 s holds more samples than that'),
         ({'duplicate': 4}, 'let the publisher set header.stamp: stamps do not advance'),
+        ({'off_grid': 4}, "look at stamps and rates: most samples lie between the nodes of the "
+         "model's period, where outputs do not count"),
         ({'all_nan': 4}, 'look at what is measured: the samples hold no numbers, '
          'only NaN or infinity'),
     ],

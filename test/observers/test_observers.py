@@ -6,6 +6,7 @@ from typing import Any
 
 import numpy as np
 import pytest
+from arx import ARX
 from plants import NAN, observer_form, rich_input, trajectory
 
 from obs_ros import Estimate, Model, Outcome, Sample, load_model, load_observer
@@ -359,3 +360,14 @@ def test_outputs_that_wrap_are_followed_like_those_that_do_not(name: str) -> Non
         assert wrapped.state == plain.state and wrapped.parameters == plain.parameters
         for output, p in zip(outputs, period, strict=True):
             assert not abs(wrapped.innovation[output.name]) > 0.5 * p
+
+
+@pytest.mark.parametrize('name', OBSERVERS)
+def test_discrete_models_are_taken_or_refused_with_the_observers_that_do(name: str) -> None:
+    kind = load_observer(name)
+    if name in ('sliding_window', 'ekf', 'ukf'):
+        windows = {'duration': 5.0} if name == 'sliding_window' else {}
+        kind(ARX, backend='numpy', **windows)
+        return
+    with pytest.raises(ValueError, match=r"take the observer sliding_window, ekf or ukf: .*'arx'"):
+        kind(ARX)

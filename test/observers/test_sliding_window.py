@@ -7,6 +7,8 @@ from typing import Any
 
 import numpy as np
 import pytest
+from arx import ARX, PERIOD, A, B, course, pushes
+from arx import samples as nodes
 from plants import tank_outputs
 
 from obs_ros import Estimate, Outcome, Record, Sample, solve_window
@@ -267,3 +269,24 @@ def test_two_valves_that_jump_at_once_are_found_by_every_window_that_holds_them(
     assert len(outcomes) == 5 and set(outcomes) <= {Outcome.CONVERGED, Outcome.AT_BOUND}
     for sizes in jumps:
         assert sizes == pytest.approx({'p1': -0.3, 'p2': -0.5}, abs=0.02)
+
+
+def test_windows_of_a_discrete_model_are_those_of_its_nodes() -> None:
+    """Jitter, outputs that are missing, every 50th output between nodes."""
+    u = pushes(301)
+    u[25::50] = u[24::50]  # inputs between nodes act from the next one on
+    states, y = course(u, noise=0.01)
+    y[np.random.default_rng(1).random(301) < 0.3] = np.nan
+    y[[0, 100, 200, 300]] = course(u)[1][[0, 100, 200, 300]]
+    offsets = np.random.default_rng(2).uniform(-0.05, 0.05, 301)
+    offsets[0], offsets[25::50] = 0.0, 0.3
+    observer = SlidingWindowObserver(ARX, duration=10.0, noise={'y': 0.01})
+    found = run(observer, nodes(u, y, offsets, since=5 * S))
+    assert len(found) == 3
+    dropped = int(np.isfinite(y[25::50]).sum())
+    assert observer.counts['off_grid'] == dropped + 6  # and inputs
+    for k, estimate in enumerate(found, 1):
+        assert estimate.outcome is Outcome.CONVERGED
+        assert estimate.parameters == pytest.approx({'a1': A[0], 'a2': A[1], 'b': B}, abs=0.02)
+        assert abs(estimate.stamp - (5 * S + k * 10 * S)) <= 0.1 * PERIOD * S
+        assert list(estimate.state.values()) == pytest.approx(states[100 * k], abs=0.03)

@@ -2,6 +2,7 @@ import math
 
 import numpy as np
 import pytest
+from arx import ARX, X0, A, B, course, pushes
 
 from obs_ros.core.model import Model, Variable
 from obs_ros.models import load_model
@@ -72,3 +73,17 @@ def test_wrong_use_is_refused():
     plant.advance(1.0, constant(30.0, 30.0), (1.0, 1.0, 1.0))
     with pytest.raises(ValueError, match='cannot go back'):
         plant.advance(0.5, constant(30.0, 30.0), (1.0, 1.0, 1.0))
+
+
+def test_a_discrete_model_goes_by_the_inputs_at_its_nodes():
+    u = pushes(20)
+    states, _ = course(u)
+    plant, k = Plant(ARX, X0), 0
+    for to in np.arange(1, 60) / 30.0:  # three calls a period
+        acting = u[k] if plant.following is None else math.nan
+        plant.advance(to, constant(acting), (*A, B))
+        k = math.floor(10.0 * to + 1e-6)
+        assert plant.x == pytest.approx(states[k], rel=1e-12)
+    other = Plant(ARX, X0)
+    other.advance(1.9, lambda t: (u[math.floor(10.0 * t + 1e-6)],), (*A, B))
+    assert other.x == pytest.approx(states[19], rel=1e-12)

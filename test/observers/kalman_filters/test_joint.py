@@ -5,6 +5,7 @@ from typing import Any
 
 import numpy as np
 import pytest
+from arx import ARX, A, B, course, kalman_filter, pushes, samples
 from plants import LAG, NAN, OSCILLATOR, observer_form, rich_input, trajectory
 from scipy.linalg import expm
 from scipy.stats import chi2
@@ -358,3 +359,28 @@ def test_a_prior_of_one_factor_makes_the_other_known(kind: Any) -> None:
     assert estimate.stddev['b'] == pytest.approx(0.03, rel=0.05)
     assert estimate.stddev['a'] == pytest.approx(0.02, rel=0.05)
     assert abs(estimate.parameters['a'] - 2.0) < 0.06
+
+
+@pytest.mark.parametrize('kind', FILTERS)
+def test_a_discrete_model_is_filtered_from_node_to_node(kind: Any) -> None:
+    """Outputs at every third node, with jitter, one between nodes: noise enters at each node."""
+    u = pushes(90)
+    y = course(u, walk=0.5, noise=0.02)[1]
+    y[np.arange(90) % 3 > 0] = NAN
+    offsets = np.random.default_rng(3).uniform(-0.02, 0.02, 90)
+    offsets[51] = 0.4
+    observer = kind(
+        ARX, fixed={'a1': A[0], 'a2': A[1], 'b': B}, noise={'y': 0.02},
+        initial={'now': 0.8, 'last': 0.6}, initial_state=0.05, innovation_gate=0.0,
+        walks={'now': 0.5, 'last': 0.1},
+    )  # fmt: skip
+    for sample in samples(u, y, offsets):
+        observer.absorb(sample)
+    u[51], y[51] = u[50], NAN  # the input acts from the next node on, where it is superseded
+    expected = kalman_filter(u, y, [0.8, 0.6], np.eye(2), [0.5, 0.1], 0.02)
+    np.testing.assert_allclose(observer.x, expected.means[87], rtol=1e-6, atol=1e-8)
+    np.testing.assert_allclose(
+        observer.joint.covariance[:2, :2], expected.covariances[87], rtol=1e-5, atol=1e-10
+    )
+    assert observer.counts['off_grid'] == 2
+    assert observer.estimate().stamp == pytest.approx(87 * 10**8, abs=5 * 10**6)
