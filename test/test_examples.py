@@ -8,7 +8,7 @@ import pytest
 from catkin_pkg.package import parse_package
 from scipy.integrate import solve_ivp
 
-from obs_ros import load_model
+from obs_ros import Outcome, load_model
 
 ROOT = Path(__file__).resolve().parents[1]
 EXAMPLE = ROOT / 'examples' / 'my_plant'
@@ -44,7 +44,9 @@ def test_colcon_never_meets_it_inside_of_obs_ros():
     assert not list((ROOT / 'examples').rglob('COLCON_IGNORE'))
 
 
-@pytest.mark.parametrize('file', ['my_plant/pendulum.py', 'config/pendulum.yaml'])
+@pytest.mark.parametrize(
+    'file', ['my_plant/pendulum.py', 'my_plant/heater.py', 'config/pendulum.yaml']
+)
 def test_the_tutorial_shows_the_files_as_they_are(file):
     text = (EXAMPLE / file).read_text()
     assert ''.join(f'    {line}\n' if line else '\n' for line in text.splitlines()) in TUTORIAL
@@ -221,3 +223,17 @@ def test_the_scenario_tells_what_is_sought_and_shows_the_weight_that_slips():
     assert [set(jump.sizes) for jump in jumps] == [{'stiffness'}]
     assert abs(jumps[0].sizes['stiffness'] + 1.5) < 3.0 * jumps[0].stddev['stiffness'] < 3.0
     assert jumps[0].stamp / 1e9 == pytest.approx(30.0, abs=0.5)
+
+
+def test_the_heater_is_estimated_at_its_nodes():
+    from obs_ros import Record, solve_window
+    from plant_sim.scenarios import load_scenario
+    from plant_sim.simulation import Simulation
+
+    plant = Simulation(load_scenario('my_plant.scenario:BAKES'), seed=1)
+    rows = [plant.sample() for _ in range(100)]
+    record = Record(*(np.array([getattr(row, name) for row in rows]) for name in 'tuy'))
+    found = solve_window('my_plant.heater:HEATER', record, seed=1, noise={'warm': 0.1})
+    assert found.outcome is Outcome.CONVERGED
+    for name, true in {'keep': 0.95, 'gain': 0.05}.items():
+        assert abs(found.parameters[name] - true) < 3.0 * found.stddev[name] < 0.03 * true, name

@@ -96,7 +96,7 @@ def test_what_it_promises_is_what_estimates_then_say(run):
 
 def test_the_tutorial_quotes_it(run):
     text = (ROOT / 'docs' / 'your-own-plant.md').read_text()
-    (arguments,) = re.findall(r'ros2 run obs_ros check_model (.+)', text)
+    (arguments,) = re.findall(r'ros2 run obs_ros check_model (my_plant.pendulum.+)', text)
     (quoted,) = re.findall(r'stiffness to \+-(\S+) of 9\.81', text)
     assert limits(run(*arguments.split())[1])['stiffness'] == pytest.approx(float(quoted), rel=0.05)
 

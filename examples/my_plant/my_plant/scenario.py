@@ -1,4 +1,4 @@
-"""The pendulum on a rig that is not there yet: `ros2 run obs_ros simulator` plays it."""
+"""Rigs that are not there yet: `ros2 run obs_ros simulator` plays a pendulum and a heater."""
 
 from plant_sim.scenario import Scenario
 from plant_sim.signals import Schedule
@@ -19,4 +19,20 @@ SWINGS = Scenario(
     sample_period=0.02,  # s
     duration=120.0,  # s
     snr_db=40.0,  # noise of 0.01 rad
+)
+
+
+def heat(t):
+    return (60.0 if t % 60.0 < 30.0 else 20.0,)
+
+
+BAKES = Scenario(
+    name='bakes',
+    model='my_plant.heater:HEATER',
+    initial_state=(0.0, 0.0),  # K, %
+    inputs=heat,
+    parameters=Schedule((0.0, 600.0), ((0.95, 0.05), (0.92, 0.05))),  # later a fan cools it
+    sample_period=2.0,  # s
+    duration=1200.0,  # s
+    snr_db=20.0,  # noise of 0.1 K
 )
