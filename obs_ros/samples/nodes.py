@@ -178,13 +178,16 @@ class NodeLine:
         return self._store.passed
 
     def reached(self, times: Mapping[Role, int]) -> dict[Role, int]:
-        """Return the times (ns) that streams have reached, given that of their newest samples."""
-        tolerance, reached = self.phase.tolerance, dict(times)
+        """Return the times (ns) that streams have reached, given that of their newest samples.
+
+        A stream that has reached a node has reached all that lies halfway to the next.
+        """
+        tolerance, half, reached = self.phase.tolerance, self.phase.period // 2, dict(times)
         if (time := reached.get('input')) is not None:
-            reached['input'] = time + tolerance
+            reached['input'] = time + tolerance + half
         if (time := reached.get('output')) is not None:
             before = time - tolerance - 1
-            reached['output'] = before if self._newest is None else max(self._newest, before)
+            reached['output'] = before if self._newest is None else max(self._newest + half, before)
         return reached
 
     def keep(self, role: Role, stamp: int, values: Array) -> bool:

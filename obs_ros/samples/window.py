@@ -46,7 +46,8 @@ class SlidingWindow:
     by reason, see COUNTS. `limits` are those of measured inputs and outputs, `shifts` lead from
     stamps to the samples' own times, at which they lie here; of the inputs before a window records
     have those that they ask for. With the period `nodes` (s) of a discrete model samples lie at its
-    nodes. Values of saturated sensors are counted for the `outputs` given.
+    nodes, and windows end halfway between two: no drift moves a node out of its window. Values of
+    saturated sensors are counted for the `outputs` given.
 
     One thread at a time may call its methods. Memory is bounded by `capacity` samples a stream.
 
@@ -82,6 +83,7 @@ class SlidingWindow:
         limits = limits or (anything(n_inputs), anything(n_outputs))
         self._gate = Gate(*limits, self, reach, shifts, nodes)
         self._nodes = nodes
+        self._half = round(0.5e9 * (nodes or 0.0))
         self._saturation = SaturationCount(outputs)
         self._past = 0 if shifts is None else shifts.past
         self._counts = dict.fromkeys(COUNTS.keys() - ENTERING.keys(), 0)
@@ -186,7 +188,7 @@ class SlidingWindow:
             return None
         start = int(self._outputs.stamps[row])
         # One ns earlier, so that the first window includes its start and is like all others.
-        return start - 1, start + self._duration
+        return start - 1, start + self._duration + self._half
 
     def _open(self, edges: tuple[int, int]) -> None:
         """Drop the samples before the window's left edge, where it now stays."""

@@ -680,3 +680,28 @@ def test_garbage_never_raises_and_memory_is_bounded(
             assert not np.isnan(record.u[0]).any()
             assert record.t.size <= 2 * capacity
         assert window.nbytes <= 2 * (2 * capacity + 2) * 3 * 8
+
+
+@pytest.mark.parametrize('drift', [0.0, 2e-4, -2e-4])
+def test_windows_of_a_discrete_model_have_as_many_nodes_whatever_the_clock(drift: float) -> None:
+    """Nodes every 0.1 s, outputs at each second one, inputs that follow them, with jitter."""
+    rng, window = random.Random(1), SlidingWindow(2.0, n_inputs=1, n_outputs=1, nodes=0.1)
+    records = []
+    for k in range(2000):
+        at = 0.1 * k * (1.0 + drift)
+        samples = [inp(at + rng.uniform(0.0, 0.002), float(k))]
+        if k % 2 == 0:
+            samples.insert(0, out(at + rng.uniform(-0.004, 0.004), float(k)))
+        records += feed(window, samples)
+    assert counted(window) == {}
+    assert len(records) == 99
+    assert [record.t.size for record in records] == [21, *[19] * 98]
+    for record in records:
+        np.testing.assert_array_equal(
+            record.u[:-1, 0], record.y[0, 0] + np.arange(len(record.t) - 1)
+        )
+        np.testing.assert_array_equal(
+            record.y[::2, 0], record.y[0, 0] + np.arange(0, len(record.t), 2)
+        )
+        assert np.isnan(record.y[1::2]).all()
+        np.testing.assert_allclose(np.diff(record.t), 0.1, rtol=0.1)

@@ -13,7 +13,7 @@ HEATER = Model(
     name='heater',
     kind='discrete',
     period=2.0,  # s
-    states=(Variable('warm', 'K', lower=-10, upper=90), Variable('power', '%', 0, 100)),
+    states=(Variable('warm', 'K', lower=-10, upper=90), Variable('power', '%', -20, 120)),
     inputs=(Variable('heater', '%', nominal=30),),
     outputs=(Variable('warm', 'K'),),
     parameters=(
