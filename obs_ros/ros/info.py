@@ -25,6 +25,7 @@ def model_info(model: Model) -> dict[str, Any]:
     return {
         'model': model.name,
         'reference': model.reference,
+        **({} if model.period is None else {'kind': model.kind, 'period': model.period}),
         'states': _variables(model.states),
         'inputs': _variables(model.inputs),
         'outputs': _variables(model.outputs),

@@ -1,3 +1,4 @@
+import math
 from dataclasses import replace
 
 import pytest
@@ -20,6 +21,10 @@ def test_openings_and_their_rates_are_found_by_name() -> None:
         ({'opening_rates': ('V2',)}, 'opening_rates has 1 entries, not 2 or none'),
         ({'openings': ('X1', 'X2')}, 'but dynamics says'),
         ({'drift': lambda t, x, u, p: (0.0, 0.0)}, r'f \+ g F is'),
+        (
+            {'kind': 'discrete', 'period': 0.1, 'max_step': math.inf},
+            'flows feed rates, which no discrete model has',
+        ),
         ({'output': lambda t, x, u, p: (x[1], x[0])}, 'outputs must be the first 2 states'),
     ],
 )

@@ -4,6 +4,7 @@ import math
 
 import numpy as np
 import pytest
+from arx import course, pushes
 from node.fakes import FakeImmediate
 from plants import tank_outputs
 from ros import figures, set_parameter, vector
@@ -134,3 +135,25 @@ def test_the_genetic_observers_tell_how_their_search_goes(ros, observer, model, 
     assert all(math.isfinite(told[-1][name]) for name in figures_of_its_own)
     bred = {'gao': 1.0, 'gase': 10.0}[observer]  # generations for a sample
     assert told[-1]['generation'] - told[-2]['generation'] == bred
+
+
+def test_a_discrete_model_is_filtered_at_its_nodes_and_counts_what_lies_between(ros, monkeypatch):
+    monkeypatch.setenv('OBS_ROS_BACKEND', 'numpy')  # nothing to compile for a few steps
+    bench = Bench(ros, observer='ekf', model='arx:ARX', noise__y=0.02, merge_wait=0.0)
+    ros.spin_until(lambda: bench.estimator.progress.ready)
+    states, y = course(u := pushes(12))
+    for k, off in enumerate([0.0, 0.003, -0.004, 0.0, 0.0, 0.03, 0.0, 0.002, 0.0, 0.0, 0.0, 0.0]):
+        bench.input(1.0 + 0.1 * k, ('u',), (u[k],))
+        ros.spin_until(lambda k=k: bench.estimator.streams.subscriptions['input'].received == k + 1)
+        bench.output(1.0 + 0.1 * k + off, ('y',), (y[k],))
+        heard = k + 1
+        ros.spin_until(
+            lambda n=heard: bench.estimator.streams.subscriptions['output'].received == n
+        )
+    ros.spin_until(lambda: len(bench.state) == 11)
+    stamps = [m.header.stamp.sec + 1e-9 * m.header.stamp.nanosec for m in bench.state]
+    nodes = [k for k in range(12) if k != 5]
+    assert stamps == pytest.approx([1.0 + 0.1 * k for k in nodes], abs=1e-6)
+    assert vector(bench.state[-1])['now'] == pytest.approx(states[11, 0], abs=0.1)
+    health = figures(ros.health(outcome='converged'))
+    assert health['samples.off_grid'] == '1' and health['samples.late'] == '0'

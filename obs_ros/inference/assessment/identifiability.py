@@ -171,7 +171,7 @@ def _jacobian_ahead(objective: Objective, state: Array, p: Array) -> Array:
     ahead = replace(
         grid,
         t=t + grid.t[-1],
-        steps=np.full(LIMITS.nodes - 1, max(1, math.ceil(interval))),
+        steps=np.full(LIMITS.nodes - 1, max(1, math.ceil(interval - 1e-6))),
         u=np.tile(grid.u[-1], (LIMITS.nodes, 1)),
         slope=np.zeros((LIMITS.nodes, grid.u.shape[1])),
         y=np.zeros_like(weight),
