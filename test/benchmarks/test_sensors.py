@@ -1,7 +1,9 @@
 """Sensors as they are: faults put in, scores of windows, judgements, what fails or is left out."""
 
+import dis
 import math
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
@@ -20,7 +22,7 @@ from benchmarks.sensors.scores import (
 )
 from benchmarks.sensors.solved import Solved, alone, in_sequence
 from benchmarks.sensors.spring import INTERVAL, NOISE, SAMPLES, SPRING, run
-from benchmarks.sensors.ways import PLAIN, WAYS
+from benchmarks.sensors.ways import PLAIN, WAYS, model
 from plant_sim.actuators import Actuator
 from plant_sim.sensors import Sensor
 
@@ -157,12 +159,20 @@ def test_sensors_are_as_coarse_and_narrow_as_said() -> None:
     assert 0.1 < np.isin(held, coarse.LIMITS).mean() < 0.7
 
 
-def test_every_way_of_writing_means_the_same() -> None:
-    x, u, p = (2.5, -1.5), (5.0,), (9.0, 0.8)
-    rates, seen = WAYS[PLAIN]
-    for way, (dynamics, output) in WAYS.items():
-        np.testing.assert_allclose(dynamics(0.0, x, u, p), rates(0.0, x, u, p), err_msg=way)
-        np.testing.assert_allclose(output(0.0, x, u, p), seen(0.0, x, u, p), err_msg=way)
+def operations(function: Any) -> int:
+    """The number of operations in a function's code."""
+    work = ('BINARY_OP', 'COMPARE_OP', 'UNARY_NEGATIVE', 'CALL')
+    return sum(step.opname in work for step in dis.get_instructions(function))
+
+
+@pytest.mark.parametrize('way', WAYS)
+def test_every_way_of_writing_comes_to_the_same_operations(way: str) -> None:
+    plain, other = model(PLAIN), model(way)
+    for place in (2.5, 0.5, -2.5):
+        at = 0.0, (place, -1.5), (2.0 * place,), (9.0, 0.8)
+        np.testing.assert_allclose(other.dynamics(*at), plain.dynamics(*at), rtol=1e-12)
+        np.testing.assert_allclose(other.output(*at), plain.output(*at), rtol=1e-12)
+    assert operations(other.dynamics) <= functions.TIME * operations(plain.dynamics)
 
 
 @pytest.mark.slow
