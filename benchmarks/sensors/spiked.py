@@ -56,25 +56,27 @@ def noise(y: Array) -> Array:
     return np.asarray(np.maximum(np.median(second, axis=0) / (0.6745 * np.sqrt(6.0)), 0.3 * steps))
 
 
-def windows(name: str, folder: str, kind: str, way: str) -> list[Forecasts]:
-    """Solve all windows of a recording; forecasts are held against the clean one."""
+def windows(
+    name: str, folder: str, kind: str, way: str, most: int | None = None
+) -> list[Forecasts]:
+    """Solve windows of a recording, all or so many; forecasts are held against the clean one."""
     plant = PLANTS[name]
     clean, whole = (record(name, Path(folder), each) for each in ('clean', kind))
     horizon = MovingHorizon(Solver.of(plant.model, EstimationSettings()))
     found = []
-    for i, start in enumerate(starts(plant, clean)):
+    for i, start in enumerate(starts(plant, clean)[:most]):
         window = part(whole, start, start + plant.window)
         if way == 'alone':
             estimate = solve_window(plant.model, window, seed=1)
         else:
             estimate = horizon.solve(window, random_generator(1, i), Deadline())
-        found.append(_forecasts(name, clean, window, estimate))
+        found.append(_forecasts(name, clean, estimate))
     return found
 
 
-def _forecasts(name: str, clean: Record, window: Record, found: Estimate) -> Forecasts:
+def _forecasts(name: str, clean: Record, found: Estimate) -> Forecasts:
     plant, squares = PLANTS[name], {}
-    end = float(window.t[-1])
+    end = found.t1  # of the last output that was used: one left out tells no state
     for horizon, share in HORIZONS.items():
         ahead = part(clean, end, end + share * plant.window, closed=True)
         complete = ahead.t[-1] > end + 0.9 * share * plant.window
@@ -84,11 +86,14 @@ def _forecasts(name: str, clean: Record, window: Record, found: Estimate) -> For
     return Forecasts(squares, found.outcome.value)
 
 
-def measured(folder: Path) -> tuple[list[Requirement], str]:
-    """Solve the recordings that are there, clean and spiked; return rows and table."""
+def measured(folder: Path, most: int | None = None) -> tuple[list[Requirement], str]:
+    """Solve the recordings that are there, clean and spiked; return rows and table.
+
+    Of each, so many windows at `most`.
+    """
     there = [name for name in SPIKED if (folder / PLANTS[name].file).is_file()]
     cells = carried_out(
-        windows, {(name, kind, way): [(name, str(folder), kind, way)] for name in there
+        windows, {(name, kind, way): [(name, str(folder), kind, way, most)] for name in there
                   for kind in KINDS for way in WAYS}, 'recordings',
     )  # fmt: skip
     return list(_rows(cells, there)), _table(cells)
