@@ -5,7 +5,8 @@ import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 
-from plant_sim.sensors import clipped
+from obs_ros.core.model import Variable
+from plant_sim.sensors import clipped, known_delay, limits
 from plant_sim.signals import Signal
 
 SAME_TIME = 1e-9  # s; times that differ by less are one
@@ -22,6 +23,14 @@ class Actuator:
 
     delay: float = 0.0
     range: tuple[float, float] = (0.0, 0.0)
+
+    @classmethod
+    def of(cls, input: Variable) -> 'Actuator':
+        """Return the actuator that a model declares.
+
+        One whose dead time is to be estimated has none; nor does any act before it is told.
+        """
+        return cls(delay=max(known_delay(input), 0.0), range=limits(input))
 
     @property
     def perfect(self) -> bool:

@@ -5,11 +5,12 @@ from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 from typing import Any
 
+from obs_ros.core.estimated_delays import own_parameters
 from obs_ros.core.model import Model, names
 from obs_ros.core.parameter_spec import ParameterSpec
 from obs_ros.samples.range_check import LARGEST
-from plant_sim.actuators import Actuator
-from plant_sim.sensors import Sensor
+from plant_sim.actuators import IDEAL, Actuator
+from plant_sim.sensors import PERFECT, Sensor
 
 SENSOR, ACTUATOR = 'sensor.', 'actuator.'
 
@@ -43,23 +44,27 @@ def fault_parameters(model: Model) -> tuple[ParameterSpec, ...]:
         ParameterSpec(f'plant.{v.name}', math.nan,
             f'holds {v.name} there, whatever the scenario has scheduled; nan: as scheduled',
             v.unit, lower=max(v.lower, -LARGEST), upper=min(v.upper, LARGEST), nan=True)
-        for v in model.parameters
+        for v in own_parameters(model.parameters)
     )  # fmt: skip
 
 
 def instrument_parameters(model: Model) -> tuple[ParameterSpec, ...]:
-    """Return the parameters of the sensor of each output, and of the actuator of each input."""
-    return (
-        *(spec for v in model.outputs for spec in sensor_parameters(v.name, v.unit)),
-        *(spec for v in model.inputs for spec in actuator_parameters(v.name, v.unit)),
-    )
+    """Return the parameters of the sensor of each output, and of the actuator of each input.
+
+    Their defaults are the sensors and actuators that the model declares.
+    """
+    outputs = (sensor_parameters(v.name, v.unit, Sensor.of(v)) for v in model.outputs)
+    inputs = (actuator_parameters(v.name, v.unit, Actuator.of(v)) for v in model.inputs)
+    return tuple(spec for specs in (*outputs, *inputs) for spec in specs)
 
 
-def sensor_parameters(name: str, unit: str = '') -> tuple[ParameterSpec, ...]:
+def sensor_parameters(
+    name: str, unit: str = '', declared: Sensor = PERFECT
+) -> tuple[ParameterSpec, ...]:
     """Return the parameters of the sensor of the output `name`, as fields of `Sensor`."""
 
     def spec(field: str, description: str, unit: str = '', **more: Any) -> ParameterSpec:
-        return ParameterSpec(f'{SENSOR}{name}.{field}', getattr(Sensor, field),
+        return ParameterSpec(f'{SENSOR}{name}.{field}', getattr(declared, field),
                              description, unit, **more)  # fmt: skip
 
     return (
@@ -85,14 +90,16 @@ def sensor_parameters(name: str, unit: str = '') -> tuple[ParameterSpec, ...]:
     )  # fmt: skip
 
 
-def actuator_parameters(name: str, unit: str = '') -> tuple[ParameterSpec, ...]:
+def actuator_parameters(
+    name: str, unit: str = '', declared: Actuator = IDEAL
+) -> tuple[ParameterSpec, ...]:
     """Return the parameters of the actuator of the input `name`, as fields of `Actuator`."""
     prefix = f'{ACTUATOR}{name}.'
     return (
-        ParameterSpec(f'{prefix}delay', Actuator.delay,
+        ParameterSpec(f'{prefix}delay', declared.delay,
             'dead time: what is told at s acts from s + delay on', 's', lower=0.0,
             upper=LIMITS.delay),
-        ParameterSpec(f'{prefix}range', Actuator.range,
+        ParameterSpec(f'{prefix}range', declared.range,
             'limits of the input that acts; [0, 0]: none', unit, lower=-LARGEST, upper=LARGEST,
             length=2),
     )  # fmt: skip
@@ -117,7 +124,7 @@ def actuators(model: Model, values: Mapping[str, Any]) -> dict[str, Actuator]:
 
 
 def told(model: Model, values: Mapping[str, Any]) -> str:
-    """Return all faults that are set, in one line, or `none`."""
+    """Return all faults that are set, in one line, or `none`: what the model declares is none."""
     rows = (*fault_parameters(model), *instrument_parameters(model))
     given = ((spec.name, values[spec.name]) for spec in rows if not _same(spec, values))
     return ', '.join(f'{name.removeprefix("plant.")}={_text(value)}' for name, value in given) or (

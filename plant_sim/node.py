@@ -74,11 +74,11 @@ class Simulator(GuardedNode):
         parameters.declare(CHOICE)
         self.scenario = load_scenario(str(parameters.values['scenario']))
         self.model = load_model(self.scenario.model)
-        faults = (*fault_parameters(self.model), *instrument_parameters(self.model))
-        parameters.declare((*COMMON, *faults, *signal_parameters(self.model)))
+        parameters.declare((*COMMON, *signal_parameters(self.model)))
         bound = bindings(self.model, parameters.values, parameters.unknown('signals.'))
         check_bindings(self, self.model, bound)
         self.model = with_sensors(self.model, parameters.values)
+        parameters.declare((*fault_parameters(self.model), *instrument_parameters(self.model)))
         self._settings: Mapping[str, Any] = parameters.values
         self._simulates_time = bool(
             self._settings['publish_clock'] or self._settings['speed'] != 1.0
@@ -118,6 +118,7 @@ class Simulator(GuardedNode):
         settings = self._settings
         self._simulation = Simulation(
             self.scenario,
+            model=self.model,
             period=1.0 / settings['rate'] if settings['rate'] else None,
             seed=settings['seed'],
             noise_reference=settings['noise_reference'],

@@ -2,6 +2,7 @@
 
 from dataclasses import dataclass
 
+from obs_ros.core.estimated_delays import own_parameters
 from obs_ros.models import load_model
 from plant_sim.signals import Schedule, Signal
 from plant_sim.sources import Source, start
@@ -14,6 +15,7 @@ class Scenario:
     `inputs` are a signal, or a source such as a controller, read at every sample and held until the
     next; where `held` is false, a signal runs on in between. `parameters` change exactly on their
     times; they may differ from the model's nominal ones, which is all that an estimator knows.
+    Delays that are estimated are none of them: sensors and actuators have those.
     `disturbance` is added to the measured outputs. The noise is white, or an Ornstein-Uhlenbeck
     process with the time constant `noise_correlation`. Times are in s; after `duration` the plant
     runs on.
@@ -43,7 +45,7 @@ class Scenario:
         for kind, values, variables in (
             ('initial state', self.initial_state, model.states),
             ('inputs', drive(0.0, nothing), model.inputs),
-            ('parameters', self.parameters(0.0), model.parameters),
+            ('parameters', self.parameters(0.0), own_parameters(model.parameters)),
             ('disturbance', disturbance, model.outputs),
         ):
             if len(values) != len(variables):

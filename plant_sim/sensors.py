@@ -6,7 +6,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from obs_ros.core.model import Variable
 from obs_ros.core.typing import Array
+from obs_ros.samples.range_check import LARGEST
 
 SAME_TIME = 1e-9  # relative to an interval; times that differ by less are one
 
@@ -41,6 +43,19 @@ class Sensor:
     resolution: float = 0.0
     period: float = 0.0
 
+    @classmethod
+    def of(cls, output: Variable) -> 'Sensor':
+        """Return the sensor that a model declares; one whose delay is to be estimated is in time.
+
+        Ends of a range that are infinite are the largest values that a parameter takes.
+        """
+        return cls(
+            delay=known_delay(output),
+            range=limits(output),
+            resolution=output.resolution or 0.0,
+            period=output.period or 0.0,
+        )
+
     def reading(self, value: float, outlier: float, sigma: float) -> float:
         """Return the reading of a measured `value`, off by an `outlier` (sigmas, 0: none)."""
         if outlier:
@@ -57,6 +72,18 @@ class Sensor:
 
 
 PERFECT = Sensor()
+
+
+def known_delay(signal: Variable) -> float:
+    """Return the delay (s) that an input or output declares as a number, else 0."""
+    return signal.delay if isinstance(signal.delay, float) else 0.0
+
+
+def limits(signal: Variable) -> tuple[float, float]:
+    """Return the range that an input or output declares, as `clipped` takes it."""
+    if signal.range is None:
+        return (0.0, 0.0)
+    return max(signal.range[0], -LARGEST), min(signal.range[1], LARGEST)
 
 
 def clipped(value: float, limits: tuple[float, float]) -> float:

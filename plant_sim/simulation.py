@@ -8,7 +8,8 @@ from typing import Literal, NamedTuple
 
 import numpy as np
 
-from obs_ros.core.model import Variable, names
+from obs_ros.core.estimated_delays import own_parameters, signal_of
+from obs_ros.core.model import Model, Variable, names
 from obs_ros.core.periods import periods, within
 from obs_ros.core.typing import Array
 from obs_ros.models import load_model
@@ -27,7 +28,7 @@ NoiseReference = Literal['unit', 'measured']
 class Instant:
     """The plant at one sample: time t (s), true x, told inputs u, parameters p, measured y.
 
-    States and outputs with a period lie in [-period/2, period/2).
+    States with a period lie in [-period/2, period/2).
     """
 
     t: float
@@ -49,32 +50,38 @@ class Simulation:
     """Plays `scenario` with a sample every `period` s (default: the scenario's own).
 
     `faults` holds parameter values that replace the scheduled ones for as long as they stand there,
-    `sensors` and `actuators` by name those of outputs and inputs that are not perfect; all may be
-    changed between samples. A controller gets the readings at their time: an offset in time is one
-    of the stamps. Where a sensor stamps values before they are measured, the plant runs ahead of
-    the samples. `seed` is that of the noise, of outliers and of inputs drawn at random.
-    `noise_reference` says what `snr_db` counts from: a signal of unit power, as in the papers, or
-    the outputs' power measured over the scenario's duration.
+    `sensors` and `actuators` by name those of outputs and inputs, perfect where one is missing: at
+    first those that the model declares. All may be changed between samples. A controller gets the
+    readings at their time: an offset in time is one of the stamps. Where a sensor stamps values
+    before they are measured, the plant runs ahead of the samples. `model` is that of the scenario
+    with other sensors and actuators; delays among its parameters are those that these have.
+    `seed` is that of the noise, of outliers and of inputs drawn at random. `noise_reference` says
+    what `snr_db` counts from: a signal of unit power, as in the papers, or the outputs' power
+    measured over the scenario's duration.
     """
 
     def __init__(
         self,
         scenario: Scenario,
         *,
+        model: Model | None = None,
         period: float | None = None,
         seed: int = 0,
         snr_db: float | None = None,
         noise_reference: NoiseReference = 'unit',
     ) -> None:
         self.scenario = scenario
-        self.model = load_model(scenario.model)
+        self.model = load_model(scenario.model) if model is None else model
         self.period = scenario.sample_period if period is None else period
         if not self.period > 0.0:
             raise ValueError(f'sample period {self.period} s is not positive')
         self.snr_db = scenario.snr_db if snr_db is None else snr_db
         self.faults: dict[str, float] = {}
-        self.sensors: Mapping[str, Sensor] = {}
-        self.actuators: Mapping[str, Actuator] = {}
+        self.sensors: Mapping[str, Sensor] = {v.name: Sensor.of(v) for v in self.model.outputs}
+        self.actuators: Mapping[str, Actuator] = {v.name: Actuator.of(v) for v in self.model.inputs}
+        known = names(self.model.parameters)
+        self._own = names(own_parameters(self.model.parameters))
+        self._delayed = tuple(signal_of(name) for name in known[len(self._own) :])
         self._plant = Plant(self.model, scenario.initial_state)
         self._past = Past(self.model)
         self._drive = start(scenario.inputs, self.period, seed)
@@ -85,7 +92,7 @@ class Simulation:
         self._outliers = Outliers(seed, len(self.model.outputs))
         self._power: float | Array = 1.0
         if noise_reference == 'measured':
-            self._power = _output_power(scenario, self.period, seed)
+            self._power = _output_power(scenario, self.model, self.period, seed)
         self._samples = 0  # that the plant has run to
         self._waiting: deque[_Measured] = deque()
 
@@ -143,11 +150,9 @@ class Simulation:
         self, sensors: Sequence[Sensor], values: tuple[float, ...], outliers: tuple[float, ...]
     ) -> tuple[float, ...]:
         """Return what the sensors read of measured values."""
-        if self.sensors:
-            quiet = math.isinf(self.snr_db)
-            sigma = 1.0 if quiet else noise_deviation(self.snr_db, self._power)
-            values = readings(sensors, values, outliers, np.broadcast_to(sigma, len(values)))
-        return _within(self.model.outputs, values)
+        quiet = math.isinf(self.snr_db)
+        sigma = 1.0 if quiet else noise_deviation(self.snr_db, self._power)
+        return readings(sensors, values, outliers, np.broadcast_to(sigma, len(values)))
 
     def _advance(self, to: float, actuators: Sequence[Actuator], *, remember: bool) -> None:
         """Run to time `to`, stopping at each scheduled change on the way."""
@@ -169,8 +174,15 @@ class Simulation:
         return error
 
     def _parameters(self, t: float) -> tuple[float, ...]:
-        scheduled = zip(self.model.parameters, self.scenario.parameters(t), strict=True)
-        return tuple(self.faults.get(variable.name, value) for variable, value in scheduled)
+        scheduled = zip(self._own, self.scenario.parameters(t), strict=True)
+        values = (self.faults.get(name, value) for name, value in scheduled)
+        return *values, *(self._delay(signal) for signal in self._delayed)
+
+    def _delay(self, signal: str) -> float:
+        """Return the delay (s) that an input or output has."""
+        if signal in names(self.model.inputs):
+            return self.actuators.get(signal, IDEAL).delay
+        return self.sensors.get(signal, PERFECT).delay
 
 
 def _within(variables: Sequence[Variable], values: tuple[float, ...]) -> tuple[float, ...]:
@@ -181,8 +193,8 @@ def _sum(exact: tuple[float, ...], error: Array) -> tuple[float, ...]:
     return tuple(np.add(exact, error).tolist())
 
 
-def _output_power(scenario: Scenario, period: float, seed: int) -> Array:
+def _output_power(scenario: Scenario, model: Model, period: float, seed: int) -> Array:
     """Return the mean square of each output over the scenario, without noise."""
-    quiet = Simulation(scenario, period=period, seed=seed, snr_db=math.inf)
+    quiet = Simulation(scenario, model=model, period=period, seed=seed, snr_db=math.inf)
     outputs = [quiet.sample().y for _ in range(math.ceil(scenario.duration / period))]
     return np.asarray(np.mean(np.square(outputs), axis=0))

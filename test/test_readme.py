@@ -71,6 +71,19 @@ def test_what_inputs_do_between_samples_is_told_where_inputs_are_described(page:
     assert re.search(r"interpolation.*'?linear.*mean", (ROOT / page).read_text(), re.DOTALL)
 
 
+def test_every_figure_of_the_diagnostics_is_explained() -> None:
+    from obs_ros.samples.gate import COUNTS as ENTERING
+    from obs_ros.samples.successive_outputs import COUNTS as SUCCESSIVE
+    from obs_ros.samples.window import COUNTS as OF_WINDOWS
+
+    page = (ROOT / 'docs' / 'reading-the-diagnostics.md').read_text()
+    source = (ROOT / 'obs_ros' / 'interface' / 'figures.py').read_text()
+    yielded = re.findall(r"yield '([a-z_.]+)'", source)
+    assert {'observer', 'last_outlier', 'last_break', 'predicted'} <= {*yielded}
+    counted = {*ENTERING, *SUCCESSIVE, *OF_WINDOWS}
+    assert [name for name in {*yielded, *counted} if f'`{name}`' not in page] == []
+
+
 def test_every_outcome_stands_in_the_glossary() -> None:
     text = (ROOT / 'docs' / 'glossary.md').read_text().split('## Outcomes')[1]
     assert [outcome for outcome in Outcome if f'`{outcome.value}`' not in text] == []

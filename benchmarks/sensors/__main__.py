@@ -17,7 +17,7 @@ from benchmarks.sensors import angles, coarse, delays, functions, outliers, spik
 Part = Callable[[argparse.Namespace], tuple[list[Requirement], str]]
 
 # What --quick measures in place of the defaults: it shows that all works, and no figure.
-QUICK = {'runs': 2}
+QUICK = {'runs': 2, 'windows': 8}
 PARTS: Mapping[str, tuple[str, Part]] = {
     'outliers': (
         'Outliers on a spring: 50 Hz, windows of 3 s, noise of 4 mm',
@@ -25,7 +25,7 @@ PARTS: Mapping[str, tuple[str, Part]] = {
     ),
     'recordings': (
         'Recordings with spikes: 1 % of the values, off by 5 to 30 deviations of the noise',
-        lambda chosen: spiked.measured(chosen.data),
+        lambda chosen: spiked.measured(chosen.data, chosen.windows),
     ),
     'angles': (
         'Angles that wrap',
@@ -55,6 +55,7 @@ def main(arguments: list[str] | None = None) -> str:
     """Measure the parts that are chosen, print, and write the report."""
     parser = options(__doc__)
     parser.add_argument('--runs', type=int, default=20, help='of ten windows, in each cell')
+    parser.add_argument('--windows', type=int, help='of each recording with spikes, not all')
     parser.add_argument('--seed', type=int, default=160_000, help='of the first run')
     parser.add_argument('--only', choices=PARTS, nargs='+', default=list(PARTS), help='some parts')
     parser.add_argument('--data', type=Path, default=FOLDER, help='folder of the recordings')

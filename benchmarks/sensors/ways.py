@@ -45,6 +45,24 @@ def arrayed(t: Any, x: Any, u: Any, p: Any) -> Any:
     return np.array([x[1], force - p[0] * np.sin(pull) - p[1] * x[1]])
 
 
+def stacked(t: Any, x: Any, u: Any, p: Any) -> Any:
+    """Stack numbers."""
+    return np.stack(dynamics(t, x, u, p))
+
+
+def joined(t: Any, x: Any, u: Any, p: Any) -> Any:
+    """Join slices."""
+    return np.concatenate([x[1:], dynamics(t, x, u, p)[1:]])
+
+
+def filled(t: Any, x: Any, u: Any, p: Any) -> Any:
+    """Fill an array."""
+    rates = np.zeros(2)
+    rates[0] = x[1]
+    rates[1:] = dynamics(t, x, u, p)[1:]
+    return rates
+
+
 def clipped(t: Any, x: Any, u: Any, p: Any) -> Any:
     """Limit by np.clip."""
     pull, force = np.clip(x[0], -REACH, REACH), np.clip(u[0], -TORQUE, TORQUE)
@@ -80,6 +98,37 @@ def with_builtins(t: Any, x: Any, u: Any, p: Any) -> Any:
     pull = np.sign(x[0]) * size
     force = min(max(u[0], -TORQUE), TORQUE)
     return x[1], sum([force, -p[0] * np.sin(pull), -p[1] * x[1]])
+
+
+def with_branches(t: Any, x: Any, u: Any, p: Any) -> Any:
+    """Branch on values."""
+    pull, force = x[0], u[0]
+    if pull > REACH:
+        pull = REACH
+    elif pull < -REACH:
+        pull = -REACH
+    if abs(force) > TORQUE:
+        force = np.sign(force) * TORQUE
+    return x[1], force - p[0] * np.sin(pull) - p[1] * x[1]
+
+
+def with_loops(t: Any, x: Any, u: Any, p: Any) -> Any:
+    """Loop over tuples."""
+    limits = []
+    for value, most in zip((x[0], u[0]), (REACH, TORQUE), strict=True):
+        limits.append(np.minimum(np.maximum(value, -most), most))
+    rate = limits[1]
+    for gain, of in zip(p, (np.sin(limits[0]), x[1]), strict=True):
+        rate -= gain * of
+    return x[1], rate
+
+
+def with_vectors(t: Any, x: Any, u: Any, p: Any) -> Any:
+    """Compute with whole vectors."""
+    most = np.array([REACH, TORQUE])
+    pull, force = np.clip(np.array([x[0], u[0]]), -most, most)
+    losses = p * np.array([np.sin(pull), x[1]])
+    return np.hstack([x[1], force - losses.sum()])
 
 
 def with_helpers(t: Any, x: Any, u: Any, p: Any) -> Any:
@@ -128,12 +177,19 @@ WAYS: dict[str, tuple[Function, Function]] = {
     PLAIN: (dynamics, output),
     'a list': (listed, output),
     'an array': (arrayed, output),
+    'np.stack': (stacked, output),
+    'np.concatenate, slices': (joined, output),
+    'np.zeros, filled': (filled, output),
     'np.clip': (clipped, output),
     'np.dot': (dotted, output),
     'A @ x with parameters': (with_matrix, output),
     'A @ x in the output': (dynamics, seen_through_matrix),
     'math.sin': (with_math, output),
     'min, max, abs, sum': (with_builtins, output),
+    'if and else': (with_branches, output),
+    'loops': (with_loops, output),
+    'whole vectors': (with_vectors, output),
+    'a lambda': (lambda t, x, u, p: list(dynamics(t, x, u, p)), output),
     'a bound method': (Mass(TORQUE, REACH).rates, output),
     'a callable object': (Mass(TORQUE, REACH), output),
     'functools.partial': (functools.partial(limited, TORQUE, REACH), output),

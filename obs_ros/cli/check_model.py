@@ -10,6 +10,7 @@ from collections.abc import Callable, Sequence
 
 from obs_ros.cli.model_periods import wrapping
 from obs_ros.cli.model_report import identifiable, rollout, speed, variables
+from obs_ros.cli.model_sensors import check_sensors
 from obs_ros.cli.model_trial import axis, simulated
 from obs_ros.core.model import names
 from obs_ros.core.registry import suggest
@@ -36,6 +37,7 @@ def check(options: argparse.Namespace, wait_for: Callable[[str], None]) -> list[
     """
     model = load_model(options.model)
     window, period = axis(model, options.window, options.period)
+    check_sensors(model, window)
     amplitudes = _by_name('--input', options.input, names(model.inputs))
     values = _by_name('--value', options.value, names((*model.variables, *model.inputs)))
     noise = _by_name('--noise', options.noise, names(model.outputs))

@@ -7,12 +7,11 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from obs_ros.cli.model_sensors import declared, limited, shown
 from obs_ros.cli.model_trial import Trial
 from obs_ros.core.model import Model, Variable
 from obs_ros.core.periods import lasting_bounds
-from obs_ros.core.saturation import unsaturated
 from obs_ros.core.typing import Array
-from obs_ros.core.variable_fields import SENSOR_FIELDS
 from obs_ros.inference.assessment.deviations import Deviations
 from obs_ros.inference.assessment.identifiability import advice, unseparated, weak_directions
 from obs_ros.inference.assessment.informed_subspace import informed_information
@@ -39,7 +38,7 @@ REPORT = ReportSettings()
 
 
 def variables(model: Model) -> list[str]:
-    """Return a line for every variable: unit, bounds, nominal value, prior and walk."""
+    """Return a line for every variable: unit, bounds, all that is known, sensor or actuator."""
     lines = []
     for kind, group in (
         ('state', model.states),
@@ -56,13 +55,13 @@ def variables(model: Model) -> list[str]:
             elif kind == 'input':
                 bounds = v.interpolation
             scale = ', log scale' if v.scale == 'log' else ''
-            text = (bounds + scale + nominal + _known(v)).removeprefix(', ')
+            text = (bounds + scale + nominal + _known(v) + declared(v)).removeprefix(', ')
             lines.append(f'  {kind:9}  {v.name:16} {v.unit:8} {text}'.rstrip())
     return lines
 
 
 def _known(v: Variable) -> str:
-    """Return the words on prior and walk, sensor and actuator."""
+    """Return the words on prior and walk."""
     words = ''
     if v.prior is not None:
         words += f', prior {v.prior[0]:g} (sd {v.prior[1]:g})'
@@ -71,15 +70,7 @@ def _known(v: Variable) -> str:
     elif v.walk is not None:
         of, unit = (' of the logarithm', '') if v.scale == 'log' else ('', _unit(v))
         words += f', walk{of} {v.walk:g}{unit}/sqrt(s)'
-    return words + ''.join(
-        f', {field} {_sensor(getattr(v, field))}'
-        for field in SENSOR_FIELDS
-        if getattr(v, field) is not None
-    )
-
-
-def _sensor(value: float | tuple[float, float]) -> str:
-    return f'{value[0]:g} to {value[1]:g}' if isinstance(value, tuple) else f'{value:g}'
+    return words
 
 
 def rollout(model: Model, trial: Trial) -> list[str]:
@@ -93,7 +84,7 @@ def rollout(model: Model, trial: Trial) -> list[str]:
         name, low, high = variable.name, u[:, i].min(), u[:, i].max()
         held = f'held at {low:g}; --input {name}=AMPLITUDE moves it'
         text = f'moves within {low:.4g} to {high:.4g}' if high > low else held
-        lines.append(f'  input      {name:16} {text}')
+        lines.append(f'  input      {name:16} {text}{limited(variable, u[:, i])}')
     lines += [
         f'  parameter  {v.name:16} {value:g}'
         for v, value in zip(model.parameters, trial.p, strict=True)
@@ -107,9 +98,8 @@ def rollout(model: Model, trial: Trial) -> list[str]:
             low, high = lasting_bounds(v)
             if kind == 'state' and not (low <= column.min() and column.max() <= high):
                 left = f'; it leaves its bounds, {low:g} to {high:g}'
-            if kind == 'output' and v.range is not None:
-                shown = unsaturated([v], column[:, None])
-                left = f'; its sensor is saturated in {np.isnan(shown).mean():.0%} of the samples'
+            if kind == 'output':
+                left = shown(v, column)
             lines.append(
                 f'  {kind:9}  {v.name:16} from {column[0]:.4g} to {column[-1]:.4g}, '
                 f'within {column.min():.4g} to {column.max():.4g}{left}'

@@ -19,6 +19,11 @@ def signal_of(name: str) -> str:
     return name.removesuffix(SUFFIX)
 
 
+def own_parameters(parameters: Iterable[Kind]) -> tuple[Kind, ...]:
+    """Return the parameters that the plant's functions take: all but delays, in their order."""
+    return tuple(each for each in parameters if not is_delay(each.name))
+
+
 def unknowns(
     signals: Iterable[Any], parameters: Iterable[Any], variable: type[Kind]
 ) -> tuple[Kind, ...]:

@@ -167,7 +167,7 @@ class Model:
             object.__setattr__(self, field, tuple(getattr(self, field)))
         if not self.states or not self.outputs:
             raise ValueError(f'model {self.name!r} needs at least one state and one output')
-        own = tuple(v for v in self.parameters if not estimated_delays.is_delay(v.name))
+        own = estimated_delays.own_parameters(self.parameters)
         signals = (*self.inputs, *self.outputs)
         delays = estimated_delays.unknowns(signals, self.parameters, Variable)
         object.__setattr__(self, 'parameters', (*own, *delays))

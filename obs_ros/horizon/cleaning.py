@@ -24,15 +24,20 @@ POSTERIOR: Posed = attrgetter('posterior')
 
 
 def cleaned(
-    window: WindowState, found: Found, deadline: Deadline, problem: Posed = POSTERIOR
+    window: WindowState,
+    found: Found,
+    deadline: Deadline,
+    problem: Posed = POSTERIOR,
+    *,
+    jumps_follow: bool = True,
 ) -> tuple[WindowState, Found]:
     """Return the window without outliers, if there are any, and its optimum near the one found.
 
-    `problem` is what the fit minimises.
+    `problem` is what the fit minimises; see `without_outliers`.
     """
     if not np.isfinite(found.cost):
         return window, found
-    clean = without_outliers(window, [found.z], deadline, problem)
+    clean = without_outliers(window, [found.z], deadline, problem, jumps_follow=jumps_follow)
     if clean is None:
         return window, found
     return _accepted(clean.window, replace(found, z=clean.z, cost=clean.squares), deadline, problem)

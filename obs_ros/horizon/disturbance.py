@@ -21,7 +21,7 @@ from obs_ros.inference.disturbed import (
 )
 from obs_ros.inference.jumps.hypothesis import Hypothesis, hypothesis_at
 from obs_ros.inference.jumps.piecewise import PiecewiseProblem
-from obs_ros.inference.outliers import left_out, outliers_in
+from obs_ros.inference.outliers import first_far, left_out, outliers_in
 from obs_ros.inference.process_noise import ProcessNoise, ProcessNoiseMode
 from obs_ros.inference.window_state import WindowState
 from obs_ros.integration.smoother import smoothed
@@ -35,10 +35,12 @@ class DisturbanceSettings:
 
     - `realised`: share of the squares of innovations far out that the window's -2 log likelihood
       must fall by without them: by all for outliers, by half for pushes of a state that the outputs
-      show at once.
+      show at once;
+    - `rounds`: in which outliers are sought; in each, those of the one before are left out.
     """
 
     realised: float = 0.8
+    rounds: int = 3
 
 
 DISTURBANCE = DisturbanceSettings()
@@ -175,20 +177,41 @@ def steadied(
 
     A push that the states had is none: the innovations that follow would be as far out.
     """
+    for _ in range(DISTURBANCE.rounds):
+        again = _without_far(window, other, given, deadline, mode)
+        if again is None:
+            break
+        window, other = again
+    return window, other
+
+
+def _without_far(
+    window: WindowState,
+    other: DisturbedWindow,
+    given: Array,
+    deadline: Deadline,
+    mode: ProcessNoiseMode,
+) -> tuple[WindowState, DisturbedWindow] | None:
+    """Return a window, and it explained, without the innovations far out; None if these are sound.
+
+    Where none of them comes and goes at once, the filter may have answered the first of a run.
+    """
     innovations, known = other.hypothesis.residuals, bool(np.isfinite(given).all())
     far = outliers_in(window, innovations, noise_known=known)  # else they enlarge it themselves
     if not far.any():
-        return window, other
+        far = first_far(window, innovations, noise_known=known)
+    if not far.any():
+        return None
     clean = left_out(window, far, innovations)
     again = continue_process_noise(
         clean, other.found, given, deadline, mode=mode, previous=other.noise
     )
     if again is None:
-        return window, other
+        return None
     size = -2.0 * float(np.log(other.window.objective.grid.weight[far]).sum())
     gained = other.criterion - size - again.criterion
     if gained < DISTURBANCE.realised * float(np.sum(innovations[far] ** 2)):
-        return window, other
+        return None
     return clean, again
 
 

@@ -15,6 +15,7 @@ from obs_ros.core.typing import Array
 from obs_ros.horizon.propagation import Interval, Propagation, Start, prepare, propagation
 from obs_ros.inference.assessment.identifiability import undetermined_states
 from obs_ros.inference.disturbed import estimated_parameters
+from obs_ros.inference.innovation_gate import INNOVATION_GATE, InnovationGateSettings
 from obs_ros.inference.parameterisation import Unknowns
 from obs_ros.integration.backends import Backend
 from obs_ros.integration.path import own
@@ -56,9 +57,9 @@ class Prediction:
 
     Without process noise the state at the newest output is that of the model alone, x' =
     f(t, x, u, p). Where the estimate tells process noise, the outputs since then, the newest
-    included, correct it: see `propagation`. Inputs do as their Variable says, and hold their last
-    value. Without a usable estimate there is no prediction; nor does one last beyond a value that
-    is not finite.
+    included, correct it, but for outliers: see `propagation`. Inputs do as their Variable says, and
+    hold their last value. Without a usable estimate there is no prediction; nor does one last
+    beyond a value that is not finite.
 
     Samples enter by the rules of `Gate`; `limit` sets the limits that the observer has, and
     `unknowns` what it estimates (None: all). What a stuck sensor repeats corrects nothing. One
@@ -91,14 +92,24 @@ class Prediction:
         self._newest: int | None = None
         self.since: int | None = None  # stamp of the estimate
         self._origin = 0.0  # s, where its window began
+        self._innovation_gate = INNOVATION_GATE
 
     def prepare(self, *, correcting: bool = False) -> None:
         """Compile the model's steps, and with `correcting` the filter; may take some seconds."""
         moving = self._moving if correcting else None
         prepare(self.model, self._backend, moving)
 
-    def limit(self, gate: GateSettings, unknowns: Unknowns | None = None) -> None:
-        """Let samples enter by other limits from now on, estimates be about other unknowns."""
+    def limit(
+        self,
+        gate: GateSettings,
+        unknowns: Unknowns | None = None,
+        innovations: InnovationGateSettings = INNOVATION_GATE,
+    ) -> None:
+        """Let samples enter by other limits from now on, estimates be about other unknowns.
+
+        Outputs correct the estimates to come by the gate for `innovations`.
+        """
+        self._innovation_gate = innovations
         self._samples.gate.limit(gate)
         self._take_unknowns(unknowns or Unknowns.of(self.model))
 
@@ -142,7 +153,7 @@ class Prediction:
         if stamp < (self._trail[0].begin if self._trail else self._newest):
             return  # the inputs since then are not known any more
         start = Start.of(self.model, estimate, self._moving)
-        self._carrier = propagation(self.model, self._backend, start)
+        self._carrier = propagation(self.model, self._backend, start, self._innovation_gate)
         self.since, self._origin = stamp, estimate.t0
         self._samples.gate.shift(Shifts.of(self.model, estimate.parameters))
         self._rest += self._trail

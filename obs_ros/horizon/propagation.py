@@ -6,8 +6,9 @@ The state x and the parameters p of an estimate have the joint covariance P. Wit
 
 outputs correct nothing: as long as the model holds, the window has told more than they could. With
 it, the near future is in the newest outputs: an extended Kalman filter goes on from the window's
-end (Jazwinski 1970, section 8.3). Parameters without a walk stay those that the estimate tells;
-their covariance counts, see `filter_step`.
+end (Jazwinski 1970, section 8.3), corrected by outputs that pass the gate for innovations.
+Parameters without a walk stay those that the estimate tells; their covariance counts, see
+`filter_step`.
 """
 
 from collections.abc import Sequence
@@ -20,7 +21,14 @@ from obs_ros.core.jit import accelerated
 from obs_ros.core.model import Model, inside, names
 from obs_ros.core.periods import nearest, periods, shortest
 from obs_ros.core.saturation import contradicting, ends_of
-from obs_ros.core.typing import Array, IntArray
+from obs_ros.core.typing import Array, BoolArray, IntArray
+from obs_ros.inference.innovation_gate import (
+    INNOVATION_GATE,
+    REJECTED,
+    Gate,
+    InnovationGateSettings,
+    judged,
+)
 from obs_ros.integration.backends import Backend
 from obs_ros.integration.filter_pass import Differences
 from obs_ros.integration.filter_step import LiveFilter
@@ -105,12 +113,20 @@ class Propagation(Protocol):
         """Tell where the last interval ended."""
 
 
-def propagation(model: Model, backend: Backend | None, start: Start) -> Propagation:
-    """Return the filter where process noise, noise and covariance are known, else the rollout."""
+def propagation(
+    model: Model,
+    backend: Backend | None,
+    start: Start,
+    gate: InnovationGateSettings = INNOVATION_GATE,
+) -> Propagation:
+    """Return the filter where process noise, noise and covariance are known, else the rollout.
+
+    The filter is corrected by what passes the gate.
+    """
     noisy = np.isfinite(start.noise) & (start.noise > 0.0)
     if start.P is None or start.walks is None or not noisy.all():
         return Rollout(model, backend, start)
-    return Filter(model, backend, start, start.P, start.walks)
+    return Filter(model, backend, start, start.P, start.walks, gate)
 
 
 class Rollout:
@@ -158,16 +174,23 @@ class Rollout:
 
 
 class Filter:
-    """An extended Kalman filter from the start on, corrected by every output that is measured."""
+    """An extended Kalman filter from the start on, corrected by the outputs that pass the gate."""
 
     def __init__(
-        self, model: Model, backend: Backend | None, start: Start, P: Array, walks: Array
+        self,
+        model: Model,
+        backend: Backend | None,
+        start: Start,
+        P: Array,
+        walks: Array,
+        gate: InnovationGateSettings,
     ) -> None:
         self._stepper, self._outputs = stepper_for(model, backend), model.outputs
         self._live = LiveFilter.of(
             model, start.x, start.p, P, walks, start.noise, start.moving
         )  # fmt: skip
         self._y = np.empty(start.noise.size)
+        self._gate = Gate.of(start.noise.size, gate.limit, gate.patience)
 
     def advance(self, intervals: Sequence[Interval]) -> None:
         """See `Propagation`."""
@@ -177,7 +200,29 @@ class Filter:
             self._y[:] = interval.y if ends is None else ends.measured(interval.y)
             for i in interval.stuck:
                 self._y[i] = np.nan
-            self._stepper.filter(self._live, interval.path, self._y)
+            self._correct(interval.path)
+
+    def _correct(self, path: Path) -> None:
+        """Go along a path, and be corrected there by the outputs that pass the gate.
+
+        The innovation that is told is also that of an output which the gate rejects.
+        """
+        live = self._live
+        before = live.x.copy(), live.p.copy(), live.P.copy()
+        self._stepper.filter(live, path, self._y)
+        rejected = self._rejected()
+        if rejected.any():
+            told = live.innovation.copy(), live.S.copy()
+            live.x[:], live.p[:], live.P[:] = before
+            self._y[rejected] = np.nan
+            self._stepper.filter(live, path, self._y)
+            live.innovation[:], live.S[:] = told
+
+    def _rejected(self) -> BoolArray:
+        """Return which outputs (r,) the gate rejects, by the innovations of the newest ones."""
+        sizes = np.abs(self._live.innovation) / np.sqrt(self._live.S)
+        verdicts = [judged(self._gate, i, size) for i, size in enumerate(sizes.tolist())]
+        return np.asarray(np.equal(verdicts, REJECTED))
 
     def report(self) -> Carried:
         """See `Propagation`."""

@@ -19,7 +19,7 @@ from obs_ros.core.saturation import unsaturated
 from obs_ros.core.typing import Array
 from obs_ros.horizon.bases import Bases
 from obs_ros.horizon.cleaning import cleaned, rescaled_to_residuals
-from obs_ros.horizon.disturbance import assessed, explain_by_process_noise, untried
+from obs_ros.horizon.disturbance import assessed, explain_by_process_noise, steadied, untried
 from obs_ros.horizon.given_priors import under_given_priors
 from obs_ros.horizon.intervals import with_intervals
 from obs_ros.horizon.search import searched
@@ -154,13 +154,18 @@ class Solver:
             window, found = rescaled_to_residuals(window, found)
         found = under_given_priors(window, found, deadline, polish=squares)
         if squares:
-            window, found = cleaned(window, found, deadline, attrgetter('with_given_priors'))
+            window, found = cleaned(
+                window, found, deadline, attrgetter('with_given_priors'), jumps_follow=False
+            )
             best = hypothesis_at(PiecewiseProblem(window.objective, window.prior), found.z)
             remark = str(looks_late(best) or '')
             other = explain_by_process_noise(
                 window, found, best, self.given_noise, deadline, mode=self.settings.process_noise
             )
             if other is not None:
+                window, other = steadied(
+                    window, other, self.given_noise, deadline, mode=self.settings.process_noise
+                )
                 if self.settings.process_noise == 'auto':
                     bases = Bases(window, best, other)
                     other = bases.window(bases.by_cross_validation())

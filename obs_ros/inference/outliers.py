@@ -77,6 +77,21 @@ def outliers_in(window: WindowState, residuals: Array, *, noise_known: bool) -> 
     return suspects(residuals, window.record.y, noise_known=noise_known)
 
 
+def first_far(window: WindowState, innovations: Array, *, noise_known: bool) -> BoolArray:
+    """Return the first of each run of a filter's innovations (K, r) far out, whatever follows it.
+
+    An outlier moves the filter, and so the innovations that follow. None is by a loss of squares.
+    """
+    sizes = np.abs(innovations) / spread(innovations, noise_known=noise_known)
+    found = np.zeros(sizes.shape, dtype=np.bool_)
+    for column, e in enumerate(sizes.T if window.robust else ()):
+        known = np.flatnonzero(np.isfinite(e))
+        firsts = [known[first] for first, _ in _stretches(e[known] > OUTLIERS.limit)]
+        if known.size >= OUTLIERS.values and len(firsts) <= _allowed(known.size):
+            found[firsts, column] = True
+    return found
+
+
 def suspects(residuals: Array, y: Array, *, noise_known: bool) -> BoolArray:
     """Return which residuals (K, r) are those of outliers and bursts.
 
@@ -89,7 +104,7 @@ def suspects(residuals: Array, y: Array, *, noise_known: bool) -> BoolArray:
         known = np.flatnonzero(np.isfinite(e))
         if known.size >= OUTLIERS.values:
             own = _outlying(e[known], values[known])
-            if own.sum() <= max(1, int(OUTLIERS.most * known.size)):
+            if own.sum() <= _allowed(known.size):
                 found[known, column] = own
     return found
 
@@ -127,6 +142,11 @@ def left_out(window: WindowState, found: BoolArray, residuals: Array) -> WindowS
                 for k in known[first:end]
             ]
     return replace(window.without(found), outliers=tuple(outliers))
+
+
+def _allowed(values: int) -> int:
+    """Return how many of an output's values may be outliers."""
+    return max(1, int(OUTLIERS.most * values))
 
 
 def _outlying(e: Array, y: Array) -> BoolArray:

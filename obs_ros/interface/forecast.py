@@ -8,6 +8,7 @@ from obs_ros.core.estimate import Estimate
 from obs_ros.core.model import Model
 from obs_ros.core.record import Sample
 from obs_ros.horizon.prediction import Predicted, Prediction
+from obs_ros.inference.innovation_gate import INNOVATION_GATE, InnovationGateSettings
 from obs_ros.inference.parameterisation import Unknowns
 from obs_ros.samples.gate import GateSettings
 
@@ -52,7 +53,8 @@ class Forecast:
     def follow(self, values: Mapping[str, Any], unknowns: Unknowns | None = None) -> None:
         """Do as the node's parameters say, for an observer of these unknowns; None = all."""
         self.rate = values['prediction.rate']
-        self._prediction.limit(GateSettings(reach=window_reach(values)), unknowns)
+        gate = INNOVATION_GATE if values['loss'] == 'robust' else InnovationGateSettings(limit=0.0)
+        self._prediction.limit(GateSettings(reach=window_reach(values)), unknowns, gate)
         self._correcting = values['process_noise'] != 'off'
 
     def end(self) -> None:

@@ -8,8 +8,9 @@ import numpy as np
 from obs_ros.core.model import Model
 from obs_ros.core.saturation import at_an_end
 from obs_ros.core.typing import Array
+from obs_ros.inference.innovation_gate import Gate
 from obs_ros.observers.continuous_outputs import ContinuousOutputs
-from obs_ros.observers.innovation_gate import Admission, Gate
+from obs_ros.observers.innovation_gate import Admission
 from obs_ros.observers.saturated_outputs import SaturatedOutputs
 
 

@@ -9,6 +9,7 @@ from obs_ros.core.model import Model
 from obs_ros.core.parameter_spec import ParameterSpec, Value
 from obs_ros.core.registry import suggest
 from obs_ros.core.texts import quoted
+from obs_ros.inference.innovation_gate import INNOVATION_GATE
 
 
 def setting(default: Value, description: str, unit: str = '', **limits: Any) -> Any:
@@ -32,14 +33,14 @@ class Settings:
         upper=10_000.0,
     )
     innovation_gate: float = setting(
-        5.0,
+        INNOVATION_GATE.limit,
         'standard deviations from what was expected beyond which an output corrects nothing; of '
         'observers without a covariance, in units of the noise that is given; 0: none',
         lower=0.0,
         upper=1e6,
     )
     gate_patience: int = setting(
-        10,
+        INNOVATION_GATE.patience,
         'outputs rejected in a row, after which the next one passes and a filter widens its '
         'covariance',
         lower=1,

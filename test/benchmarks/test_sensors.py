@@ -1,7 +1,9 @@
 """Sensors as they are: faults put in, scores of windows, judgements, what fails or is left out."""
 
+import dis
 import math
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
@@ -20,7 +22,7 @@ from benchmarks.sensors.scores import (
 )
 from benchmarks.sensors.solved import Solved, alone, in_sequence
 from benchmarks.sensors.spring import INTERVAL, NOISE, SAMPLES, SPRING, run
-from benchmarks.sensors.ways import PLAIN, WAYS
+from benchmarks.sensors.ways import PLAIN, WAYS, model
 from plant_sim.actuators import Actuator
 from plant_sim.sensors import Sensor
 
@@ -157,12 +159,20 @@ def test_sensors_are_as_coarse_and_narrow_as_said() -> None:
     assert 0.1 < np.isin(held, coarse.LIMITS).mean() < 0.7
 
 
-def test_every_way_of_writing_means_the_same() -> None:
-    x, u, p = (2.5, -1.5), (5.0,), (9.0, 0.8)
-    rates, seen = WAYS[PLAIN]
-    for way, (dynamics, output) in WAYS.items():
-        np.testing.assert_allclose(dynamics(0.0, x, u, p), rates(0.0, x, u, p), err_msg=way)
-        np.testing.assert_allclose(output(0.0, x, u, p), seen(0.0, x, u, p), err_msg=way)
+def operations(function: Any) -> int:
+    """The number of operations in a function's code."""
+    work = ('BINARY_OP', 'COMPARE_OP', 'UNARY_NEGATIVE', 'CALL')
+    return sum(step.opname in work for step in dis.get_instructions(function))
+
+
+@pytest.mark.parametrize('way', WAYS)
+def test_every_way_of_writing_comes_to_the_same_operations(way: str) -> None:
+    plain, other = model(PLAIN), model(way)
+    for place in (2.5, 0.5, -2.5):
+        at = 0.0, (place, -1.5), (2.0 * place,), (9.0, 0.8)
+        np.testing.assert_allclose(other.dynamics(*at), plain.dynamics(*at), rtol=1e-12)
+        np.testing.assert_allclose(other.output(*at), plain.output(*at), rtol=1e-12)
+    assert operations(other.dynamics) <= functions.TIME * operations(plain.dynamics)
 
 
 @pytest.mark.slow
@@ -193,6 +203,25 @@ def test_recordings_are_spiked_by_their_noise(board: Path) -> None:
     assert off[off > 1e-9].min() >= 5.0 - 1e-6 and off.max() <= 30.0 + 1e-6
     steps = np.round(clean.y)
     assert (spiked.noise(steps) >= 0.25).all()
+
+
+def test_errors_of_forecasts_are_compared_over_all_outputs() -> None:
+    def forecasts(scale: float, seed: int = 1) -> list[spiked.Forecasts]:
+        sizes = np.random.default_rng(seed).uniform(1.0, 2.0, (41, 2)) * (1.0, scale)
+        sizes[-1] = np.nan  # beyond the recording
+        return [spiked.Forecasts({'a window': row}, 'converged') for row in sizes]
+
+    ratio, low, high = spiked.error_ratio(forecasts(16.0), forecasts(1.0), 'a window')
+    assert ratio == pytest.approx(2.0) and low == pytest.approx(high) == pytest.approx(2.0)
+    ratio, low, high = spiked.error_ratio(forecasts(1.0, seed=2), forecasts(1.0), 'a window')
+    assert low < 1.0 < high and ratio == pytest.approx(1.0, abs=0.05)
+
+
+@pytest.mark.slow
+def test_recordings_are_solved_clean_and_spiked(board: Path) -> None:
+    rows, text = spiked.measured(board, most=2)
+    assert len(rows) == 4 and all('forecast over' in row.asked for row in rows)
+    assert text.count('| heater board |') == 4 and '| 2 alone |' in text
 
 
 def test_recordings_that_are_not_there_are_told(board: Path, tmp_path: Path) -> None:

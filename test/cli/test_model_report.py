@@ -106,10 +106,12 @@ def test_sensors_and_actuators_stand_beside_the_rest_and_count(kernels, trial):
     model = replace(TANKS, inputs=inputs, outputs=outputs)
     lines = variables(model)
     assert (
-        '  input      Q1               cm3/s    hold, nominal 30, delay 0 to 2, range 0 to 100'
-        in lines
+        '  input      Q1               cm3/s    hold, nominal 30, delay estimated within 0 to 2 s, '
+        'range 0 to 100 cm3/s' in lines
     )
-    assert f'  output     h1               cm       range 0 to {half:g}, resolution 0.5' in lines
+    assert (
+        f'  output     h1               cm       range 0 to {half:g} cm, resolution 0.5 cm' in lines
+    )
     model = replace(TANKS, outputs=outputs)
     (h1,) = [line for line in rollout(model, trial) if line.startswith('  output     h1 ')]
     assert h1.endswith('; its sensor is saturated in 54% of the samples')

@@ -4,6 +4,8 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from horizon.test_disturbance import SIGMA as PUSHED
+from horizon.test_disturbance import pushed
 from plants import LAG, lag_outputs, square_wave
 
 from obs_ros import Record
@@ -42,6 +44,21 @@ def test_an_outlier_is_left_out_and_what_is_left_is_like_noise(noise_known: bool
     assert without.accepted is (Acceptance.LIKE_NOISE if noise_known else None)
     if not noise_known:
         assert clean.objective.grid.scale[0] == pytest.approx(SIGMA, rel=0.15)
+
+
+@pytest.mark.parametrize(('jumps_follow', 'left'), [(True, 0), (False, 3)])
+def test_a_jump_may_stand_for_outliers_only_where_jumps_are_sought(
+    jumps_follow: bool, left: int
+) -> None:
+    """Of a plant that is pushed about nearly every jump explains something."""
+    record, _ = pushed(400, seed=0)
+    y, places = record.y.copy(), [60, 180, 260]
+    y[places, 0] += 3.0 * PUSHED * np.array([30.0, -25.0, 12.0])
+    window = SOLVER.pose(record.with_outputs(y), noise_known=False)
+    window, found = SOLVER.fit(window, window.posterior, random_generator(1), Deadline(), None)
+    clean, _ = cleaned(window, found, Deadline(), jumps_follow=jumps_follow)
+    times = [outlier.time for outlier in clean.outliers]
+    assert times == pytest.approx(record.t[places].tolist()[:left])
 
 
 def test_without_outliers_nothing_changes() -> None:

@@ -181,3 +181,22 @@ def test_the_path_is_smoothed_by_all_of_the_window() -> None:
     assert smooth < 0.05  # filtered, .055; measured, .1
     assert found.states[-1, 0] == pytest.approx(found.state['x'])
     assert found.states[0, 0] == pytest.approx(found.initial_state['x'], abs=1e-6)
+
+
+@pytest.mark.parametrize('seed', [0, 1, 2])
+def test_outliers_of_a_pushed_plant_are_left_out(seed: int) -> None:
+    """Where the filter follows the outputs closely, it answers each of them; one is the last."""
+    clean, x = pushed(400, seed=seed)
+    y, places = clean.y.copy(), np.array([60, 101, 180, 260, 399])
+    y[places, 0] += SIGMA * np.array([30.0, -25.0, 12.0, -40.0, 20.0])
+    spoiled = clean.with_outputs(y)
+    wanted, found = (solve_window(LAG, one, seed=1) for one in (clean, spoiled))
+    squares = solve_window(LAG, spoiled, seed=1, loss='squares')
+    assert 'outliers of y at ' in found.message
+    assert found.noise['y'] == pytest.approx(wanted.noise['y'], rel=0.1)
+    assert squares.noise['y'] > 2.5 * wanted.noise['y']
+    for name in ('k', 'tau'):
+        off = abs(found.parameters[name] - wanted.parameters[name])
+        assert off < wanted.stddev[name], name
+    assert found.t1 == clean.t[398]
+    assert abs(found.state['x'] - x[398]) < 2.5 * found.stddev['x']

@@ -11,6 +11,7 @@ from obs_ros.core.estimate import Estimate, Outcome
 from obs_ros.core.model import names
 from obs_ros.core.record import Sample
 from obs_ros.horizon.prediction import Prediction, PredictionSettings
+from obs_ros.inference.innovation_gate import InnovationGateSettings
 from obs_ros.inference.parameterisation import Unknowns
 from obs_ros.models.three_tank import THREE_TANK
 from obs_ros.samples.gate import GateSettings
@@ -169,7 +170,7 @@ def pushed(t, x, sd=0.1):
 
 @pytest.mark.parametrize('stamp', [1.0, 1.6])
 def test_an_estimate_that_comes_late_is_corrected_by_the_outputs_since(stamp):
-    early, late = Prediction(VESSEL), Prediction(VESSEL)
+    early, late = ungated(Prediction(VESSEL)), ungated(Prediction(VESSEL))
     outputs = [(t, 'y', 0.3 * t) for t in range(2, 8)]
     for each in (early, late):
         absorb(each, (0, 'u', 1), (0, 'y', 0), (1, 'y', 0), (1.3, 'u', 2))
@@ -184,6 +185,12 @@ def test_an_estimate_that_comes_late_is_corrected_by_the_outputs_since(stamp):
     state = early.now().state['x']
     assert abs(state - 2.1) < 0.5 < abs(vessel_alone(stamp) - 2.1)
     assert early.now().stddev['x'] < 0.12
+
+
+def ungated(prediction):
+    """The prediction, corrected by outputs however far they lie from what it expects."""
+    prediction.limit(GateSettings(), innovations=InnovationGateSettings(limit=0.0))
+    return prediction
 
 
 def vessel_alone(stamp):
@@ -221,7 +228,49 @@ def test_deviations_above_a_tenth_of_the_bounds_are_withheld(prediction):
     assert np.isnan(prediction.now().stddev['x'])
 
 
+def test_an_outlier_corrects_nothing_and_is_told(prediction):
+    """The plant stays at 1.0; its sensor shows 4.0 once, and then for good."""
+    plain = ungated(Prediction(VESSEL))
+    for each in (prediction, plain):
+        absorb(each, (0, 'u', 0.5), (0, 'y', 1.0))
+        each.start(pushed(0.0, 1.0))
+        absorb(each, *((0.1 * k, 'y', moving(k, 1.0)) for k in range(1, 10)))
+        before = each.now()
+        absorb(each, (1.0, 'y', 4.0))
+        spiked = each.now()
+        assert spiked.residual['y'] == pytest.approx(3.0, abs=0.02)
+        assert spiked.residual_stddev['y'] < 0.2
+        moved = abs(spiked.state['x'] - before.state['x'])
+        assert (moved < 1e-3) == (each is prediction) and (moved > 0.5) == (each is plain)
+        assert (spiked.stddev['x'] > before.stddev['x']) == (each is prediction)
+    patience = InnovationGateSettings().patience
+    later = [(1.0 + 0.1 * k, 'y', moving(k, 4.0)) for k in range(1, 2 * patience)]
+    absorb(prediction, *later[: patience - 1])
+    assert prediction.now().state['x'] == pytest.approx(1.0, abs=0.02)
+    absorb(prediction, *later[patience - 1 :])
+    assert prediction.now().state['x'] == pytest.approx(4.0, abs=0.2)
+
+
+def moving(k, value):
+    """A value that no stuck sensor would repeat."""
+    return value + 0.01 * (k % 3)
+
+
+def test_an_outlier_is_left_out_by_an_estimate_that_comes_late_too(prediction):
+    late = Prediction(VESSEL)
+    outputs = [(0.1 * k, 'y', 9.0 if k == 12 else moving(k, 1.0)) for k in range(1, 30)]
+    for each in (prediction, late):
+        absorb(each, (0, 'u', 0.5), (0, 'y', 1.0))
+    prediction.start(pushed(0.0, 1.0))
+    absorb(prediction, *outputs)
+    absorb(late, *outputs)
+    late.start(pushed(0.0, 1.0))
+    assert late.now() == prediction.now()
+    assert late.now().state['x'] == pytest.approx(1.0, abs=0.02)
+
+
 def test_a_sensor_that_is_stuck_corrects_no_more(prediction):
+    ungated(prediction)
     absorb(prediction, (0, 'u', 0.5), *((0.1 * k, 'y', 0.1 * (k % 3)) for k in range(3)))
     prediction.start(pushed(0.2, 0.0, sd=1e-3))
     absorb(prediction, *((0.1 * k, 'y', 5.0) for k in range(3, 12)))

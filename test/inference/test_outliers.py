@@ -9,6 +9,7 @@ from obs_ros import Record
 from obs_ros.horizon.solver import Solver
 from obs_ros.inference.outliers import (
     OUTLIERS,
+    first_far,
     left_out,
     outliers_in,
     repeated,
@@ -145,9 +146,27 @@ def test_more_than_a_few_in_a_row_are_a_burst() -> None:
     assert bursts == [None] * OUTLIERS.few + [20.0] * (OUTLIERS.few + 1)
 
 
+def test_the_first_of_a_run_of_innovations_is_one_whatever_follows() -> None:
+    innovations = 0.5 * noise(30, 3, 2)
+    innovations[7:10, 0] = 20.0, -9.0, 4.0  # the filter's answer
+    innovations[20, 0] = -8.0
+    innovations[12:14, 1] = np.nan, 9.0
+    window = posed()
+    assert not outliers_in(window, innovations, noise_known=True)[7:10, 0].any()
+    found = first_far(window, innovations, noise_known=True)
+    assert np.argwhere(found).tolist() == [[7, 0], [13, 1], [20, 0]]
+    assert (first_far(window, 0.1 * innovations, noise_known=False) == found).all()
+    assert not first_far(window, 0.1 * innovations, noise_known=True).any()
+    many = np.where(np.arange(30) % 3 == 0, 30.0, 0.5)[:, None]
+    assert not first_far(window, np.repeat(many, 2, axis=1), noise_known=True).any()
+
+
 def test_a_loss_of_squares_has_no_outliers() -> None:
     residuals = noise(30, 3, 2)
     residuals[7, 0] = 50.0
     window = posed()
     assert outliers_in(window, residuals, noise_known=True).sum() == 1
-    assert not outliers_in(replace(window, robust=False), residuals, noise_known=True).any()
+    plain = replace(window, robust=False)
+    assert not outliers_in(plain, residuals, noise_known=True).any()
+    assert first_far(window, residuals, noise_known=True).sum() == 1
+    assert not first_far(plain, residuals, noise_known=True).any()

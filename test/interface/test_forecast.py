@@ -10,6 +10,7 @@ from obs_ros.interface.forecast import Forecast, window_reach
 S = 10**9
 VALUES = {
     'prediction.rate': 0.0, 'window.duration': 60.0, 'window.period': 0.0, 'process_noise': 'off',
+    'loss': 'robust',
 }  # fmt: skip
 
 

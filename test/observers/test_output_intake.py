@@ -7,7 +7,8 @@ import numpy as np
 from plants import VESSEL
 
 from obs_ros.core.typing import Array
-from obs_ros.observers.innovation_gate import Admission, Gate
+from obs_ros.inference.innovation_gate import Gate
+from obs_ros.observers.innovation_gate import Admission
 from obs_ros.observers.output_intake import OutputIntake
 
 

@@ -4,6 +4,7 @@ import math
 
 import pytest
 
+from obs_ros import Variable
 from plant_sim.actuators import IDEAL, Actuator, Inputs
 
 
@@ -69,3 +70,10 @@ def test_a_signal_that_runs_on_acts_late_and_clipped() -> None:
     assert inputs.acting(3.0, actuators) == (1.0,)
     assert inputs.next_change(0.0, actuators) == math.inf
     assert inputs.signal(0.0, [IDEAL])(3.25) == (3.25,)
+
+
+def test_an_actuator_is_as_its_input_declares() -> None:
+    assert Actuator.of(Variable('u')) == IDEAL
+    assert Actuator.of(Variable('u', delay=2, range=(0, 5))) == Actuator(2.0, (0.0, 5.0))
+    assert Actuator.of(Variable('u', delay=(0.0, 2.0))) == IDEAL
+    assert Actuator.of(Variable('u', delay=-1.0)) == IDEAL  # none acts before it is told

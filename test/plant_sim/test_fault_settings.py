@@ -1,6 +1,7 @@
 """Parameters of faults: what they make of sensors and actuators, and what is refused."""
 
 import math
+from dataclasses import replace
 
 import pytest
 
@@ -34,6 +35,36 @@ def test_nothing_is_broken_by_itself() -> None:
     assert sensors(TANKS, fresh) == {} == actuators(TANKS, fresh)
     assert told(TANKS, fresh) == 'none'
     check_faults(TANKS, fresh, 1.0)
+
+
+def test_defaults_are_what_the_model_declares_and_can_be_taken_away() -> None:
+    model = replace(
+        TANKS,
+        inputs=(replace(TANKS.inputs[0], delay=3.0, range=(0.0, 50.0)), TANKS.inputs[1]),
+        outputs=(replace(TANKS.outputs[0], resolution=0.5), *TANKS.outputs[1:]),
+    )
+    declared = {row.name: row.default for row in instrument_parameters(model)}
+    assert sensors(model, declared) == {'h1': Sensor(resolution=0.5)}
+    assert actuators(model, declared) == {'Q1': Actuator(delay=3.0, range=(0.0, 50.0))}
+    ideal = declared | {
+        'sensor.h1.resolution': 0.0, 'actuator.Q1.delay': 0.0, 'actuator.Q1.range': (0.0, 0.0)
+    }  # fmt: skip
+    assert sensors(model, ideal) == {} == actuators(model, ideal)
+    scheduled = {row.name: row.default for row in fault_parameters(model)}
+    assert told(model, declared | scheduled) == 'none'
+    assert told(model, ideal | scheduled) == (
+        'sensor.h1.resolution=0, actuator.Q1.delay=0, actuator.Q1.range=[0.0, 0.0]'
+    )
+    with pytest.raises(ValueError, match=r'^shorten actuator.Q1.delay, or lower rate'):
+        check_faults(model, declared, 1e-3)
+
+
+def test_a_delay_that_is_estimated_is_a_parameter_of_its_instrument_alone() -> None:
+    inputs = [replace(v, delay=(0.0, 5.0)) for v in TANKS.inputs]
+    model = replace(TANKS, inputs=inputs)
+    assert len(model.parameters) == 5
+    assert fault_parameters(model) == fault_parameters(TANKS)
+    assert instrument_parameters(model) == instrument_parameters(TANKS)
 
 
 def test_what_is_set_breaks_its_own_sensor_or_actuator() -> None:

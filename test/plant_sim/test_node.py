@@ -109,6 +109,22 @@ def test_a_sensor_breaks_and_is_mended_while_it_runs(ros, paused):
     ] * 9  # fmt: skip
 
 
+def test_a_sensor_is_as_declared_until_it_is_set(ros):
+    """Signals that are declared for both nodes are those of the plant; a delay is told as truth."""
+    node = ros.start(Simulator, speed=100, enabled=False, **{
+        'signals.h1.resolution': 4.0, 'signals.Q1.delay': [0.0, 9.0], 'actuator.Q1.delay': 3.0,
+    })  # fmt: skip
+    heard = {topic: ros.listen(f'/plant/{topic}') for topic in TOPICS}
+    assert node.get_parameter('sensor.h1.resolution').value == 4.0
+    assert figures(ros.health())['faults'] == 'actuator.Q1.delay=3'
+    assert ros.call('/simulator/enable', SetBool, data=True).success
+    ros.spin_until(lambda: len(heard['output']) > 20 and heard['parameters'])
+    assert vector(heard['parameters'][-1]) == {'p1': 1.0, 'p2': 1.0, 'p3': 1.0, 'Q1.delay': 3.0}
+    assert {message.position[0] % 4.0 for message in heard['output'][:20]} == {0.0}
+    assert set_parameter(node, 'sensor.h1.resolution', 0.0).successful
+    ros.spin_until(lambda: heard['output'][-1].position[0] % 4.0)
+
+
 def test_messages_carry_names_that_nobody_wants(ros, paused):
     node, heard = paused
     ros.call('/simulator/enable', SetBool, data=True)

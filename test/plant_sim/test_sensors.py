@@ -5,7 +5,8 @@ import math
 import numpy as np
 import pytest
 
-from plant_sim.sensors import PERFECT, Outliers, Sensor
+from obs_ros import Variable
+from plant_sim.sensors import PERFECT, Outliers, Sensor, clipped
 
 INTERVAL = 0.1  # s
 
@@ -100,3 +101,12 @@ def test_wrapped_angles_lie_in_their_period() -> None:
     assert wrapped.min() >= -math.pi and wrapped.max() < math.pi
     np.testing.assert_allclose(np.cos(wrapped[:-2]), np.cos(angles), atol=1e-12)
     np.testing.assert_allclose(np.sin(wrapped[:-2]), np.sin(angles), atol=1e-12)
+
+
+def test_a_sensor_is_as_its_output_declares() -> None:
+    assert Sensor.of(Variable('y')) == PERFECT
+    declared = Variable('y', period=6.0, range=(-2.0, 2.0), resolution=0.5, delay=-0.1)
+    assert Sensor.of(declared) == Sensor(delay=-0.1, range=(-2.0, 2.0), resolution=0.5, period=6.0)
+    assert Sensor.of(Variable('y', delay=(0.0, 1.0))) == PERFECT
+    half = Sensor.of(Variable('y', range=(0.0, math.inf))).range
+    assert [clipped(value, half) for value in (-1.0, 0.0, 1e99)] == [0.0, 0.0, 1e99]

@@ -1,9 +1,13 @@
 import math
+from dataclasses import replace
 from types import MappingProxyType
 
 import numpy as np
+import plants
 import pytest
+from plants import VESSEL
 
+from obs_ros.core.model import names
 from plant_sim.actuators import Actuator
 from plant_sim.scenario import Scenario
 from plant_sim.scenarios import load_scenario
@@ -249,3 +253,45 @@ def play_loop(sensor):
     simulation = Simulation(vessel())
     simulation.sensors = {'y': sensor} if sensor else {}
     return [simulation.sample() for _ in range(50)]
+
+
+def declared(output=MappingProxyType({}), input=MappingProxyType({})):
+    """Return the vessel whose output and input have further properties."""
+    return replace(
+        VESSEL,
+        inputs=[replace(v, **input) for v in VESSEL.inputs],
+        outputs=[replace(v, **output) for v in VESSEL.outputs],
+    )
+
+
+def test_sensors_and_actuators_are_at_first_as_the_model_declares():
+    model = declared({'resolution': 0.5, 'delay': 0.3}, {'range': (0.0, 0.5)})
+    scenario = vessel(inputs=constant(0.7), parameters=constant(0.7, 0.0))
+    own = play(scenario, model=model)
+    bare = Simulation(scenario)
+    bare.sensors, bare.actuators = (
+        {'y': Sensor(delay=0.3, resolution=0.5)}, {'u': Actuator(range=(0.0, 0.5))}
+    )  # fmt: skip
+    assert own == [bare.sample() for _ in own] != play(scenario)
+    ideal = Simulation(scenario, model=model)
+    ideal.sensors = ideal.actuators = {}
+    assert [ideal.sample() for _ in own] == play(scenario)
+
+
+def test_readings_wrap_as_declared_until_the_sensor_is_another():
+    simulation = Simulation(vessel(), model=declared({'period': 2.0}))
+    assert simulation.sample().y == (-1.0,)
+    simulation.sensors = {}
+    assert simulation.sample().y[0] > 2.0
+
+
+def test_a_delay_among_the_parameters_is_the_one_that_there_is(monkeypatch):
+    model = declared({'delay': (-1.0, 1.0)}, {'delay': (0.0, 2.0)})
+    assert names(model.parameters) == ('d', 'g', 'u.delay', 'y.delay')
+    monkeypatch.setattr(plants, 'LATE_VESSEL', model, raising=False)
+    simulation = Simulation(vessel(model='plants:LATE_VESSEL', inputs=constant(0.7)))
+    assert simulation.sample().p == (0.7, 0.0, 0.0, 0.0)
+    simulation.actuators = {'u': Actuator(delay=0.5)}
+    simulation.sensors = {'y': Sensor(delay=-0.25)}
+    simulation.faults['d'] = 0.2
+    assert simulation.sample().p == (0.2, 0.0, 0.5, -0.25)

@@ -74,17 +74,20 @@ def without_outliers(
     starts: Sequence[Array],
     deadline: Deadline,
     problem: Callable[[WindowState], Problem] = attrgetter('posterior'),
+    *,
+    jumps_follow: bool = True,
 ) -> Cleaned | None:
     """Return the window without its outliers and the optimum near one of the `starts` (d,).
 
     The last start is the optimum of all samples. `problem` is what is minimised. None where no
-    sample is an outlier, or a jump may stand for those that seem to be.
+    sample is an outlier, or, if a search for jumps is to follow, a jump may stand for those that
+    seem to be.
     """
     if not window.robust or not _suspicious(window, window.objective.residuals(starts[-1])):
         return None
     for start in starts:
         found = _found(window, start, deadline, problem)
-        if found is not None and not _may_be_jump(found):
+        if found is not None and not (jumps_follow and _may_be_jump(found)):
             return Cleaned(left_out(window, found.far, found.left), found.z, found.squares)
     return None
 

@@ -22,10 +22,10 @@ from obs_ros.core.model import Model
 from obs_ros.core.periods import periods
 from obs_ros.core.prior_knowledge import with_knowledge
 from obs_ros.core.typing import Array, IntArray
+from obs_ros.inference.innovation_gate import Gate
 from obs_ros.integration.path import Path, lanes, single
 from obs_ros.models import load_model
 from obs_ros.observers import settings as table
-from obs_ros.observers.innovation_gate import Gate
 from obs_ros.observers.kalman_filters.deviations import KalmanSettings, begun, output_noise
 from obs_ros.observers.recursive import Instant, RecursiveObserver
 

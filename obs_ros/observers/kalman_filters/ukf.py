@@ -12,8 +12,8 @@ import numpy as np
 from obs_ros.core.jit import accelerated
 from obs_ros.core.periods import shortest_way
 from obs_ros.core.typing import Array
+from obs_ros.inference.innovation_gate import REJECTED, REOPENED, judged
 from obs_ros.observers import settings as table
-from obs_ros.observers.innovation_gate import REJECTED, REOPENED, judged
 from obs_ros.observers.kalman_filters.deviations import KalmanSettings
 from obs_ros.observers.kalman_filters.joint import (
     Joint,
