@@ -23,8 +23,8 @@ from obs_ros.core.variable_fields import (
 Interpolation = Literal['hold', 'linear', 'mean']
 Scale = Literal['linear', 'log']
 Physical = Literal['none', 'lower', 'upper', 'both']
-Integrator = Literal['auto', 'rk4', 'euler', 'discrete']
-Method = Literal['rk4', 'euler', 'discrete']
+Integrator = Literal['auto', 'rk4', 'euler', 'rosenbrock', 'discrete']
+Method = Literal['rk4', 'euler', 'rosenbrock', 'discrete']
 Time = Literal['stamp', 'window']
 
 CANDIDATES = 16  # with which a model is tried
@@ -131,6 +131,8 @@ class Model:
     others are recorded when the model is made (`core.tracing`): loops, arrays, matrices, branches,
     methods of objects become such functions, and constants keep the values that they have then.
     `max_step` (s) is the longest integration step: longer sample intervals are split evenly.
+    `integrator` names the steps: `rk4` and `euler` are explicit, `rosenbrock` is linearly implicit
+    for stiff plants, and `auto` leaves the choice open.
 
     `kind` says what `dynamics` returns: rates (`continuous`), or the state one `period` (s) later
     (`discrete`), from the state and the inputs in force at a node. Steps of a discrete model lead
