@@ -20,7 +20,7 @@ from obs_ros.core.plant_function import PerCandidate
 from obs_ros.core.rebuild import Rebuilder
 from obs_ros.core.selects import SELECTS
 from obs_ros.core.typing import AnyArray, Array, IntArray
-from obs_ros.integration.delayed import Delayed
+from obs_ros.integration.delayed_outputs import Delayed
 from obs_ros.integration.filter_pass import FilterPass, sizes
 from obs_ros.integration.filter_step import LiveFilter
 from obs_ros.integration.grid import Grid
@@ -95,13 +95,13 @@ class CompiledKernels:
     def delayed(self, window: Delayed, x0: Array, p: Array) -> tuple[Array, Array]:
         """See `DelayedRollouts.delayed`."""
         count = x0.shape[1]
-        every = x0, p, window.u, window.slope, window.offset
-        x, q, u, slope, offset = (filled(each) for each in every)
+        every = x0, p, window.t, window.u, window.slope, window.offset
+        x, q, t, u, slope, offset = (filled(each) for each in every)
         states = np.empty((window.at.size, *x.shape))
-        outputs = np.zeros((window.at.size, len(offset), x.shape[1]))
+        outputs = np.zeros((window.slack.size, window.at.size, len(offset), x.shape[1]))
         self.module.delayed(
-            window.t, window.steps, window.at, u, slope, window.along, window.there, offset,
-            window.late, window.wanted, x, q, states, outputs,
+            window.start, t, window.steps, window.at, u, slope, window.along, window.there, offset,
+            window.late, window.wanted, window.slack, x, q, states, outputs,
         )  # fmt: skip
         return states[..., :count], outputs[..., :count]
 

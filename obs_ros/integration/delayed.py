@@ -2,53 +2,31 @@
 
 An output stamped t was measured at t - d: the rollout is interpolated there by cubic Hermite
 polynomials from states and rates at both ends of each step (Hairer, Norsett & Wanner 1993, II.6),
-smooth in d. An input acts late by d: see `InputPath`. Each candidate has delays of its own, which
-stand among its parameters.
+smooth in d. An input acts late by d: its steps are cut where it changes, see `Pieces`. Each
+candidate has delays of its own, which stand among its parameters.
 """
 
-from dataclasses import dataclass
-from typing import Any, NamedTuple, Protocol
+from collections.abc import Iterable
+from dataclasses import dataclass, replace
+from typing import Any, Protocol
 
 import numpy as np
 
 from obs_ros.core.estimated_delays import is_delay, signal_of
 from obs_ros.core.model import Model, names
-from obs_ros.core.periods import nearest
-from obs_ros.core.typing import Array, BoolArray, IntArray
+from obs_ros.core.typing import Array, IntArray
+from obs_ros.integration.delayed_outputs import Delayed, nearer, shown, shows_inputs
 from obs_ros.integration.grid import Grid
-from obs_ros.integration.input_path import InputPath
+from obs_ros.integration.input_path import Changes, InputPath, Pieces
 
 # Steps between two nodes of a window at whose ends states are kept: of a sample interval that shows
 # the plant at all, an eighth is interpolated to 1e-6 of the signal.
 PIECES = 8
-
-
-class Delayed(NamedTuple):
-    """A window for B candidates with delays.
-
-    Step f goes from t[f] to t[f + 1], of the model's own time t (F,) in s, in steps[f] integration
-    steps; s seconds into it the inputs are u[f] + s slope[f], with u and slope (F, m, B). Node k of
-    the window's K is at t[at[k]]. Of several sets of parameters the one of a step is along[f]
-    (F - 1,), that of a node there[k] (K,). offset (r, B) says how many s before its stamp an output
-    was measured, `late` (r,) which outputs are off at all, `wanted` (K, r) at which nodes an output
-    is asked for.
-    """
-
-    t: Array
-    steps: IntArray
-    at: IntArray
-    u: Array
-    slope: Array
-    along: IntArray
-    there: IntArray
-    offset: Array
-    late: BoolArray
-    wanted: BoolArray
-
-    @property
-    def clock(self) -> Array:
-        """The model's own time (F,) in s at the ends of the steps: that of `t`."""
-        return self.t
+# Of the median step: so near to changes of the inputs outputs that depend on them show all of them,
+# or none, or those that were before, whichever is nearest to what was measured. A dead time of a
+# whole number of samples puts every change at a sample, where an output would leap with the dead
+# time; so leaps come only where that is ruled out, by more than a dead time's usual deviation.
+SLACK = 0.25
 
 
 class DelayedRollouts(Protocol):
@@ -62,7 +40,7 @@ class DelayedRollouts(Protocol):
         """The backend's name."""
 
     def delayed(self, window: Delayed, x0: Array, p: Array) -> tuple[Array, Array]:
-        """Return states (K, n, B) and outputs (K, r, B) of candidates; 0 where not wanted.
+        """Return states (K, n, B) and outputs (S, K, r, B) of candidates; 0 where not wanted.
 
         p (S, q, B) are the sets of parameters.
         """
@@ -70,7 +48,12 @@ class DelayedRollouts(Protocol):
 
 @dataclass(frozen=True)
 class _Steps:
-    """The steps of a grid, and the intervals (F - 1,) in which they lie; see `Delayed`."""
+    """The steps of a grid, from t[f] to t[f + 1] of t (F,) in s since its first node.
+
+    See `Delayed`. They lie in the `interval` (F - 1,) from a node to the next, but for one beyond
+    the last node, in which inputs may change that were measured by then. `changes` are those of the
+    inputs that are late, by column.
+    """
 
     t: Array
     steps: IntArray
@@ -78,24 +61,26 @@ class _Steps:
     at: IntArray
     u: Array
     slope: Array
-    path: InputPath
+    changes: dict[int, Changes]
 
     @classmethod
-    def of(cls, grid: Grid) -> '_Steps':
+    def of(cls, grid: Grid, late: Iterable[int]) -> '_Steps':
         pieces = np.minimum(grid.steps, PIECES)
         node = np.repeat(np.arange(pieces.size), pieces)
         at = np.append(0, np.cumsum(pieces))
         h = np.diff(grid.t) / pieces
-        after = h[node] * (np.arange(node.size) - at[node])
-        node, after = np.append(node, grid.t.size - 1), np.append(after, 0.0)
+        after = np.append(h[node] * (np.arange(node.size) - at[node]), [0.0, np.median(h)])
+        interval, node = np.append(node, node[-1]), np.append(node, [pieces.size, pieces.size])
+        path = grid.path or InputPath(grid.t, grid.u, grid.slope)
+        path = replace(path, t=path.t - grid.t[0])
         return cls(
-            t=grid.t[node] + after,
-            steps=-(-grid.steps[node[:-1]] // pieces[node[:-1]]),
-            interval=node[:-1],
+            t=grid.t[node] - grid.t[0] + after,
+            steps=-(-grid.steps[interval] // pieces[interval]),
+            interval=interval,
             at=at,
             u=grid.u[node] + after[:, None] * grid.slope[node],
             slope=grid.slope[node],
-            path=grid.path or InputPath(grid.t, grid.u, grid.slope),
+            changes={column: path.changes(column) for column in late},
         )
 
 
@@ -111,11 +96,12 @@ class DelayedKernels:
             [(i, rows[v.name]) for i, v in enumerate(group) if isinstance(v.delay, tuple)]
             for group in (model.inputs, model.outputs)
         )
+        self._slack = SLACK * np.array([0.0, 1.0, -1.0] if shows_inputs(model) else [0.0])
         self._last: tuple[Array, Array, _Steps] | None = None
 
     def squares(self, grid: Grid, prefixes: IntArray, x0: Array, p: Array) -> Array:
         """See `Kernels.squares`."""
-        outputs = _shown(grid, self._rolled(grid, int(prefixes[-1]), x0, p[None])[1])
+        outputs = shown(grid, self._rolled(grid, int(prefixes[-1]), x0, p[None])[1])
         known = grid.weight[: len(outputs)] > 0.0
         off = grid.weight[: len(outputs), :, None] * (outputs - grid.y[: len(outputs), :, None])
         squared = np.where(known[:, :, None], off * off, 0.0)
@@ -124,7 +110,7 @@ class DelayedKernels:
 
     def grams(self, grid: Grid, nodes: int, x0: Array, p: Array, width: int) -> Array:
         """See `Kernels.grams`."""
-        outputs = _shown(grid, self._rolled(grid, nodes, x0, p[None])[1])
+        outputs = shown(grid, self._rolled(grid, nodes, x0, p[None], width=width)[1])
         known = grid.weight[:nodes] > 0.0
         weight = grid.weight[:nodes][known]
         starts = p.shape[1] // width
@@ -164,95 +150,56 @@ class DelayedKernels:
         p: Array,
         *,
         everywhere: bool = False,
+        width: int = 1,
         order: tuple[IntArray, IntArray] | None = None,
     ) -> tuple[Array, Array]:
-        """Return states (K, n, B) and outputs (K, r, B) at the first `nodes` nodes."""
+        """Return states (K, n, B) and outputs (K, r, B) at the first `nodes` nodes.
+
+        Of `width` neighbouring candidates the outputs are as the first of them needs it.
+        """
         assert grid.injection is None, 'process noise goes without estimated delays'
         steps, delays = self._steps(grid), p[0]
         offset = np.zeros((len(self.model.outputs), x0.shape[1]))
         late = np.zeros(len(offset), dtype=np.bool_)
         for output, row in self._outputs:
             offset[output], late[output] = delays[row], True
-        end = grid.t[nodes - 1] - min(0.0, float(offset.min()))
-        last = max(int(np.searchsorted(steps.t, end)), int(steps.at[nodes - 1])) + 1
-        part = slice(max(2, min(last, steps.t.size)))
-        u, slope = self._driven(steps, part, delays)
+        end = grid.t[nodes - 1] - grid.t[0] - min(0.0, float(offset.min()))
+        last = max(int(np.searchsorted(steps.t, end)), int(steps.at[nodes - 1])) + 2
+        part = slice(min(last, steps.t.size))
+        pieces, u, slope = self._driven(steps, part, delays)
+        step = np.repeat(np.arange(part.stop - 1), np.diff(pieces.first))
         along, there = order or np.zeros((2, grid.t.size), dtype=np.int64)
         wanted = grid.weight[:nodes] > 0.0
         window = Delayed(
-            steps.t[part] - grid.origin, steps.steps[: part.stop - 1], steps.at[:nodes], u, slope,
-            along[steps.interval[: part.stop - 1]], there[:nodes], offset, late,
+            float(grid.clock[0]), pieces.t, steps.steps[step], pieces.first[steps.at[:nodes]],
+            u, slope, along[steps.interval[step]], there[:nodes], offset, late,
             np.ones_like(wanted) if everywhere else wanted,
+            self._slack * np.median(np.diff(steps.t)),
         )  # fmt: skip
-        return self._rollouts.delayed(window, x0, p)
+        states, outputs = self._rollouts.delayed(window, x0, p)
+        return states, outputs[0] if len(outputs) == 1 else nearer(grid, outputs, width)
 
-    def _driven(self, steps: _Steps, part: slice, p: Array) -> tuple[Array, Array]:
-        """Return values and slopes of the inputs (F, m, B) from each step's beginning on."""
-        u, slope = (
-            np.repeat(each[part, :, None], p.shape[1], axis=2) for each in (steps.u, steps.slope)
-        )
-        for column, row in self._inputs:
-            u[:, column], slope[:, column] = steps.path.shifted(column, steps.t[part], p[row])
-        return u, slope
+    def _driven(self, steps: _Steps, part: slice, p: Array) -> tuple[Pieces, Array, Array]:
+        """Return pieces, with values and slopes of the inputs (F, m, B) from each beginning on."""
+        t = steps.t[part]
+        late = [steps.changes[column].t[1:, None] + p[row] for column, row in self._inputs]
+        pieces = Pieces.of(t, late, p.shape[1])
+        step = np.append(np.repeat(np.arange(t.size - 1), np.diff(pieces.first)), t.size - 1)
+        slope = np.repeat(steps.slope[step, :, None], p.shape[1], axis=2)
+        u = steps.u[step, :, None] + (pieces.t - t[step, None])[:, None] * slope
+        for (column, row), changed in zip(self._inputs, pieces.changed, strict=True):
+            own = steps.changes[column].after(changed, pieces.t - p[row])
+            u[:, column], slope[:, column] = own
+        return pieces, u, slope
 
     def _steps(self, grid: Grid) -> _Steps:
         """Return the steps of a grid; those of one window are asked for again and again."""
         last = self._last
         if last is not None and last[0] is grid.t and last[1] is grid.u:
             return last[2]
-        steps = _Steps.of(grid)
+        steps = _Steps.of(grid, [column for column, _ in self._inputs])
         self._last = grid.t, grid.u, steps
         return steps
-
-
-class Tracks(NamedTuple):
-    """States (F, n, B) at the ends of all steps, rates (F - 1, n, B) where each begins and ends."""
-
-    states: Array
-    begin: Array
-    end: Array
-
-    def between(self, j: int, f: IntArray, place: IntArray, s: Array, h: Array) -> Array:
-        """Return state j, s seconds into the steps f of h seconds, of the candidates `place`.
-
-        Before a step and after it states go on straight.
-        """
-        a = np.clip(s / h, 0.0, 1.0)
-        b = 1.0 - a
-        return np.asarray(
-            b * b * (1.0 + 2.0 * a) * self.states[f, j, place]
-            + a * a * (1.0 + 2.0 * b) * self.states[f + 1, j, place]
-            + (b * b * a * h + np.minimum(s, 0.0)) * self.begin[f, j, place]
-            + (np.maximum(s - h, 0.0) - a * a * b * h) * self.end[f, j, place]
-        )
-
-
-def _shown(grid: Grid, outputs: Array) -> Array:
-    """Return outputs (K, r, B) at the first nodes as sensors that wrap or saturate show them."""
-    outputs = nearest(outputs, grid.y[: len(outputs), :, None], grid.period[:, None])
-    return outputs if grid.ends is None else grid.ends[: len(outputs)].shown(outputs)
-
-
-def outputs_at(model: Model, window: Delayed, tracks: Tracks, p: Array) -> Array:
-    """Return the outputs (K, r, B) of candidates, by the states and rates of every step."""
-    t, place = window.t, np.arange(p.shape[2])
-    outputs = np.zeros((window.at.size, len(window.offset), place.size))
-    for i in range(len(window.offset)):
-        node = np.flatnonzero(window.wanted[:, i])
-        f = np.repeat(window.at[node, None], place.size, axis=1)
-        x = [tracks.states[f, j, place] for j in range(tracks.states.shape[1])]
-        at, s, chosen = t[f], np.zeros(f.shape), window.there[node, None]
-        if window.late[i]:
-            at = at - window.offset[i]
-            f = np.clip(np.searchsorted(t, at, side='right') - 1, 0, t.size - 2)
-            s, chosen = at - t[f], window.along[f]
-            x = [tracks.between(j, f, place, s, t[f + 1] - t[f]) for j in range(len(x))]
-        u = [
-            window.u[f, j, place] + s * window.slope[f, j, place] for j in range(window.u.shape[1])
-        ]
-        parameters = tuple(p[chosen, j, place] for j in range(p.shape[1]))
-        outputs[node, i] = model.output(at, tuple(x), tuple(u), parameters)[i]
-    return outputs
 
 
 def delay_names(model: Model) -> tuple[str, ...]:

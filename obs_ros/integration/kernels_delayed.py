@@ -4,26 +4,42 @@
 
 
 @jit
-def advance_late(x, p, t, dt, steps, u, slope, f, first):
-    """Propagate the candidates in x over step f; each has inputs of its own."""
-    h = dt / steps
+def advance_late(x, p, start, t, steps, u, slope, f, first):
+    """Propagate the candidates in x over step f; each has times and inputs of its own."""
     for j in range(steps):
-        s = j * h
         for lane in range(LANES):
-            u0 = late_input(u, slope, f, first + lane, s)
-            u1 = late_input(u, slope, f, first + lane, s + 0.5 * h)
-            u2 = late_input(u, slope, f, first + lane, s + h)
-            scatter_x(x, lane, step(t + s, h, gather_x(x, lane), u0, u1, u2, gather_p(p, lane)))
+            place = first + lane
+            h = (t[f + 1, place] - t[f, place]) / steps
+            s = j * h
+            u0 = late_input(u, slope, f, place, s)
+            u1 = late_input(u, slope, f, place, s + 0.5 * h)
+            u2 = late_input(u, slope, f, place, s + h)
+            now = start + t[f, place] + s
+            scatter_x(x, lane, step(now, h, gather_x(x, lane), u0, u1, u2, gather_p(p, lane)))
+
+
+@jit
+def shown_input(t, u, slope, f, place, s, slack):
+    """Inputs of a candidate as an output shows them, s seconds into step f; see `Delayed`."""
+    at = t[f, place] + s
+    chosen = f
+    while chosen + 1 < len(t) and t[chosen + 1, place] < at + slack:
+        chosen += 1
+    while chosen > 0 and t[chosen, place] > at + slack:
+        chosen -= 1
+    return late_input(u, slope, chosen, place, at - t[chosen, place])
 
 
 @entry
-def delayed(t, steps, at, u, slope, along, there, offset, late, wanted, x0, p, states, outputs):
-    """States (K, n, lanes) and outputs (K, r, lanes) of candidates with delays; see `Delayed`."""
+def delayed(
+    start, t, steps, at, u, slope, along, there, offset, late, wanted, slack, x0, p, states, outputs
+):
+    """States (K, n, lanes), outputs (S, K, r, lanes) of candidates with delays; see `Delayed`."""
     x = np.empty(N_STATES * N_LANES)
     q = np.empty((len(p), max(1, N_PARAMETERS) * N_LANES))
-    track = np.empty((t.size, N_STATES, N_LANES))
-    begin = np.empty((t.size - 1, N_STATES, N_LANES))
-    end = np.empty((t.size - 1, N_STATES, N_LANES))
+    track = np.empty((len(t), N_STATES, N_LANES))
+    begin = np.empty((len(t) - 1, N_STATES, N_LANES))
+    end = np.empty((len(t) - 1, N_STATES, N_LANES))
     for chunk in range(x0.shape[1] // N_LANES):
         load(x0, chunk, N_STATES, x)
         for one in range(len(p)):
@@ -31,61 +47,104 @@ def delayed(t, steps, at, u, slope, along, there, offset, late, wanted, x0, p, s
         first = np.uint64(chunk) * LANES
         for lane in range(LANES):
             put_x(track, 0, lane, gather_x(x, lane))
-        for f in range(t.size - 1):
-            dt, qf = t[f + 1] - t[f], q[along[f]]
+        for f in range(len(t) - 1):
+            qf = q[along[f]]
             for lane in range(LANES):
                 now = late_input(u, slope, f, first + lane, 0.0)
-                put_x(begin, f, lane, dynamics(t[f], gather_x(x, lane), now, gather_p(qf, lane)))
-            advance_late(x, qf, t[f], dt, steps[f], u, slope, f, first)
+                time = start + t[f, first + lane]
+                put_x(begin, f, lane, dynamics(time, gather_x(x, lane), now, gather_p(qf, lane)))
+            advance_late(x, qf, start, t, steps[f], u, slope, f, first)
             for lane in range(LANES):
                 xs = gather_x(x, lane)
                 put_x(track, f + 1, lane, xs)
-                last = late_input(u, slope, f, first + lane, dt)
-                put_x(end, f, lane, dynamics(t[f + 1], xs, last, gather_p(qf, lane)))
-        for k in range(at.size):
-            qk = q[there[k]]
-            for lane in range(LANES):
-                xs = track_at(track, at[k], lane)
-                put_x(states, k, first + lane, xs)
-                now = late_input(u, slope, at[k], first + lane, 0.0)
-                yk = output(t[at[k]], xs, now, gather_p(qk, lane))
-                for i in range(N_OUTPUTS):
-                    if wanted[k, i] and not late[i]:
-                        put_entry(outputs, k, i, first + lane, yk)
-        for i in range(N_OUTPUTS):
-            if late[i]:
-                for lane in range(LANES):
-                    look_back(
-                        t,
-                        at,
-                        u,
-                        slope,
-                        along,
-                        offset[i, first + lane],
-                        wanted,
-                        track,
-                        begin,
-                        end,
-                        q,
-                        i,
-                        lane,
-                        first + lane,
-                        outputs,
-                    )
+                place = first + lane
+                last = late_input(u, slope, f, place, t[f + 1, place] - t[f, place])
+                time = start + t[f + 1, place]
+                put_x(end, f, lane, dynamics(time, xs, last, gather_p(qf, lane)))
+        for side in range(slack.size):
+            look_on(
+                start,
+                t,
+                at,
+                u,
+                slope,
+                there,
+                late,
+                wanted,
+                slack[side],
+                track,
+                q,
+                first,
+                states,
+                outputs[side],
+            )
+            for i in range(N_OUTPUTS):
+                if late[i]:
+                    for lane in range(LANES):
+                        look_back(
+                            start,
+                            t,
+                            at,
+                            u,
+                            slope,
+                            along,
+                            offset[i, first + lane],
+                            wanted,
+                            slack[side],
+                            track,
+                            begin,
+                            end,
+                            q,
+                            i,
+                            lane,
+                            first + lane,
+                            outputs[side],
+                        )
+
+
+@jit
+def look_on(start, t, at, u, slope, there, late, wanted, slack, track, q, first, states, outputs):
+    """Write states at the nodes, and the outputs that are in time."""
+    for k in range(at.size):
+        qk = q[there[k]]
+        for lane in range(LANES):
+            xs = track_at(track, at[k], lane)
+            put_x(states, k, first + lane, xs)
+            now = shown_input(t, u, slope, at[k], first + lane, 0.0, slack)
+            yk = output(start + t[at[k], first + lane], xs, now, gather_p(qk, lane))
+            for i in range(N_OUTPUTS):
+                if wanted[k, i] and not late[i]:
+                    put_entry(outputs, k, i, first + lane, yk)
 
 
 @jit
 def look_back(
-    t, at, u, slope, along, offset, wanted, track, begin, end, q, i, lane, place, outputs
+    start,
+    t,
+    at,
+    u,
+    slope,
+    along,
+    offset,
+    wanted,
+    slack,
+    track,
+    begin,
+    end,
+    q,
+    i,
+    lane,
+    place,
+    outputs,
 ):
     """Write output i of a candidate, `offset` s before each node."""
     f = 0
     for k in range(at.size):
         if wanted[k, i]:
-            tau = t[at[k]] - offset
-            while f < t.size - 2 and t[f + 1] <= tau:
+            tau = t[at[k], place] - offset
+            while f < len(t) - 2 and t[f + 1, place] <= tau:
                 f += 1
-            s, h = tau - t[f], t[f + 1] - t[f]
+            s, h = tau - t[f, place], t[f + 1, place] - t[f, place]
             a = min(max(s / h, 0.0), 1.0)
             b = 1.0 - a
             xs = hermite_at(
@@ -99,5 +158,5 @@ def look_back(
                 b * b * a * h + min(s, 0.0),
                 max(s - h, 0.0) - a * a * b * h,
             )
-            now, qf = late_input(u, slope, f, place, s), q[along[f]]
-            put_entry(outputs, k, i, place, output(tau, xs, now, gather_p(qf, lane)))
+            now, qf = shown_input(t, u, slope, f, place, s, slack), q[along[f]]
+            put_entry(outputs, k, i, place, output(start + tau, xs, now, gather_p(qf, lane)))

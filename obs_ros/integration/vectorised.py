@@ -8,7 +8,7 @@ import numpy as np
 from obs_ros.core.model import Model
 from obs_ros.core.periods import shortest
 from obs_ros.core.typing import Array, IntArray
-from obs_ros.integration.delayed import Delayed, Tracks, outputs_at
+from obs_ros.integration.delayed_outputs import Delayed, Tracks, outputs_at
 from obs_ros.integration.filter_pass import FilterPass, run
 from obs_ros.integration.grid import Grid, Injection
 from obs_ros.integration.steps import STEPS
@@ -79,13 +79,13 @@ class NumpyKernels:
     def delayed(self, window: Delayed, x0: Array, p: Array) -> tuple[Array, Array]:
         """See `DelayedRollouts.delayed`."""
         dynamics, sets = self.model.dynamics, [tuple(each) for each in p]
-        t, x = window.t, tuple(x0)
-        states = np.empty((t.size, *x0.shape))
-        begin, end = np.empty((2, t.size - 1, *x0.shape))
+        t, x = window.clock, tuple(x0)
+        states = np.empty((len(t), *x0.shape))
+        begin, end = np.empty((2, len(t) - 1, *x0.shape))
         with np.errstate(all='ignore'):
             states[0] = x0
-            for f in range(t.size - 1):
-                q, h = sets[window.along[f]], t[f + 1] - t[f]
+            for f in range(len(t) - 1):
+                q, h = sets[window.along[f]], window.t[f + 1] - window.t[f]
                 first, last = tuple(window.u[f]), tuple(window.u[f] + h * window.slope[f])
                 begin[f] = _stacked(dynamics(t[f], x, first, q), x0)
                 x = self._advance(window, f, x, q)

@@ -7,7 +7,7 @@ import numpy as np
 from obs_ros.core.interpolation import segment
 from obs_ros.core.model import Interpolation
 from obs_ros.core.record import Record
-from obs_ros.core.typing import Array, IntArray
+from obs_ros.core.typing import Array, BoolArray, IntArray
 from obs_ros.samples.stream import InputStream, Stream
 
 
@@ -26,7 +26,7 @@ def align(
 
     None with fewer than two outputs. Nodes before the first and after the last output are left
     out, since nothing was measured there that an estimate could be compared with; inputs are kept
-    for so long before as `past` (ns).
+    for so long before as `past` (ns). Where only inputs came that hold on as they were, is no node.
     """
     count = outputs.count_until(end)
     if count < 2:
@@ -34,7 +34,11 @@ def align(
     first, last = int(outputs.stamps[0]), int(outputs.stamps[count - 1])
     rows = slice(inputs.count_until(first - 1), inputs.count_until(last))
     output_times, input_times = seconds(outputs.stamps[:count]), seconds(inputs.stamps[rows])
+    values = inputs.values[rows]
     if period is None:
+        telling = _telling(inputs, rows, interpolation)
+        telling |= np.isin(input_times, output_times, assume_unique=True)
+        input_times, values = input_times[telling], values[telling]
         t = np.union1d(output_times, input_times)
     else:
         nodes = nodes_between(outputs.stamps[:count], round(1e9 * period))
@@ -43,7 +47,7 @@ def align(
     if t.size < 2:
         return None
     y = on_grid(t, output_times, outputs.values[:count])
-    u = on_grid(t, input_times, inputs.values[rows])
+    u = on_grid(t, input_times, values)
     for column, kind in enumerate(interpolation):
         if np.isnan(u[0, column]):
             u[0, column] = value_at_start(inputs, first, column, kind)
@@ -51,6 +55,19 @@ def align(
             u[-1, column] = value_at_end(inputs, last, column, kind)
     before = _before(inputs, first, past, interpolation) if past else None
     return Record(t, u, y, last, before)
+
+
+def _telling(inputs: InputStream, rows: slice, kinds: Sequence[Interpolation]) -> BoolArray:
+    """Whether the input samples (L,) tell more than that inputs hold on as they were."""
+    values = inputs.values[rows]
+    telling = np.zeros(len(values), dtype=np.bool_)
+    for column, kind in enumerate(kinds):
+        known = np.flatnonzero(~np.isnan(values[:, column]))
+        if kind == 'hold' and known.size:
+            held = inputs.before(int(inputs.stamps[rows][0]) - 1, column)[1]
+            known = known[np.diff(values[known, column], prepend=held) != 0.0]
+        telling[known] = True
+    return telling
 
 
 def _before(

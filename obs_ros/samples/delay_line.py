@@ -2,7 +2,7 @@
 
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
-from functools import cached_property
+from functools import cached_property, reduce
 from heapq import heappop, heappush
 from typing import Protocol, TypeVar
 
@@ -197,14 +197,13 @@ def _stream(
 ) -> Kind:
     """Return a stream of rows of values (K, width), each value at its own time."""
     times = [stamps + shift for shift, _ in groups]
-    every = np.unique(np.concatenate([stamps[:0], *times]))
+    every = reduce(np.union1d, times) if times else stamps[:0]
     own = np.full((every.size, values.shape[1]), np.nan)
     for (_, mask), at in zip(groups, times, strict=True):
         own[np.ix_(np.searchsorted(every, at), mask)] = values[:, mask]
+    known = ~np.isnan(own).all(axis=1)
     stream = kind(values.shape[1], max(every.size, 1))
-    for time, row in zip(every.tolist(), own, strict=True):
-        if not np.isnan(row).all():
-            stream.add(time, row)
+    stream.fill(every[known], own[known])
     return stream
 
 

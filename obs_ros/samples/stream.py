@@ -61,6 +61,13 @@ class Stream:
         self._values[self._begin + row] = values
         return True
 
+    def fill(self, stamps: IntArray, values: Array) -> None:
+        """Take samples, stamps (K,) that rise and values (K, width), in the place of all stored."""
+        self.clear()
+        self._stop = stamps.size
+        self._stamps = np.append(stamps, 0)  # with room for one more
+        self._values = np.vstack([values, np.zeros((1, self.width))])
+
     def drop(self, count: int) -> None:
         """Drop the `count` oldest samples."""
         self._begin += count
@@ -118,6 +125,15 @@ class InputStream(Stream):
         if added and (self.known_since is None or stamp < self.known_since):
             self._note(stamp, values)
         return added
+
+    def fill(self, stamps: IntArray, values: Array) -> None:
+        """Take samples, stamps (K,) that rise and values (K, width), in the place of all stored."""
+        super().fill(stamps, values)
+        known = ~np.isnan(values)
+        some = known.any(axis=0)
+        if stamps.size:
+            self._since[some] = stamps[known.argmax(axis=0)[some]]
+        self._update_known_since()
 
     def drop(self, count: int) -> None:
         """Drop the `count` oldest samples, remembering the last value of each column."""

@@ -35,12 +35,13 @@ class SlidingWindow:
     Stamps are the only time; arrival time plays no part.
 
     A record starts and ends with an output of its window. In between, its grid is the union of
-    output and input stamps; a value that a stream did not measure at a node is NaN there. The two
-    ends may lie between two samples of an input. There the record has the value that makes the
-    input right up to the end: at the first node the last one (`hold`, `mean`) or the interpolated
-    one (`linear`), at the last node none (`hold`), the interpolated one (`linear`) or the next one
-    (`mean`). So no record needs a sample from outside. Its t is the stamp in s; at the size of
-    today's dates such a float resolves 0.24 us, and samples closer than that share a node.
+    output and input stamps, less those at which inputs only hold on as they were; a value that a
+    stream did not measure at a node is NaN there. The two ends may lie between two samples of an
+    input. There the record has the value that makes the input right up to the end: at the first
+    node the last one (`hold`, `mean`) or the interpolated one (`linear`), at the last node none
+    (`hold`), the interpolated one (`linear`) or the next one (`mean`). So no record needs a sample
+    from outside. Its t is the stamp in s; at the size of today's dates such a float resolves
+    0.24 us, and samples closer than that share a node.
 
     Samples enter by the rules of `Gate`, with a reach of T + D; those dropped or mended are counted
     by reason, see COUNTS. `limits` are those of measured inputs and outputs, `shifts` lead from

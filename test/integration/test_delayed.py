@@ -5,6 +5,8 @@ from typing import Any
 
 import numpy as np
 import pytest
+from late_inputs import INTERVAL, TRUTH, VALVE, exact, steps_of_input
+from late_inputs import measured as measured_late
 from offset_spring import measured, plain_window, spring
 from plants import LAG, lag_outputs, square_wave
 
@@ -73,8 +75,31 @@ def test_inputs_act_late_by_the_delay(backend: Any) -> None:
         fine = np.unique(np.concatenate([t, t + delay]))
         held = square_wave(np.maximum(fine - delay, 0.0))
         exact = lag_outputs(fine, held, 0.3, np.tile([2.0, 1.5], (fine.size, 1)))
-        # The jump within a step is a straight line: of third order in the step.
-        assert outputs[:, 0, lane] == pytest.approx(exact[np.searchsorted(fine, t)], abs=2e-4)
+        assert outputs[:, 0, lane] == pytest.approx(exact[np.searchsorted(fine, t)], abs=2e-6)
+
+
+def test_inputs_that_act_late_and_not_linearly_are_integrated_from_leap_to_leap(
+    backend: Any,
+) -> None:
+    t = INTERVAL * np.arange(81)
+    u = steps_of_input(np.random.default_rng(1), t.size)
+    grid = Grid.of(VALVE, Record(t, u, np.zeros(81)), np.ones(1))
+    delays = INTERVAL * np.array([0.0, 0.1, 0.5, 1.0, 2.7, 8.0])
+    p = np.array([*np.tile(TRUTH, (delays.size, 1)).T, delays])
+    _, outputs = kernels_for(VALVE, backend).trajectories(grid, np.ones((1, delays.size)), p)
+    for lane, delay in enumerate(delays):
+        # A tenth of the noise at 40 dB is 1e-3.
+        assert outputs[:, 0, lane] == pytest.approx(exact(VALVE, t, u, delay)[:, 0], abs=1e-6)
+
+
+@pytest.mark.parametrize('intervals', [0.1, 1.0, 2.5])
+def test_the_dead_time_of_a_valve_is_found(intervals: float) -> None:
+    for seed in (2, 3):
+        record, sigma = measured_late(VALVE, intervals, seed)
+        estimate = solve_window(VALVE, record, seed=1, noise={'y0': float(sigma[0])})
+        assert estimate.outcome == 'converged'
+        deviations, off = errors(estimate, 'u.delay', intervals * INTERVAL, INTERVAL)
+        assert deviations < 3.0 and off < 0.05
 
 
 def test_squares_of_the_first_nodes_are_those_of_the_whole_window(backend: Any) -> None:

@@ -89,6 +89,23 @@ def test_outputs_after_the_end_are_left_out_and_one_is_too_few() -> None:
     assert align(y, u, 4 * S, ('hold',)) is None
 
 
+def test_held_inputs_that_stay_as_they_were_are_no_nodes_of_their_own() -> None:
+    y, u = Stream(1, 100), InputStream(2, 100)
+    for second in (1, 4, 7, 10):
+        y.add(second * S, np.array([0.0]))
+    for second, values in ((0, [5, 1]), (2, [5, 1]), (3, [5, NAN]), (4, [5, 1]), (5, [5, 2]),
+                           (6, [NAN, 2]), (8, [6, 2]), (9, [5, NAN])):  # fmt: skip
+        u.add(second * S, np.array(values, dtype=np.float64))
+    held, straight = (align(y, u, 10 * S, ('hold', kind)) for kind in ('hold', 'linear'))
+    assert held is not None and straight is not None
+    # At 2, 3 and 6 s nothing changes; at 4 s the outputs have a node, with the inputs that came.
+    assert held.t.tolist() == [1, 4, 5, 7, 8, 9, 10]
+    np.testing.assert_array_equal(
+        held.u.T, [[5, 5, 5, NAN, 6, 5, NAN], [1, 1, 2, NAN, 2, NAN, NAN]]
+    )
+    assert straight.t.tolist() == [1, 2, 4, 5, 6, 7, 8, 9, 10]
+
+
 def test_samples_closer_than_a_float_of_seconds_share_a_node() -> None:
     now = 1_760_000_000 * S
     y, u = Stream(1, 10), InputStream(1, 10)
@@ -122,12 +139,17 @@ def reconstruct(kind: str, times: Array, values: Array, at: Array) -> Array:
     output_stamps=st.sets(st.integers(11, 80), min_size=2, max_size=15),
     input_stamps=st.sets(st.integers(0, 90), max_size=15),
     dropped=st.integers(0, 11),
+    levels=st.booleans(),
 )
 def test_the_input_inside_a_record_needs_nothing_from_outside(
-    kind: Interpolation, output_stamps: set[int], input_stamps: set[int], dropped: int
+    kind: Interpolation,
+    output_stamps: set[int],
+    input_stamps: set[int],
+    dropped: int,
+    levels: bool,
 ) -> None:
     stamps = np.array(sorted({*input_stamps, 10, 95}))
-    values = np.sin(stamps)
+    values = np.round(np.sin(stamps)) if levels else np.sin(stamps)
     inputs = dict(zip(stamps.tolist(), values.tolist(), strict=True))
     y, u = streams(dict.fromkeys(sorted(output_stamps), 1.0), inputs)
     u.drop_until(dropped * S)

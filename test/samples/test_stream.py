@@ -65,6 +65,25 @@ def test_dropped_inputs_are_remembered_per_column() -> None:
     assert np.isnan(inputs.after(30, 0)[1])
 
 
+def test_a_stream_filled_at_once_is_as_one_filled_sample_by_sample() -> None:
+    stamps = np.array([10, 20, 30, 40])
+    values = np.array([[NAN, 1.0], [2.0, NAN], [NAN, 3.0], [4.0, 5.0]])
+    for rows in (slice(None), slice(0, 1), slice(0, 0)):
+        one, other = InputStream(2, 10), InputStream(2, 10)
+        other.add(5, row(7.0, 7.0))
+        other.fill(stamps[rows], values[rows])
+        for stamp, sample in zip(stamps[rows].tolist(), values[rows], strict=True):
+            one.add(stamp, sample)
+        for stream in (one, other):
+            stream.add(50, row(6.0, NAN))
+        assert one.known_since == other.known_since
+        np.testing.assert_array_equal(one.stamps, other.stamps)
+        np.testing.assert_array_equal(one.values, other.values)
+        for column in range(2):
+            np.testing.assert_array_equal(one.before(35, column), other.before(35, column))
+    assert stamps.tolist() == [10, 20, 30, 40]
+
+
 def test_an_old_input_is_remembered_only_if_newer_than_what_is_known() -> None:
     inputs = InputStream(1, 10)
     inputs.add(10, row(1.0))
