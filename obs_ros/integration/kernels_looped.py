@@ -14,73 +14,87 @@ def advance(x, p, t, dt, steps, u, slope, k):
     """Propagate the candidates in x over the interval from node k to the next."""
     h = dt / steps
     first, last = np.empty(max(1, N_INPUTS) * N_LANES), np.empty(max(1, N_INPUTS) * N_LANES)
-    work = workspace()
+    now, every, work = np.empty(N_LANES), np.empty(N_LANES), workspace()
+    every[:] = h
     for j in range(steps):
         s = j * h
         u0, u2 = input_at(u, slope, k, s), input_at(u, slope, k, s + h)
+        now[:] = t + s
         for lane in range(LANES):
             scatter_u(first, lane, u0)
             scatter_u(last, lane, u2)
-        step_lanes(x, p, t + s, h, first, last, work)
+        step_lanes(x, p, now, every, first, last, work)
 
 
 @jit
-def advance_late(x, p, t, dt, steps, u, slope, f, begin):
-    """Propagate the candidates in x over step f; each has inputs of its own."""
-    h = dt / steps
+def advance_late(x, p, start, t, steps, u, slope, f, begin):
+    """Propagate the candidates in x over step f; each has times and inputs of its own."""
     first, last = np.empty(max(1, N_INPUTS) * N_LANES), np.empty(max(1, N_INPUTS) * N_LANES)
-    work = workspace()
+    now, every, work = np.empty(N_LANES), np.empty(N_LANES), workspace()
     for j in range(steps):
-        s = j * h
         for lane in range(LANES):
-            scatter_u(first, lane, late_input(u, slope, f, begin + lane, s))
-            scatter_u(last, lane, late_input(u, slope, f, begin + lane, s + h))
-        step_lanes(x, p, t + s, h, first, last, work)
+            place = begin + lane
+            h = (t[f + 1, place] - t[f, place]) / steps
+            s = j * h
+            every[lane] = h
+            now[lane] = start + t[f, place] + s
+            scatter_u(first, lane, late_input(u, slope, f, place, s))
+            scatter_u(last, lane, late_input(u, slope, f, place, s + h))
+        step_lanes(x, p, now, every, first, last, work)
 
 
 @jit
 def workspace():
-    """Return arrays: the matrix, one of its rows and one entry, three stages, and states."""
+    """Return arrays: the matrix, a row, two entries, three stages, and states."""
     n = N_STATES * N_LANES
-    row, low = np.empty(n), np.empty(N_LANES)
-    return np.empty(N_STATES * n), row, low, np.empty(n), np.empty(n), np.empty(n), np.empty(n)
+    row, low, scale = np.empty(n), np.empty(N_LANES), np.empty(N_LANES)
+    k1, k2, k3, y = np.empty(n), np.empty(n), np.empty(n), np.empty(n)
+    return np.empty(N_STATES * n), row, low, scale, k1, k2, k3, y
 
 
 @jit
 def step_lanes(x, p, t, h, u0, u2, work):
-    """Advance all lanes by h seconds; `steps.rosenbrock` has the method."""
-    W, row, low, k1, k2, k3, y = work
-    inverse = 1.0 / h
+    """Advance all lanes, each from its t (lanes,) by its h s; `steps.rosenbrock` has the method."""
+    W, row, low, scale, k1, k2, k3, y = work
     for lane in range(LANES):
+        inverse, step = 1.0 / h[lane], h[lane]
         a, b = gather_u(u0, lane), gather_u(u2, lane)
         slope = slopes(a, b, inverse)
-        found = linearised(t, h, gather_x(x, lane), a, slope, gather_p(p, lane))
+        found = linearised(t[lane], step, gather_x(x, lane), a, slope, gather_p(p, lane))
         put_matrix(W, lane, found, 2.0 * inverse)
-        scatter_x(k1, lane, first_stage(found, 0.5 * h))
-        scatter_x(k2, lane, first_stage(found, 1.5 * h))
+        scatter_x(k1, lane, first_stage(found, 0.5 * step))
+        scatter_x(k2, lane, first_stage(found, 1.5 * step))
     factor(W, row, low)
     solve(W, k1, low)
-    add(k2, 4.0 * inverse, k1, k2)
-    solve(W, k2, low)
-    add(x, 2.0, k1, y)
     for lane in range(LANES):
-        f = dynamics(t + h, gather_x(y, lane), gather_u(u2, lane), gather_p(p, lane))
+        scale[lane] = 4.0 / h[lane]
+    add(k2, scale, k1, k2)
+    solve(W, k2, low)
+    scale[:] = 2.0
+    add(x, scale, k1, y)
+    for lane in range(LANES):
+        f = dynamics(t[lane] + h[lane], gather_x(y, lane), gather_u(u2, lane), gather_p(p, lane))
+        inverse = 1.0 / h[lane]
         scatter_x(k3, lane, third_stage(f, inverse, gather_x(k1, lane), gather_x(k2, lane)))
     solve(W, k3, low)
-    add(y, 1.0, k3, y)
+    scale[:] = 1.0
+    add(y, scale, k3, y)
     for lane in range(LANES):
-        f = dynamics(t + h, gather_x(y, lane), gather_u(u2, lane), gather_p(p, lane))
+        f = dynamics(t[lane] + h[lane], gather_x(y, lane), gather_u(u2, lane), gather_p(p, lane))
         a, b, c = gather_x(k1, lane), gather_x(k2, lane), gather_x(k3, lane)
-        scatter_x(k3, lane, fourth_stage(f, inverse, a, b, c))
+        scatter_x(k3, lane, fourth_stage(f, 1.0 / h[lane], a, b, c))
     solve(W, k3, low)
-    add(y, 1.0, k3, x)
+    add(y, scale, k3, x)
 
 
 @jit
 def add(x, a, k, out):
-    """Write x + a k."""
-    for i in range(x.size):
-        out[i] = x[i] + a * k[i]
+    """Write x + a k, with a (lanes,)."""
+    count = np.uint64(a.size)
+    for i in range(N_STATES):
+        row = np.uint64(i) * LANES
+        for lane in range(count):
+            out[row + lane] = x[row + lane] + a[lane] * k[row + lane]
 
 
 @jit
