@@ -93,10 +93,9 @@ class Grid:
         ends = ends_of(model.outputs, record.y)
         mask = np.isfinite(record.y) & _inside(model, record.t)
         y = record.y if ends is None else ends.measured(record.y)
-        interval = np.diff(record.t) / longest_step(model)
         return cls(
             t=record.t.copy(),
-            steps=np.maximum(1, np.ceil(interval)).astype(np.int64),
+            steps=fewest_steps(model, record.t),
             u=u,
             slope=slope,
             y=np.where(mask, y, 0.0),
@@ -240,6 +239,11 @@ def _path(model: Model, record: Record, kinds: Sequence[Interpolation]) -> Input
 def is_estimated(variable: Variable) -> bool:
     """Whether the delay of an input or output is to be estimated."""
     return isinstance(variable.delay, tuple)
+
+
+def fewest_steps(model: Model, t: Array) -> IntArray:
+    """Return the integration steps (K - 1,) that `max_step` asks for between nodes t (K,) in s."""
+    return np.maximum(1, np.ceil(np.diff(t) / longest_step(model))).astype(np.int64)
 
 
 def longest_step(model: Model, tolerance: float = 0.01) -> float:

@@ -34,6 +34,7 @@ class StepSettings:
     - `steps`: of one candidate through one window, at most; steps that the model itself asks for by
       its `max_step` come on top;
     - `rounds`: in which steps are spread anew; each needs about six rollouts of a few candidates;
+    - `attempts`: times that an answer is found anew in finer steps;
     - `growth`: by which steps in an interval change in one round;
     - `safety`: share of the error allowed at which the steps aim.
     """
@@ -45,6 +46,7 @@ class StepSettings:
     cheaper: float = 2.0
     steps: int = 100_000
     rounds: int = 12
+    attempts: int = 2
     growth: float = 8.0
     safety: float = 0.5
 
@@ -56,11 +58,13 @@ LARGEST = 1e6  # times what is allowed: how much more it is then tells nothing o
 class Verdict(NamedTuple):
     """Steps judged: the first candidate's `error` in deviations of the noise, and `excess` (B,).
 
-    Excess is a candidate's error over what it is allowed; infinite where it diverges.
+    Excess is a candidate's error over what it is allowed; infinite where it diverges. `largest` is
+    the error, root mean square, of any candidate, in deviations of the noise.
     """
 
     error: float
     excess: Array
+    largest: float = np.inf
 
     def worst(self, most: float = STEPPING.most) -> float:
         """Return the excess of the first candidate, or that within which `most` others stay."""
@@ -91,6 +95,7 @@ class Choice(NamedTuple):
     steps: IntArray
     error: float
     fine: bool  # whether the error is within what is allowed
+    largest: float = np.inf  # of all candidates
 
 
 def chosen(
@@ -153,7 +158,7 @@ def _refined(
         verdict = verdict.without(exempt)
         worst = verdict.worst(settings.most)
         if worst <= 1.0:
-            fine = Choice(method, steps, verdict.error, fine=True)
+            fine = Choice(method, steps, verdict.error, fine=True, largest=verdict.largest)
             return _halved(trial, fine, worst, base, exempt, settings)
         if verdict.error < best.error:
             best = Choice(method, steps, verdict.error, fine=False)

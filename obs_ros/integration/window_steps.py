@@ -7,8 +7,9 @@ from dataclasses import dataclass, field, replace
 
 import numpy as np
 
+from obs_ros.core.jit import accelerated
 from obs_ros.core.model import Integrator, Model
-from obs_ros.core.periods import shortest
+from obs_ros.core.periods import shortest, shortest_way
 from obs_ros.core.typing import Array, IntArray
 from obs_ros.integration.backends import Backend, Kernels, kernels_for, tiny_window
 from obs_ros.integration.grid import Grid
@@ -66,21 +67,19 @@ class WindowTrial:
 
     def judge(self, method: str, steps: IntArray) -> Verdict:
         """See `Trial.judge`."""
-        kernels, grid, known = self.methods.kernels(method), self.grid, self.grid.weight > 0.0
-        weight = grid.weight[known][:, None]
+        kernels, grid = self.methods.kernels(method), self.grid
         coarse, fine = (
-            grid.shown(kernels.trajectories(grid.stepped(n * steps), self.x0, self.p)[1])[known]
+            grid.shown(kernels.trajectories(grid.stepped(n * steps), self.x0, self.p)[1])
             for n in (1, 2)
         )
-        turns = np.broadcast_to(grid.period, known.shape)[known][:, None]
         with np.errstate(all='ignore'):
-            off = weight * shortest(fine - grid.y[known][:, None], turns)
-            errors = weight * doubling_error(shortest(coarse - fine, turns), method)
-            allowed = np.maximum(self.settings.aimed, self.settings.share * _size(off))
-            excess = _size(errors) / allowed
-            excess[0] = (error := errors[:, 0].max(initial=0.0)) / self.settings.aimed
-        excess = np.where(np.isfinite(excess), excess, np.inf)
-        return Verdict(float(error) if np.isfinite(error) else np.inf, excess)
+            worst, sizes, off = differences(coarse, fine, grid.y, grid.weight, grid.period)
+            sizes, worst = doubling_error(sizes, method), doubling_error(worst, method)
+            excess = sizes / np.maximum(self.settings.aimed, self.settings.share * off)
+        excess[0] = worst[0] / self.settings.aimed
+        excess[~np.isfinite(excess)] = np.inf
+        error, largest = (float(e) if np.isfinite(e) else np.inf for e in (worst[0], sizes.max()))
+        return Verdict(error, excess, largest)
 
     def shares(self, method: str, steps: IntArray, verdict: Verdict) -> Array:
         """See `Trial.shares`.
@@ -123,11 +122,59 @@ def run_restarted_once(model: Model, backend: Backend | None) -> None:
     kernels_for(model, backend).restarted(grid, np.repeat(x0[None], 2, axis=0), p)
 
 
+def cost_of_step(model: Model, method: str) -> float:
+    """Return the cost of one step, in evaluations of the model's dynamics."""
+    if method == 'euler':
+        return 1.0
+    n = len(model.states)
+    return 4.0 if method == 'rk4' else 4.0 + 0.5 * n + n * n / 10.0
+
+
 def methods_of(integrator: Integrator) -> tuple[str, ...]:
     """Return the methods among which to choose for a model: the one given, or RK4 first."""
     return ('rk4', 'rosenbrock') if integrator == 'auto' else (integrator,)
 
 
-def _size(values: Array) -> Array:
-    """Return the root mean square (B,) of values (M, B)."""
-    return np.sqrt(np.mean(values**2, axis=0)) if len(values) else np.zeros(values.shape[1])
+def differences_on_arrays(
+    coarse: Array, fine: Array, y: Array, weight: Array, period: Array
+) -> tuple[Array, Array, Array]:
+    """Return the same on whole arrays."""
+    known = weight > 0.0
+    factor = weight[known][:, None]
+    turns = np.broadcast_to(period, known.shape)[known][:, None]
+    errors = factor * np.abs(shortest(coarse[known] - fine[known], turns))
+    off = factor * shortest(fine[known] - y[known][:, None], turns)
+    if not known.any():
+        return np.zeros((3, coarse.shape[2]))  # type: ignore[return-value]
+    worst = np.where(np.isfinite(errors), errors, np.inf).max(axis=0)
+    return worst, *(np.sqrt(np.mean(each**2, axis=0)) for each in (errors, off))
+
+
+def _differences(
+    coarse: Array, fine: Array, y: Array, weight: Array, period: Array
+) -> tuple[Array, Array, Array]:
+    """Return how far outputs (K, r, B) differ, in units of one over weights (K, r).
+
+    Of each candidate, over what was measured: the largest difference of coarse steps from fine
+    ones, its root mean square, and that of the difference of fine ones from the measurements
+    y (K, r), all by the shortest way round the periods (r,).
+    """
+    nodes, outputs, lanes = coarse.shape
+    worst, sizes, off = np.zeros(lanes), np.zeros(lanes), np.zeros(lanes)
+    count = 0
+    for k in range(nodes):
+        for i in range(outputs):
+            if weight[k, i] > 0.0:
+                count += 1
+                for lane in range(lanes):
+                    error = shortest_way(coarse[k, i, lane] - fine[k, i, lane], period[i])
+                    error = weight[k, i] * abs(error)
+                    worst[lane] = max(worst[lane], error) if error < np.inf else np.inf
+                    sizes[lane] += error * error
+                    away = shortest_way(fine[k, i, lane] - y[k, i], period[i])
+                    off[lane] += (weight[k, i] * away) ** 2
+    share = 1.0 / max(1, count)
+    return worst, np.sqrt(share * sizes), np.sqrt(share * off)
+
+
+differences = accelerated(_differences, differences_on_arrays)
