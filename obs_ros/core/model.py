@@ -22,8 +22,8 @@ from obs_ros.core.variable_fields import (
 Interpolation = Literal['hold', 'linear', 'mean']
 Scale = Literal['linear', 'log']
 Physical = Literal['none', 'lower', 'upper', 'both']
-Integrator = Literal['auto', 'rk4', 'euler']
-Method = Literal['rk4', 'euler']
+Integrator = Literal['auto', 'rk4', 'euler', 'rosenbrock']
+Method = Literal['rk4', 'euler', 'rosenbrock']
 Time = Literal['stamp', 'window']
 
 CANDIDATES = 16  # with which a model is tried
@@ -130,6 +130,8 @@ class Model:
     others are recorded when the model is made (`core.tracing`): loops, arrays, matrices, branches,
     methods of objects become such functions, and constants keep the values that they have then.
     `max_step` (s) is the longest integration step: longer sample intervals are split evenly.
+    `integrator` names the steps: `rk4` and `euler` are explicit, `rosenbrock` is linearly implicit
+    for stiff plants, and `auto` leaves the choice open.
 
     `time` says what t is: the sample's `stamp` in s, which with ROS counts from 1970 unless time is
     simulated, or the time since the start of the `window`. Then what depends on t begins anew in

@@ -88,6 +88,26 @@ def gammaln(x: Any) -> Any:
     return math.lgamma(x)
 
 
+def psi(x: Any) -> Any:
+    """Compute scipy.special.psi(x): recurrence to 8 and above, and the asymptotic series there.
+
+    Below 0 by reflection. Abramowitz & Stegun 1964, 6.3.5, 6.3.7 and 6.3.18.
+    """
+    z = 1.0 - x if x < 0.0 else x
+    s, total = z, 0.0
+    for _ in range(8):
+        total -= 1.0 / s
+        s += 1.0
+    q = 1.0 / (s * s)
+    total += (
+        math.log(s)
+        - 0.5 / s
+        - q
+        * (1 / 12 - q * (1 / 120 - q * (1 / 252 - q * (1 / 240 - q * (1 / 132 - q * 691 / 32760)))))
+    )
+    return total - math.pi / math.tan(math.pi * x) if x < 0.0 else total
+
+
 SELECTS: dict[Callable[..., Any], Callable[..., Any]] = {
     np.where: where,
     np.minimum: minimum,
@@ -101,6 +121,7 @@ SELECTS: dict[Callable[..., Any], Callable[..., Any]] = {
     special.erfc: erfc,
     special.gamma: gamma,
     special.gammaln: gammaln,
+    special.psi: psi,
 }
 
 # Functions that are no ufuncs, and yet compile to arithmetic.

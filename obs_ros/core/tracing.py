@@ -30,14 +30,21 @@ def traced(
     them. Raises Untraceable where it computes what cannot be recorded, or returns something else
     than `entries` numbers, and whatever the function itself raises.
     """
+    recorder, results = recorded(function, sizes, entries, vectors)
+    name = getattr(function, '__name__', type(function).__name__)
+    return compiled(written(recorder, [operand(r) for r in results], name), name)
+
+
+def recorded(
+    function: Callable[..., Any], sizes: Sequence[int], entries: int, vectors: Callable[..., Any]
+) -> tuple[Recorder, tuple[Any, ...]]:
+    """Return the operations of a function, and its results; see `traced`."""
     recorder, twin = Recorder(), Twins().twin(function)
     arguments = [Symbol(recorder, 't')]
     for vector, size in zip('xup', sizes, strict=True):
         symbols = [Symbol(recorder, f'{vector}[{i}]') for i in range(size)]
         arguments.append(vectors(symbols))
-    results = _explored(lambda: unpacked(twin(*arguments), entries), entries, recorder, ())
-    name = getattr(function, '__name__', type(function).__name__)
-    return _compiled(written(recorder, [operand(r) for r in results], name), name)
+    return recorder, _explored(lambda: unpacked(twin(*arguments), entries), entries, recorder, ())
 
 
 def unpacked(returned: Any, entries: int) -> tuple[Any, ...]:
@@ -80,8 +87,10 @@ def _explored(
     return results
 
 
-def written(recorder: Recorder, results: Sequence[Operand], name: str) -> str:
-    """Return the text of a function that computes these results.
+def written(
+    recorder: Recorder, results: Sequence[Operand], name: str, arguments: str = 't, x, u, p'
+) -> str:
+    """Return the text of a function of these arguments that computes these results.
 
     What is used once stands where it is used, so that NumPy reuses its memory.
     """
@@ -115,14 +124,14 @@ def written(recorder: Recorder, results: Sequence[Operand], name: str) -> str:
             texts[place] = f'v{place}'
     name = name if name.isidentifier() else 'function'
     values = ', '.join(map(text, results))
-    return f'def {name}(t, x, u, p):\n{"".join(lines)}    return ({values},)\n'
+    return f'def {name}({arguments}):\n{"".join(lines)}    return ({values},)\n'
 
 
-def _compiled(text: str, name: str) -> FunctionType:
-    """Return the function of a text, which tracebacks show."""
+def compiled(text: str, name: str, **used: Callable[..., Any]) -> FunctionType:
+    """Return the function of a text, which tracebacks show, with the functions that it calls."""
     file = f'<straight-line {name} {fingerprint(text)}>'
     linecache.cache[file] = len(text), None, text.splitlines(keepends=True), file
-    scope: dict[str, Any] = {'np': np, 'special': scipy.special, '__name__': __name__}
+    scope: dict[str, Any] = {'np': np, 'special': scipy.special, '__name__': __name__, **used}
     exec(compile(text, file, 'exec'), scope)
-    made: FunctionType = next(v for v in scope.values() if isinstance(v, FunctionType))
+    made: FunctionType = scope[name if name.isidentifier() else 'function']
     return made

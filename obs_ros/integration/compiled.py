@@ -26,6 +26,7 @@ from obs_ros.integration.filter_step import LiveFilter
 from obs_ros.integration.grid import Grid
 from obs_ros.integration.kernel_source import FASTMATH, filter_source, source
 from obs_ros.integration.path import Path, Stretch, lanes
+from obs_ros.integration.rosenbrock_source import made_for
 
 CompileError = numba.core.errors.NumbaError
 
@@ -228,7 +229,8 @@ def load_module(model: Model, text: str | None = None) -> ModuleType:
         if isinstance(function := plain(getattr(model, kind)), PerCandidate):
             raise ValueError(f'{kind}: {function.reason}')
     text = source(model) if text is None else text
-    name = f'obs_ros_kernels_{fingerprint(text, model.dynamics, model.output, *SELECTS.values())}'
+    functions = model.dynamics, model.output, *SELECTS.values(), *made_for(model).values()
+    name = f'obs_ros_kernels_{fingerprint(text, *functions)}'
     with _lock:
         if name not in sys.modules:
             module = ModuleType(name, f'Kernels of model {model.name!r}.')
@@ -239,7 +241,7 @@ def load_module(model: Model, text: str | None = None) -> ModuleType:
 
 
 def bind(module: ModuleType, model: Model) -> None:
-    """Give the generated module its decorators and the model's two functions."""
+    """Give the generated module its decorators and the model's functions."""
     # Inlining has to happen before the loop vectoriser runs, or lanes are computed one by one.
     inline = numba.njit(forceinline=True, fastmath=FASTMATH, **OPTIONS)
 
@@ -258,6 +260,7 @@ def bind(module: ModuleType, model: Model) -> None:
         entry=entry,
         dynamics=inline(rebuilder.copy(model.dynamics)),
         output=inline(rebuilder.copy(model.output)),
+        **{name: inline(rebuilder.copy(made)) for name, made in made_for(model).items()},
     )
     if rebuilder.slow:
         names = ', '.join(f'np.{name}' for name in sorted(rebuilder.slow))

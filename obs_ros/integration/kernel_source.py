@@ -11,6 +11,7 @@ from obs_ros.core.saturation import has_range, ranges
 from obs_ros.integration.delayed import delay_names
 from obs_ros.integration.filter_pass import DIFFERENCE, central
 from obs_ros.integration.path import LANES, lanes
+from obs_ros.integration.rosenbrock_source import stages
 
 BLOCK_VALUES = 4096  # 32 kB: the outputs of one time block stay in the first-level cache
 
@@ -47,8 +48,11 @@ def filter_source(model: Model, d: int) -> str:
 def text_of(model: Model, *names: str) -> str:
     """Text of a module with the kernels of these files."""
     folder = files('obs_ros.integration')
+    implicit = model.method == 'rosenbrock'
+    names = (*names, 'kernels_rosenbrock.py') if implicit else names
     kernels = [folder.joinpath(name).read_text(encoding='utf-8') for name in names]
-    return '\n\n'.join([header(model), *kernels, f'step = step_{model.method}\n'])
+    own = [stages(model)] if implicit else []
+    return '\n\n'.join([header(model), *own, *kernels, f'step = step_{model.method}\n'])
 
 
 def header(model: Model) -> str:
