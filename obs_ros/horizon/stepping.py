@@ -23,11 +23,11 @@ from obs_ros.integration.backends import Backend
 from obs_ros.integration.grid import Grid, fewest_steps
 from obs_ros.integration.path import LANES
 from obs_ros.integration.step_choice import ORDERS, STEPPING, Choice, chosen
+from obs_ros.integration.step_cost import cost_of_step
 from obs_ros.integration.window_steps import (
     Methods,
     WindowTrial,
     by_method,
-    cost_of_step,
     methods_of,
 )
 
@@ -179,8 +179,7 @@ class Integration:
     ) -> Choice:
         model = self.unknowns.model
         methods = methods or methods_of(model.integrator)
-        costs = tuple(cost_of_step(model, method) for method in methods)
-        return chosen(trial, methods, base, costs)
+        return chosen(trial, methods, base, functools.partial(cost_of_step, model))
 
     def _trial(self, window: WindowState, points: Array, noise: Array | None) -> WindowTrial:
         """Return points (B, d) to roll out through a window, errors in units of noise (r,)."""

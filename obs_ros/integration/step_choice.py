@@ -7,6 +7,7 @@ S_k steps and a share m_k of the error gets S_k' ~ (m_k S_k^p)^(1 / (p + 1)), th
 all that leave a given error.
 """
 
+from collections.abc import Callable
 from dataclasses import dataclass
 from typing import NamedTuple, Protocol
 
@@ -102,12 +103,12 @@ def chosen(
     trial: Trial,
     methods: tuple[str, ...],
     base: IntArray,
-    costs: tuple[float, ...],
+    cost: Callable[[str], float],
     settings: StepSettings = STEPPING,
 ) -> Choice:
     """Return the first method with the steps it needs, unless the second is clearly cheaper.
 
-    base (N,) are the fewest steps; costs, those of one step by each method. The second method is
+    base (N,) are the fewest steps; `cost`, that of one step by a method. The second method is
     tried where the first needs more steps than it could ever save. Without any that suffice, those
     that err least are returned.
     """
@@ -115,7 +116,10 @@ def chosen(
     if len(methods) == 1:
         return _refined(trial, methods[0], base, base, limit, settings)
     first, second = methods
-    ratio = settings.cheaper * costs[1] / costs[0]
+    found = _refined(trial, first, base, base, int(base.sum()), settings)
+    if found.fine:
+        return found
+    ratio = settings.cheaper * cost(second) / cost(first)
     short = min(limit, int(ratio * base.sum()))
     found = _refined(trial, first, base, base, short, settings)
     if found.fine:

@@ -19,6 +19,7 @@ from obs_ros.integration.step_choice import (
 
 BASE = np.ones(50, dtype=np.int64)
 ONE = BASE.astype(np.float64)
+COST = {'rk4': 1.0, 'rosenbrock': 3.0}.__getitem__
 
 
 @dataclass
@@ -50,7 +51,7 @@ class Known:
 
 def test_steps_that_do_are_kept_at_the_price_of_one_look() -> None:
     trial = Known({'rk4': 0.01 * ONE})
-    found = chosen(trial, ('rk4', 'rosenbrock'), BASE, (1.0, 3.0))
+    found = chosen(trial, ('rk4', 'rosenbrock'), BASE, COST)
     assert found.method == 'rk4' and found.fine and found.error == pytest.approx(0.05)
     np.testing.assert_array_equal(found.steps, BASE)
     assert trial.judged == [('rk4', 50)]
@@ -59,7 +60,7 @@ def test_steps_that_do_are_kept_at_the_price_of_one_look() -> None:
 def test_steps_go_where_the_errors_are() -> None:
     sizes = 1e-4 * ONE
     sizes[20] = 200.0
-    found = chosen(Known({'rk4': sizes}), ('rk4',), BASE, (1.0,))
+    found = chosen(Known({'rk4': sizes}), ('rk4',), BASE, COST)
     assert found.fine and found.steps[20] >= 4
     assert np.delete(found.steps, 20).max() == 1
     # A fourth of the excess of 200 that is aimed at: 400^(1/4) = 4.5.
@@ -83,7 +84,7 @@ def test_steps_grow_by_a_factor_at_most_and_never_fall_below_the_fewest() -> Non
 
 def test_errors_that_fall_slowly_as_at_kinks_are_followed() -> None:
     sizes = np.where(np.arange(50) == 7, 300.0, 1e-6)
-    found = chosen(Known({'rk4': sizes}, order=1.5), ('rk4',), BASE, (1.0,))
+    found = chosen(Known({'rk4': sizes}, order=1.5), ('rk4',), BASE, COST)
     assert found.fine
     assert 300.0**0.667 < found.steps[7] < 4.0 * 300.0**0.667
     assert observed_order(4.0, (100.0, 10), (25.0, 20), 4.0) == pytest.approx(2.0)
@@ -92,7 +93,7 @@ def test_errors_that_fall_slowly_as_at_kinks_are_followed() -> None:
 
 def test_what_only_stability_asks_for_is_halved_again() -> None:
     trial = Known({'rk4': 1e-9 * ONE}, stable={'rk4': 10})
-    found = chosen(trial, ('rk4',), BASE, (1.0,))
+    found = chosen(trial, ('rk4',), BASE, COST)
     assert found.fine and found.steps.max() == 16
 
 
@@ -100,28 +101,28 @@ def test_another_method_must_be_clearly_cheaper() -> None:
     implicit = {'rosenbrock': 0.01 * ONE}
     # RK4 in 16 steps costs 5.3 times as much as one step that costs three of it.
     stiff = Known({'rk4': 1e-9 * ONE, **implicit}, stable={'rk4': 10})
-    assert chosen(stiff, ('rk4', 'rosenbrock'), BASE, (1.0, 3.0)).method == 'rosenbrock'
+    assert chosen(stiff, ('rk4', 'rosenbrock'), BASE, COST).method == 'rosenbrock'
     # Within twice the cost RK4 is kept, and nothing else is even tried.
     mild = Known({'rk4': 1e-9 * ONE, **implicit}, stable={'rk4': 4})
-    found = chosen(mild, ('rk4', 'rosenbrock'), BASE, (1.0, 3.0))
+    found = chosen(mild, ('rk4', 'rosenbrock'), BASE, COST)
     assert found.method == 'rk4' and found.steps.max() == 6
     assert all(method == 'rk4' for method, _ in mild.judged)
     # Where the other method needs many steps too, RK4 may take more.
     slow = Known({'rk4': 1e-9 * ONE, 'rosenbrock': 200.0 * ONE}, stable={'rk4': 30})
-    found = chosen(slow, ('rk4', 'rosenbrock'), BASE, (1.0, 3.0))
+    found = chosen(slow, ('rk4', 'rosenbrock'), BASE, COST)
     assert found.method == 'rk4' and found.steps.max() == 32
 
 
 def test_candidates_that_diverge_by_every_method_do_not_count() -> None:
     trial = Known({'rk4': 0.001 * ONE, 'rosenbrock': 0.001 * ONE}, dead=8)
-    found = chosen(trial, ('rk4', 'rosenbrock'), BASE, (1.0, 3.0))
+    found = chosen(trial, ('rk4', 'rosenbrock'), BASE, COST)
     assert found.method == 'rk4' and found.fine and found.steps.max() == 1
 
 
 def test_the_limit_of_steps_holds_and_the_least_error_is_told() -> None:
     settings = replace(STEPPING, steps=2000)
     trial = Known({'rk4': 1e9 * ONE, 'rosenbrock': 1e6 * ONE})
-    found = chosen(trial, ('rk4', 'rosenbrock'), BASE, (1.0, 3.0), settings)
+    found = chosen(trial, ('rk4', 'rosenbrock'), BASE, COST, settings)
     assert not found.fine and found.method == 'rosenbrock'
     assert found.steps.sum() <= 2050
     assert found.error == pytest.approx(0.1 * 1e6 * 50.0 / float(found.steps[0]) ** 3)

@@ -60,7 +60,7 @@ def test_the_error_told_is_that_beside_the_truth(backend: Any) -> None:
 @pytest.mark.parametrize('noise', [1e-2, 1e-4, 1e-6])
 def test_chosen_steps_keep_errors_below_a_tenth_of_the_noise(noise: float) -> None:
     tried = trial(noise, spread=0.3)
-    found = chosen(tried, ('rk4',), tried.grid.steps, (1.0,))
+    found = chosen(tried, ('rk4',), tried.grid.steps, lambda method: 1.0)
     grid = tried.grid.stepped(found.steps)
     outputs = tried.methods.kernels('rk4').trajectories(grid, tried.x0, tried.p)[1]
     assert found.fine and np.abs(outputs[:, :, 0] - grid.y).max() <= STEPPING.aimed * noise
