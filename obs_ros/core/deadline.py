@@ -13,6 +13,12 @@ class Deadline:
         self._begin = self._now()
         self._end = math.inf if seconds is None else self._begin + seconds
 
+    def later(self, seconds: float) -> 'Deadline':
+        """Return one that passes so many seconds later, as if what took them had not been."""
+        other = Deadline()
+        other._begin, other._end = self._begin + seconds, self._end + seconds
+        return other
+
     @property
     def never(self) -> bool:
         """Whether it never passes."""

@@ -1,5 +1,6 @@
 """Walks and priors of a model's variables: given by the user in place of the model's own."""
 
+import math
 from collections.abc import Mapping
 from dataclasses import replace
 from typing import Any
@@ -38,9 +39,10 @@ def with_knowledge(
 
 
 def without_knowledge(model: Model) -> Model:
-    """Return the model without walks and priors, on which no compiled code depends."""
-    return with_knowledge(
+    """Return the model without walks, priors and `max_step`, on which no compiled code depends."""
+    plain = with_knowledge(
         model,
         {v.name: 0.0 for v in model.variables if v.walk is not None},
         {v.name: None for v in model.variables if v.prior is not None},
     )
+    return plain if math.isinf(plain.max_step) else replace(plain, max_step=math.inf)

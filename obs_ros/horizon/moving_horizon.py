@@ -33,9 +33,10 @@ from obs_ros.horizon.intervals import with_intervals
 from obs_ros.horizon.probation import Probation, withheld_by_push, without_stuck
 from obs_ros.horizon.ramps import drift_ahead
 from obs_ros.horizon.scatter import Scatter
-from obs_ros.horizon.solution import SOLUTION, Solution, level_of, solved
+from obs_ros.horizon.solution import SOLUTION, Solution, level_of
 from obs_ros.horizon.solver import Solver, TooFewSamples
 from obs_ros.horizon.stages import determined_alone, is_uninformative, recall, uncertainty_of
+from obs_ros.horizon.stepped_windows import SteppedWindows
 from obs_ros.inference.assessment.assemble import empty, report
 from obs_ros.inference.assessment.contradiction import contradictions
 from obs_ros.inference.assessment.deviations import parameters_at_end
@@ -66,6 +67,7 @@ class MovingHorizon:
         self._given = (
             np.full(len(solver.model.outputs), np.nan) if learn_noise else solver.given_noise
         )
+        self._stepped = SteppedWindows(solver)
         self._process_noise = LearnedProcessNoise()
         self._scatter = Scatter()
         self._level: float | None = None  # see `Earlier`
@@ -117,7 +119,7 @@ class MovingHorizon:
         begun = time.perf_counter()
         solver = self._solver
         posed = self._posed(record)
-        warm = solver.warm_start(record, self._previous)
+        warm = solver.warm_start(record, self._previous, self._stepped.kernels)
         level = self._level if self._unsearched < SOLUTION.unsearched else None
         known = self._arrival_cost.given_prior(posed.start, first=self._first)
         usual = self._process_noise.usual
@@ -125,15 +127,17 @@ class MovingHorizon:
             warm, self._explained, self._process_noise.pooled if usual else None,
             self._process_noise.settled, level, known, self._plain,
         )  # fmt: skip
-        solution = solved(posed, solver, earlier, self._given, rng, deadline)
-        if solution is None:
+        solution, answer, deadline = self._stepped.solved(
+            posed, earlier, self._given, rng, deadline
+        )
+        if solution is None or answer is None:
             return solver.diverged(posed)
         plain = solution.plain
         self._plain = plain.point[plain.final]
         posed, record = solution.posed, solution.posed.record  # without outliers
         self.outliers.note(solution.window.outliers, posed.start)
         self._note_search(posed, solution)
-        self.forecasts.advance(solver.kernels, record)
+        self.forecasts.advance(self._stepped.kernels, record)
         if solver.settings.process_noise != 'off':
             solution = by_forecasts(self.forecasts, posed, solution)
         solution, beliefs = self._believed(posed, solution, deadline)
@@ -145,9 +149,9 @@ class MovingHorizon:
             in_time=not deadline.passed,
             solve_time=time.perf_counter() - begun,
         )
-        estimate = replace(estimate, figures=figures_of(uncertainty))
+        estimate = answer.told(replace(estimate, figures=figures_of(uncertainty)))
         explained = alone = False
-        if solution.found.accepted and solution.finished:
+        if solution.found.accepted and solution.finished and answer.fine:
             pushed = solution.disturbed is not None and not uncertainty.walking
             self._process_noise.note(pushed)
             # A parameter that walks is a ramp, unless it was elsewhere when the window began.

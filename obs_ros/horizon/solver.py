@@ -3,8 +3,7 @@
 import time
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
-from functools import partial
-from operator import attrgetter
+from functools import cached_property
 from typing import Any
 
 import numpy as np
@@ -17,11 +16,9 @@ from obs_ros.core.prior_knowledge import with_knowledge
 from obs_ros.core.record import Record
 from obs_ros.core.saturation import unsaturated
 from obs_ros.core.typing import Array
-from obs_ros.horizon.bases import Bases
-from obs_ros.horizon.cleaning import cleaned, rescaled_to_residuals
-from obs_ros.horizon.disturbance import assessed, explain_by_process_noise, steadied, untried
-from obs_ros.horizon.given_priors import under_given_priors
-from obs_ros.horizon.intervals import with_intervals
+from obs_ros.horizon.alone import best_alone, explained_alone
+from obs_ros.horizon.fitting import fitted, reweighted
+from obs_ros.horizon.integration_error import Answer
 from obs_ros.horizon.search import searched
 from obs_ros.horizon.settings import (
     POSING,
@@ -30,16 +27,11 @@ from obs_ros.horizon.settings import (
     with_process_noise,
     with_starts,
 )
+from obs_ros.horizon.stepping import Integration
 from obs_ros.horizon.warm_start import propagated
 from obs_ros.inference.assessment import profile_steps
-from obs_ros.inference.assessment.assemble import empty, report
-from obs_ros.inference.assessment.fit import root_mean_square
-from obs_ros.inference.assessment.informed_subspace import marginal_information
-from obs_ros.inference.assessment.lateness import looks_late, remarked
-from obs_ros.inference.assessment.uncertainty import Uncertainty
+from obs_ros.inference.assessment.assemble import empty
 from obs_ros.inference.disturbed import prepare_process_noise
-from obs_ros.inference.jumps.hypothesis import hypothesis_at
-from obs_ros.inference.jumps.piecewise import PiecewiseProblem
 from obs_ros.inference.noise import noise_guess
 from obs_ros.inference.objective import Objective
 from obs_ros.inference.parameterisation import Unknowns
@@ -47,8 +39,6 @@ from obs_ros.inference.prior import Posterior, Prior
 from obs_ros.inference.window_state import WindowState
 from obs_ros.integration.backends import Kernels, check_backend, kernels_for
 from obs_ros.integration.grid import Grid
-from obs_ros.optimization.levenberg_marquardt import LMSettings, Trail, levenberg_marquardt
-from obs_ros.optimization.memetic import MemeticSettings
 from obs_ros.optimization.methods import Method, method_for
 from obs_ros.optimization.result import Found
 from obs_ros.samples.range_check import without_absurd
@@ -91,6 +81,12 @@ class Solver:
     def model(self) -> Model:
         """The plant."""
         return self.unknowns.model
+
+    @cached_property
+    def integration(self) -> Integration:
+        """The choice of method and steps, and what it has compiled."""
+        noisy = self.settings.process_noise != 'off'
+        return Integration.of(self.unknowns, self.settings.backend, process_noise=noisy)
 
     @property
     def given_noise(self) -> Array:
@@ -142,50 +138,35 @@ class Solver:
         first: bool,
     ) -> Estimate:
         begun = time.perf_counter()
-        squares = self.method.needs_squares
-        known = squares and len(self.noise) == len(self.model.outputs)
+        known = self.method.needs_squares and len(self.noise) == len(self.model.outputs)
         window = self.pose(record, prior=Prior.known(self.unknowns, start=first), noise_known=known)
         warm = self.warm_start(record, previous)
+        compiled = self.integration.seconds
+        window = self.integration.begun(window, warm, None)
+        deadline = deadline.later(self.integration.seconds - compiled)
+        estimate, answer = self._explained(window, rng, deadline, warm)
+        for _ in range(self.integration.attempts):
+            if answer.fine or deadline.passed:
+                break
+            finer = self.integration.finer(window, answer)
+            if finer is window:
+                break
+            window = finer
+            estimate, answer = self._explained(window, rng, deadline, answer.z)
+        estimate = replace(estimate, solve_time=time.perf_counter() - begun)
+        return answer.told(estimate)
+
+    def _explained(
+        self, window: WindowState, rng: np.random.Generator, deadline: Deadline, warm: Array | None
+    ) -> tuple[Estimate, Answer]:
+        """Return the estimate of a window in given steps, and how exact these are."""
         window, found = self.fit(window, window.with_given_priors, rng, deadline, warm)
         if not np.isfinite(found.cost):
-            return self.diverged(window)
-        uncertainty, remark = None, ''
-        if squares and not known:
-            window, found = rescaled_to_residuals(window, found)
-        found = under_given_priors(window, found, deadline, polish=squares)
-        if squares:
-            window, found = cleaned(
-                window, found, deadline, attrgetter('with_given_priors'), jumps_follow=False
-            )
-            best = hypothesis_at(PiecewiseProblem(window.objective, window.prior), found.z)
-            remark = str(looks_late(best) or '')
-            other = explain_by_process_noise(
-                window, found, best, self.given_noise, deadline, mode=self.settings.process_noise
-            )
-            if other is not None:
-                window, other = steadied(
-                    window, other, self.given_noise, deadline, mode=self.settings.process_noise
-                )
-                if self.settings.process_noise == 'auto':
-                    bases = Bases(window, best, other)
-                    other = bases.window(bases.by_cross_validation())
-                window, found, best = other.window, other.found, other.hypothesis
-            information = marginal_information(best, self.unknowns.n_states)
-            mode = self.settings.process_noise
-            tried = other is not None or not found.accepted
-            late = not tried and untried(window, best, mode, deadline)
-            uncertainty = Uncertainty(best, best.covariance, information, finished=not late)
-            uncertainty = uncertainty if other is None else other.added_to(uncertainty)
-            uncertainty = assessed(uncertainty, self.settings.process_noise)
-            uncertainty = with_intervals(uncertainty, other, found, deadline)
-        estimate = report(
-            window,
-            found,
-            uncertainty,
-            in_time=not deadline.passed,
-            solve_time=time.perf_counter() - begun,
-        )
-        return remarked(estimate, remark)
+            return self.diverged(window), Answer(window.objective, None)
+        if not self.method.needs_squares:
+            return best_alone(window, found, deadline)
+        mode = self.settings.process_noise
+        return explained_alone(window, found, self.given_noise, mode, deadline)
 
     def pose(
         self,
@@ -216,10 +197,12 @@ class Solver:
         robust = self.settings.loss == 'robust'
         return WindowState(record, objective, prior, noise_known, correlation, robust=robust)
 
-    def warm_start(self, record: Record, previous: Estimate | None) -> Array | None:
+    def warm_start(
+        self, record: Record, previous: Estimate | None, kernels: Kernels | None = None
+    ) -> Array | None:
         """Return the point (d,) that the previous estimate expects, or else the initial values.
 
-        None where there is neither.
+        None where there is neither. `kernels` go on from there, if not those of the model.
         """
         if previous is None or not previous.usable:
             initial = self.settings.initial
@@ -230,7 +213,7 @@ class Solver:
                 f'the previous estimate is not of model {self.model.name!r}: '
                 f'its states are {", ".join(previous.state)}'
             )
-        start = propagated(self.kernels, previous, record)
+        start = propagated(kernels or self.kernels, previous, record)
         return self.unknowns.point({**previous.parameters, **start})
 
     def fit(
@@ -246,20 +229,27 @@ class Solver:
         Where the noise is guessed, outputs are weighted by their residuals: the window that is
         returned has other scales.
         """
-        known = window.noise_known
-        found = searched(self.method, self.method_settings, problem, rng, deadline, warm, known)
-        if self.method.needs_squares and not known and np.isfinite(found.cost):
-            return self._reweighted(window, found, deadline)
+        known, squares = window.noise_known, self.method.needs_squares
+
+        def search(costs: Objective | Posterior, start: Array | None) -> Found:
+            return searched(self.method, self.method_settings, costs, rng, deadline, start, known)
+
+        window, found = fitted(
+            window, problem, search, self.integration, deadline, warm, squares=squares
+        )
+        if squares and not known and np.isfinite(found.cost):
+            guessed = np.array([name not in self.noise for name in names(self.model.outputs)])
+            return reweighted(window, found, guessed, deadline)
         return window, found
 
     def diverged(self, window: WindowState) -> Estimate:
         """Return the estimate of a window in which every candidate diverged."""
-        other = ", or shorten the model's max_step" if self.model.period is None else ''
         return empty(
             self.model,
             window.record,
             Outcome.DIVERGED,
-            f'narrow the bounds{other}: all {window.objective.evaluations} candidates diverged',
+            'narrow the bounds: '
+            f'all {window.objective.evaluations} candidates diverged{self.integration.tried}',
         )
 
     def _scale(self, record: Record) -> Array:
@@ -271,34 +261,3 @@ class Solver:
         return np.array([
             self.noise.get(v.name) or noise_guess(y, rounding=v.rounding) for v, y in values
         ])  # fmt: skip
-
-    def _reweighted(
-        self, window: WindowState, found: Found, deadline: Deadline
-    ) -> tuple[WindowState, Found]:
-        """Weight the outputs by their own residuals where the guess of their noise was off."""
-        guessed = np.array([name not in self.noise for name in names(self.model.outputs)])
-        objective = window.objective
-        share = LMSettings.same_optimum * objective.dimension / objective.count(objective.nodes)
-        for _ in range(POSING.reweightings if guessed.any() and guessed.size > 1 else 0):
-            if deadline.passed:
-                break
-            rms = root_mean_square(window.objective.residuals(found.z))
-            off = np.where(guessed & (rms > 0.0), rms, 1.0)
-            if off.max() < POSING.unequal * off.min():
-                break
-            window = window.rescaled(off)
-            polished = levenberg_marquardt(
-                window.objective,
-                found.z[None],
-                objective.nodes,
-                MemeticSettings.full_iterations,
-                deadline,
-                hopeless=partial(_hardly_fall, Trail(MemeticSettings.patience), share),
-            )
-            found = replace(found, z=polished.z[0], cost=float(polished.squares[0]))
-        return window, found
-
-
-def _hardly_fall(trail: Trail, share: float, squares: float) -> bool:
-    """Whether squares have fallen by less than this share of them in the latest rollouts."""
-    return trail.gain(squares) < share * squares

@@ -30,7 +30,7 @@ class WindowState:
     `noise_known`: the objective's scales are the outputs' noise, given or learned; otherwise they
     are guesses. `correlation`: the noise's at lag 1, which the scales make up for. `outliers` are
     samples that were left out: in record and objective they are not measured. Without `robust`
-    none is.
+    none is. `exact`: integration errs far less than the noise all over the box.
     """
 
     record: Record
@@ -40,6 +40,7 @@ class WindowState:
     correlation: float = 0.0
     outliers: tuple[Outlier, ...] = ()
     robust: bool = True
+    exact: bool = False
 
     @property
     def start(self) -> float:

@@ -6,6 +6,7 @@ smooth in d. An input acts late by d: its steps are cut where it changes, see `P
 candidate has delays of its own, which stand among its parameters.
 """
 
+import operator
 from collections.abc import Iterable
 from dataclasses import dataclass, replace
 from typing import Any, Protocol
@@ -38,6 +39,9 @@ class DelayedRollouts(Protocol):
     @property
     def name(self) -> str:
         """The backend's name."""
+
+    def restarted(self, grid: Grid, states: Array, p: Array) -> Array:
+        """See `Kernels.restarted`."""
 
     def delayed(self, window: Delayed, x0: Array, p: Array) -> tuple[Array, Array]:
         """Return states (K, n, B) and outputs (S, K, r, B) of candidates; 0 where not wanted.
@@ -97,7 +101,7 @@ class DelayedKernels:
             for group in (model.inputs, model.outputs)
         )
         self._slack = SLACK * np.array([0.0, 1.0, -1.0] if shows_inputs(model) else [0.0])
-        self._last: tuple[Array, Array, _Steps] | None = None
+        self._last: tuple[Array, Array, IntArray, _Steps] | None = None
 
     def squares(self, grid: Grid, prefixes: IntArray, x0: Array, p: Array) -> Array:
         """See `Kernels.squares`."""
@@ -122,6 +126,10 @@ class DelayedKernels:
     def trajectories(self, grid: Grid, x0: Array, p: Array) -> tuple[Array, Array]:
         """See `Kernels.trajectories`."""
         return self._rolled(grid, grid.t.size, x0, p[None], everywhere=True)
+
+    def restarted(self, grid: Grid, states: Array, p: Array) -> Array:
+        """See `Kernels.restarted`; the inputs are as they come, not as late as they act."""
+        return self._rollouts.restarted(grid, states, p)
 
     def paths(self, grid: Grid, x0: Array, p: Array) -> tuple[Array, Array, Array]:
         """See `Kernels.paths`."""
@@ -195,10 +203,10 @@ class DelayedKernels:
     def _steps(self, grid: Grid) -> _Steps:
         """Return the steps of a grid; those of one window are asked for again and again."""
         last = self._last
-        if last is not None and last[0] is grid.t and last[1] is grid.u:
-            return last[2]
+        if last is not None and all(map(operator.is_, last, (grid.t, grid.u, grid.steps))):
+            return last[3]
         steps = _Steps.of(grid, [column for column, _ in self._inputs])
-        self._last = grid.t, grid.u, steps
+        self._last = grid.t, grid.u, grid.steps, steps
         return steps
 
 

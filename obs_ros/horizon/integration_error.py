@@ -1,0 +1,163 @@
+"""The integration error of an answer, in standard deviations of the noise."""
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from obs_ros.core.estimate import Estimate, Outcome
+from obs_ros.core.periods import shortest
+from obs_ros.core.typing import Array
+from obs_ros.inference.assessment.fit import root_mean_square
+from obs_ros.inference.jumps.hypothesis import Hypothesis
+from obs_ros.inference.jumps.piecewise import PiecewiseProblem
+from obs_ros.inference.noise import noise_guess
+from obs_ros.inference.objective import Objective
+from obs_ros.inference.window_state import WindowState
+from obs_ros.integration.grid import Grid
+from obs_ros.integration.step_choice import STEPPING, doubling_error
+
+# Outcomes of answers that are believed as they stand.
+SOUND = (Outcome.CONVERGED, Outcome.AT_BOUND, Outcome.NOT_IDENTIFIABLE)
+
+
+@dataclass(frozen=True)
+class NoiseFloor:
+    """Limit of what counts as noise.
+
+    - `share`: of the standard deviation of an output's values, below which noise is not believed:
+      100 dB, as hardly any sensor has, while what rounds or is computed leaves less.
+    """
+
+    share: float = 1e-5
+
+
+FLOOR = NoiseFloor()
+
+
+def noise_of(window: WindowState, residuals: Array | None = None) -> Array:
+    """Return the noise (r,) in the outputs' units beside which integration errors are judged.
+
+    It is given, learned or guessed; at an optimum it is what that leaves, scaled residuals (K, r),
+    where these are larger than known noise, or where noise is not known.
+    """
+    objective = window.objective
+    grid = objective.grid
+    if not objective.is_least_squares:
+        columns = zip(grid.values.T, grid.rounding.tolist(), strict=True)
+        scale = np.array([noise_guess(y, rounding=rounding) for y, rounding in columns])
+    else:
+        scale = grid.scale
+    if residuals is not None and objective.is_least_squares:
+        sizes = root_mean_square(residuals)
+        if window.noise_known:
+            sizes = np.maximum(1.0, np.sqrt(np.nanmean(residuals**2)))
+        scale = scale * np.where(np.isfinite(sizes) & (sizes > 0.0), sizes, 1.0)
+    return np.asarray(np.maximum(scale, least_noise(grid)))
+
+
+def least_noise(grid: Grid) -> Array:
+    """Return what is the least noise (r,) to be believed, in the outputs' units."""
+    known = grid.weight > 0.0
+    share = known / np.maximum(1, known.sum(axis=0))
+    mean = np.sum(share * grid.y, axis=0)
+    deviations = np.sqrt(np.sum(share * (grid.y - mean) ** 2, axis=0))
+    return np.asarray(FLOOR.share * deviations + np.finfo(np.float64).tiny)
+
+
+def error_at(
+    problem: Objective | PiecewiseProblem,
+    point: Array,
+    noise: Array,
+    residuals: Array | None = None,
+) -> float:
+    """Return the largest integration error at any measured output, in deviations of noise (r,).
+
+    It is found by a rollout of the point with twice as many steps; of a corrected rollout, in
+    deviations of the innovations. `residuals` (K, r) are those of the point, if they are known.
+    """
+    objective = problem if isinstance(problem, Objective) else problem.objective
+    grid = objective.grid
+    if objective.unknowns.model.period is not None:
+        return 0.0  # a discrete model integrates nothing
+    finer = replace(objective, grid=grid.stepped(2 * grid.steps))
+    other = finer if isinstance(problem, Objective) else replace(problem, objective=finer)
+    residuals = problem.trajectory(point)[1] if residuals is None else residuals
+    with np.errstate(all='ignore'):
+        difference = shortest(other.trajectory(point)[1] - residuals, grid.weight * grid.period)
+        error = doubling_error(difference, objective.kernels.model.method)
+        if grid.injection is None:
+            error = error * (grid.scale / noise)
+    known = grid.weight > 0.0
+    if grid.ends is not None:
+        known = known & ~grid.ends.saturated
+    worst = error[known].max(initial=0.0)
+    return float(worst) if np.isfinite(worst) else np.inf
+
+
+@dataclass(frozen=True, eq=False)
+class Answer:
+    """The point z (d,) with which a window was answered, and the integration error there.
+
+    `error` is in deviations of the noise, `tolerated` what it may be: of an answer that leaves
+    more than noise, more. z is None where there is no answer.
+    """
+
+    objective: Objective
+    z: Array | None
+    error: float = 0.0
+    tolerated: float = STEPPING.tolerated
+
+    @classmethod
+    def of(
+        cls,
+        window: WindowState,
+        z: Array,
+        best: Hypothesis | None = None,
+        noise: Array | None = None,
+    ) -> 'Answer':
+        """Return the answer that was found for a window: z (d,), or the best hypothesis.
+
+        `noise` (r,) is what is known of it in the end, if not the window's scale.
+        """
+        objective = window.objective if best is None else best.problem.objective
+        noise = (
+            noise_of(window) if noise is None else np.maximum(noise, least_noise(objective.grid))
+        )
+        if best is None:
+            return cls(objective, z, error_at(objective, z, noise))
+        residuals = best.trajectory[1]
+        left = np.sqrt(np.nanmean(residuals**2)) if np.isfinite(residuals).any() else 1.0
+        error = error_at(best.problem, best.point, noise, residuals)
+        z = best.point[best.final]
+        return cls(objective, z, error, STEPPING.tolerated * max(1.0, float(left)))
+
+    @property
+    def fine(self) -> bool:
+        """Whether the answer need not be found anew in finer steps."""
+        return self.z is None or self.error <= self.tolerated
+
+    def told(self, estimate: Estimate) -> Estimate:
+        """Return the estimate with the integration error, and the steps, among its figures.
+
+        Where the error is more than tolerated, deviations are withheld: they count noise alone.
+        """
+        if self.z is None or self.objective.unknowns.model.period is not None:
+            return estimate
+        steps, method = self.objective.grid.steps, self.objective.kernels.model.method
+        figures = {
+            **estimate.figures,
+            'integration_error_sd': self.error,
+            f'integration_steps.{method}': float(steps.mean()),
+        }
+        estimate = replace(estimate, figures=figures)
+        if self.fine:
+            return estimate
+        outcome = Outcome.APPROXIMATE if estimate.outcome in SOUND else estimate.outcome
+        said = (
+            'shorten the window, or smooth what switches in the model: '
+            f'{steps.sum()} integration steps through the window still err by {self.error:.2g} '
+            'standard deviations of the noise, so no deviations are told'
+        )
+        return replace(
+            estimate.without_deviations(), outcome=outcome, message=f'{said}; {estimate.message}'
+        )

@@ -1,0 +1,64 @@
+"""Windows one after the other, each in steps that suffice: those of the one before, if they do."""
+
+import numpy as np
+
+from obs_ros.core.deadline import Deadline
+from obs_ros.core.typing import Array
+from obs_ros.horizon.earlier import Earlier
+from obs_ros.horizon.integration_error import Answer
+from obs_ros.horizon.solution import Solution, solved
+from obs_ros.horizon.solver import Solver
+from obs_ros.horizon.stepping import Stepping
+from obs_ros.inference.window_state import WindowState
+from obs_ros.integration.backends import Kernels, kernels_for
+
+
+class SteppedWindows:
+    """The method and steps of the newest window that was solved, for those that follow."""
+
+    def __init__(self, solver: Solver) -> None:
+        self._solver = solver
+        self._before: Stepping | None = None
+
+    @property
+    def kernels(self) -> Kernels:
+        """The rollouts from one window to the next."""
+        if self._before is None:
+            return self._solver.kernels
+        return kernels_for(self._before.between, self._solver.settings.backend)
+
+    def solved(
+        self,
+        posed: WindowState,
+        earlier: Earlier,
+        given: Array,
+        rng: np.random.Generator,
+        deadline: Deadline,
+    ) -> tuple[Solution | None, Answer | None, Deadline]:
+        """Return a window's best explanation, its integration error, and the deadline.
+
+        That is later by what compiling took. See `solution.solved`, and for the arguments too.
+        """
+        integration, compiled = self._solver.integration, self._solver.integration.seconds
+        window = integration.begun(posed, earlier.warm, self._before)
+        deadline = deadline.later(integration.seconds - compiled)
+        for left in reversed(range(1 + integration.attempts)):
+            solution = solved(window, self._solver, earlier, given, rng, deadline)
+            if solution is None:
+                return None, None, deadline
+            answer = answer_of(solution)
+            self._before = Stepping.of(answer.objective)
+            if answer.fine or deadline.passed or not left:
+                break
+            finer = integration.finer(window, answer)
+            if finer is window:
+                break
+            window = finer
+        return solution, answer, deadline
+
+
+def answer_of(solution: Solution) -> Answer:
+    """Return the integration error of a solution."""
+    own, window = solution.disturbed, solution.window
+    noise = None if own is None else own.noise.noise
+    return Answer.of(window, solution.found.z, solution.hypothesis, noise)

@@ -1,0 +1,223 @@
+"""Method and steps of a window's integration: chosen before its search, judged at its optimum.
+
+Only the noise says how exact a rollout must be: see `integration/step_choice`. Before a search the
+reference is where it is expected to end, by the window before or the nominal values, beside a
+spread of candidates over the box; after it, the optimum that it found.
+"""
+
+import functools
+import time
+from dataclasses import dataclass, field, replace
+
+import numpy as np
+
+from obs_ros.core.model import Model
+from obs_ros.core.rng import random_generator
+from obs_ros.core.typing import Array, IntArray
+from obs_ros.horizon.integration_error import Answer, error_at, noise_of
+from obs_ros.inference.disturbed import prepare_process_noise
+from obs_ros.inference.objective import Objective
+from obs_ros.inference.parameterisation import Unknowns
+from obs_ros.inference.window_state import WindowState
+from obs_ros.integration.backends import Backend
+from obs_ros.integration.grid import Grid, steps_within
+from obs_ros.integration.path import LANES
+from obs_ros.integration.step_choice import ORDERS, STEPPING, Choice, chosen
+from obs_ros.integration.step_cost import cost_of_step
+from obs_ros.integration.window_steps import (
+    Methods,
+    WindowTrial,
+    by_method,
+    methods_of,
+)
+
+SAME = 0.01  # of a step: stamps jitter by some share of the interval
+
+
+@dataclass(frozen=True, eq=False)
+class Stepping:
+    """Method and steps of one window: h (K - 1,) s in the intervals between t (K,) s.
+
+    `plain` are the steps that the model's `max_step` asks for.
+    """
+
+    model: Model
+    method: str
+    t: Array
+    h: Array
+    plain: bool
+
+    @classmethod
+    def of(cls, objective: Objective) -> 'Stepping':
+        """Return the method and steps with which a window was solved."""
+        model, grid = objective.unknowns.model, objective.grid
+        plain = np.array_equal(grid.steps, steps_within(model, np.diff(grid.t)))
+        h = np.diff(grid.t) / grid.steps
+        return cls(model, objective.kernels.model.method, grid.t, h, plain)
+
+    @property
+    def usual(self) -> float:
+        """The step (s) of most intervals."""
+        return float(np.median(self.h))
+
+    @property
+    def between(self) -> Model:
+        """The model for what lies between windows; its step is one of a few, as it is compiled."""
+        step = 2.0 ** (np.floor(4.0 * np.log2(self.usual)) / 4.0)
+        return by_method(self.model, self.method, None if self.plain else float(step))
+
+    def steps(self, grid: Grid) -> IntArray:
+        """Return the steps (K - 1,) for another window: as before where that was, else as usual."""
+        if self.plain:
+            return grid.steps
+        middle = 0.5 * (grid.t[1:] + grid.t[:-1])
+        place = np.searchsorted(self.t, middle) - 1
+        inside = (place >= 0) & (place < self.h.size)
+        h = np.where(inside, self.h[np.clip(place, 0, self.h.size - 1)], self.usual)
+        return np.maximum(grid.steps, np.ceil(np.diff(grid.t) / h - SAME).astype(np.int64))
+
+
+@dataclass(eq=False)
+class Integration:
+    """The choice of method and steps for windows of one model, and the time it took to compile.
+
+    `process_noise`: whether windows may be explained by it, which takes more kernels.
+    """
+
+    methods: Methods
+    unknowns: Unknowns
+    process_noise: bool
+    prepared: dict[str, float] = field(default_factory=dict)  # s, by method
+
+    @classmethod
+    def of(
+        cls, unknowns: Unknowns, backend: Backend | None, *, process_noise: bool
+    ) -> 'Integration':
+        """Return the choice for the unknowns' model."""
+        return cls(Methods(unknowns.model, backend), unknowns, process_noise)
+
+    @property
+    def attempts(self) -> int:
+        """Times that an answer is found anew in finer steps, at most."""
+        return STEPPING.attempts
+
+    @property
+    def tried(self) -> str:
+        """The methods that were tried where all candidates diverged, in words."""
+        methods = methods_of(self.unknowns.model.integrator)
+        return ', by explicit and by implicit steps' if len(methods) > 1 else ''
+
+    @property
+    def seconds(self) -> float:
+        """Time (s) that kernels took to compile."""
+        return self.methods.seconds + sum(self.prepared.values())
+
+    def begun(
+        self, window: WindowState, warm: Array | None, before: Stepping | None
+    ) -> WindowState:
+        """Return the window in the steps that its search needs, those `before` if they do.
+
+        `warm` (d,) is where the search is expected to end.
+        """
+        if self.unknowns.model.period is not None:
+            return replace(window, exact=True)  # a discrete model integrates nothing
+        reference = self.unknowns.point(nominal(self.unknowns)) if warm is None else warm
+        spread = spread_over_box(self.unknowns.dimension)
+        trial = self._trial(window, np.vstack([reference, spread]), None)
+        if before is not None:
+            steps = before.steps(window.objective.grid)
+            verdict = trial.judge(before.method, steps)
+            if verdict.worst() <= 1.0:
+                error, largest = verdict.error, verdict.largest
+                choice = Choice(before.method, steps, error, fine=True, largest=largest)
+                return self._with(window, choice)
+        return self._with(window, self._chosen(trial, window.objective.grid.steps))
+
+    def refined(self, window: WindowState, z: Array) -> WindowState:
+        """Return the window in finer steps where it errs too much at its optimum z (d,)."""
+        objective = window.objective
+        residuals = objective.residuals(z)
+        noise = noise_of(window, residuals)
+        if error_at(objective, z, noise, residuals) <= STEPPING.aimed:
+            return window
+        method = objective.kernels.model.method
+        trial = self._trial(window, z[None], noise)
+        methods = methods_of(self.unknowns.model.integrator)
+        methods = methods[methods.index(method) :]
+        base = objective.grid.steps
+        if len(methods) == 1:
+            return self._with(window, self._chosen(trial, base, methods))
+        base = steps_within(self.unknowns.model, np.diff(objective.grid.t))
+        return self._with(window, self._chosen(trial, base, methods))
+
+    def finer(self, window: WindowState, answer: Answer) -> WindowState:
+        """Return the window in finer steps than those that erred too much at its answer.
+
+        Where it errs by its jumps or its process noise alone, steps are finer everywhere.
+        """
+        if answer.z is None:
+            return window
+        refined = self.refined(window, answer.z)
+        if refined is not window:
+            return refined
+        method, steps = window.objective.kernels.model.method, window.objective.grid.steps
+        factor = (answer.error / (STEPPING.safety * STEPPING.aimed)) ** (1.0 / ORDERS[method])
+        factor = np.clip(np.ceil(factor), 2.0, STEPPING.growth)
+        if not np.isfinite(factor) or factor * steps.sum() > STEPPING.steps + steps.sum():
+            return window
+        return self._with(window, Choice(method, steps * int(factor), answer.error, fine=False))
+
+    def otherwise(self, window: WindowState) -> WindowState | None:
+        """Return the window by the next method, in its fewest steps; None if there is no other."""
+        methods = methods_of(self.unknowns.model.integrator)
+        left = methods[methods.index(window.objective.kernels.model.method) + 1 :]
+        if not left:
+            return None
+        steps = steps_within(self.unknowns.model, np.diff(window.objective.grid.t))
+        return self._with(window, Choice(left[0], steps, np.inf, fine=False))
+
+    def _chosen(
+        self, trial: WindowTrial, base: IntArray, methods: tuple[str, ...] | None = None
+    ) -> Choice:
+        model = self.unknowns.model
+        methods = methods or methods_of(model.integrator)
+        return chosen(trial, methods, base, functools.partial(cost_of_step, model))
+
+    def _trial(self, window: WindowState, points: Array, noise: Array | None) -> WindowTrial:
+        """Return points (B, d) to roll out through a window, errors in units of noise (r,)."""
+        grid = window.objective.grid.uncorrected
+        noise = noise_of(window) if noise is None else noise
+        grid = replace(grid, weight=np.where(grid.weight > 0.0, 1.0 / noise, 0.0))
+        return WindowTrial(self.methods, grid, *self.unknowns.values(points))
+
+    def _with(self, window: WindowState, choice: Choice) -> WindowState:
+        """Return the window in the method and the steps chosen."""
+        objective = window.objective
+        if choice.method != objective.kernels.model.method:
+            kernels = self.methods.kernels(choice.method)
+            objective = replace(objective, kernels=kernels)
+            if self.process_noise and choice.method not in self.prepared:
+                begin = time.perf_counter()
+                prepare_process_noise(kernels, self.unknowns)
+                self.prepared[choice.method] = time.perf_counter() - begin
+        if not np.array_equal(choice.steps, objective.grid.steps):
+            objective = replace(objective, grid=objective.grid.stepped(choice.steps))
+        exact = choice.fine and choice.largest < STEPPING.safety * STEPPING.aimed
+        if objective is window.objective and exact == window.exact:
+            return window
+        return replace(window, objective=objective, exact=exact)
+
+
+def nominal(unknowns: Unknowns) -> dict[str, float]:
+    """Return the nominal values of the unknowns by name; NaN where there is none."""
+    values = {v.name: v.nominal for v in unknowns.model.variables}
+    return {name: np.nan if values[name] is None else values[name] for name in unknowns.names}  # type: ignore[misc]
+
+
+@functools.lru_cache(maxsize=64)
+def spread_over_box(dimension: int, count: int = LANES - 1) -> Array:
+    """Return points (count, d) of the unit box, the same ones always: a Latin hypercube."""
+    order = np.argsort(random_generator(0).random((dimension, count)), axis=1)
+    points = np.asarray((order.T + 0.5) / count)
+    points.flags.writeable = False
+    return points

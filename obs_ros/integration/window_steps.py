@@ -1,0 +1,172 @@
+"""Candidates through a window by several methods and steps, judged by the outputs measured."""
+
+import functools
+import time
+from collections.abc import Callable
+from dataclasses import dataclass, field, replace
+
+import numpy as np
+
+from obs_ros.core.jit import accelerated
+from obs_ros.core.model import Integrator, Model
+from obs_ros.core.periods import shortest, shortest_way
+from obs_ros.core.typing import Array, IntArray
+from obs_ros.integration.backends import Backend, Kernels, kernels_for, tiny_window
+from obs_ros.integration.grid import Grid
+from obs_ros.integration.step_choice import (
+    LARGEST,
+    STEPPING,
+    StepSettings,
+    Verdict,
+    common,
+    doubling_error,
+)
+
+STILL = 1e-6  # of a state's size: what moves less counts as if it moved so much
+LOST = 1e-3  # of a state's range by which an interval errs as much as a candidate is allowed
+
+
+@dataclass(eq=False)
+class Methods:
+    """The kernels of a model by method, and the time that they took to compile, in s."""
+
+    model: Model
+    backend: Backend | None = None
+    seconds: float = 0.0
+
+    def kernels(self, method: str) -> Kernels:
+        """Return the kernels that integrate by a method."""
+        begin = time.perf_counter()
+        kernels = kernels_for(by_method(self.model, method), self.backend)
+        self.seconds += time.perf_counter() - begin
+        return kernels
+
+    def restarted(self, method: str) -> Callable[[Grid, Array, Array], Array]:
+        """Return `Kernels.restarted` of a method."""
+        kernels = self.kernels(method)
+        begin = time.perf_counter()
+        run_restarted_once(kernels.model, self.backend)
+        self.seconds += time.perf_counter() - begin
+        return kernels.restarted
+
+
+@dataclass(frozen=True, eq=False)
+class WindowTrial:
+    """Candidates x0 (n, B), p (q, B) through a window, in units of the noise; see `Trial`.
+
+    The grid's weights are one over the outputs' noise. The first candidate may err by `aimed`
+    deviations at any output; the others, of a search, by that or a share of what they are off, root
+    mean square.
+    """
+
+    methods: Methods
+    grid: Grid
+    x0: Array
+    p: Array
+    settings: StepSettings = field(default=STEPPING)
+
+    def judge(self, method: str, steps: IntArray) -> Verdict:
+        """See `Trial.judge`."""
+        kernels, grid = self.methods.kernels(method), self.grid
+        coarse, fine = (
+            grid.shown(kernels.trajectories(grid.stepped(n * steps), self.x0, self.p)[1])
+            for n in (1, 2)
+        )
+        with np.errstate(all='ignore'):
+            worst, sizes, off = differences(coarse, fine, grid.y, grid.weight, grid.period)
+            sizes, worst = doubling_error(sizes, method), doubling_error(worst, method)
+            excess = sizes / np.maximum(self.settings.aimed, self.settings.share * off)
+        excess[0] = worst[0] / self.settings.aimed
+        excess[~np.isfinite(excess)] = np.inf
+        error, largest = (float(e) if np.isfinite(e) else np.inf for e in (worst[0], sizes.max()))
+        return Verdict(error, excess, largest)
+
+    def shares(self, method: str, steps: IntArray, verdict: Verdict) -> Array:
+        """See `Trial.shares`.
+
+        An interval errs by what one candidate's states differ at its end, by steps and by twice as
+        many, from where they are at its begin; in units of the states' ranges.
+        """
+        grid, restarted = self.grid, self.methods.restarted(method)
+        fine = grid.stepped(2 * steps)
+        states = self.methods.kernels(method).trajectories(fine, self.x0, self.p)[0]
+        with np.errstate(all='ignore'):
+            ends = [restarted(each, states, self.p) for each in (grid.stepped(steps), fine)]
+            size = np.maximum(np.ptp(states, axis=0), STILL * np.abs(states).max(axis=0))
+            local = np.abs(ends[0] - ends[1]) / np.where(size > 0.0, size, 1.0)
+            local = local.max(axis=1)
+            total = local.sum(axis=0)
+            each = np.where(np.isfinite(local), local / LOST, LARGEST)
+            sound = np.isfinite(verdict.excess) & np.isfinite(total) & (total > 0.0)
+            each = np.where(sound, local / total * verdict.excess, each)
+        first, others = each[:, 0], common(each[:, 1:], self.settings.most)
+        wanted = common(verdict.excess[1:], self.settings.most)
+        if np.isfinite(wanted) and others.sum() > 0.0:
+            others = others * (wanted / others.sum())
+        return np.maximum(first, others)
+
+
+@functools.lru_cache(maxsize=64)
+def by_method(model: Model, method: str, longest: float | None = None) -> Model:
+    """Return the model integrated by a method, in steps of `longest` s at most, if given."""
+    changes: dict[str, object] = {} if method == model.method else {'integrator': method}
+    if longest is not None and longest < model.max_step:
+        changes['max_step'] = longest
+    return replace(model, **changes) if changes else model  # type: ignore[arg-type]
+
+
+@functools.lru_cache(maxsize=64)
+def run_restarted_once(model: Model, backend: Backend | None) -> None:
+    """Run once, which compiles it, what only the choice of steps needs."""
+    grid, x0, p = tiny_window(model)
+    kernels_for(model, backend).restarted(grid, np.repeat(x0[None], 2, axis=0), p)
+
+
+def methods_of(integrator: Integrator) -> tuple[str, ...]:
+    """Return the methods among which to choose for a model: the one given, or RK4 first."""
+    return ('rk4', 'rosenbrock') if integrator == 'auto' else (integrator,)
+
+
+def differences_on_arrays(
+    coarse: Array, fine: Array, y: Array, weight: Array, period: Array
+) -> tuple[Array, Array, Array]:
+    """Return the same on whole arrays."""
+    known = weight > 0.0
+    factor = weight[known][:, None]
+    turns = np.broadcast_to(period, known.shape)[known][:, None]
+    errors = factor * np.abs(shortest(coarse[known] - fine[known], turns))
+    off = factor * shortest(fine[known] - y[known][:, None], turns)
+    if not known.any():
+        return np.zeros((3, coarse.shape[2]))  # type: ignore[return-value]
+    worst = np.where(np.isfinite(errors), errors, np.inf).max(axis=0)
+    return worst, *(np.sqrt(np.mean(each**2, axis=0)) for each in (errors, off))
+
+
+def _differences(
+    coarse: Array, fine: Array, y: Array, weight: Array, period: Array
+) -> tuple[Array, Array, Array]:
+    """Return how far outputs (K, r, B) differ, in units of one over weights (K, r).
+
+    Of each candidate, over what was measured: the largest difference of coarse steps from fine
+    ones, its root mean square, and that of the difference of fine ones from the measurements
+    y (K, r), all by the shortest way round the periods (r,).
+    """
+    nodes, outputs, lanes = coarse.shape
+    worst, sizes, off = np.zeros(lanes), np.zeros(lanes), np.zeros(lanes)
+    count = 0
+    for k in range(nodes):
+        for i in range(outputs):
+            if weight[k, i] > 0.0:
+                count += 1
+                for lane in range(lanes):
+                    error = shortest_way(coarse[k, i, lane] - fine[k, i, lane], period[i])
+                    error = weight[k, i] * abs(error)
+                    worst[lane] = max(worst[lane], error) if error < np.inf else np.inf
+                    sizes[lane] += error * error
+                    away = shortest_way(fine[k, i, lane] - y[k, i], period[i])
+                    off[lane] += (weight[k, i] * away) ** 2
+    share = 1.0 / max(1, count)
+    return worst, np.sqrt(share * sizes), np.sqrt(share * off)
+
+
+differences = accelerated(_differences, differences_on_arrays)
