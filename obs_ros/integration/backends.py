@@ -66,6 +66,12 @@ class Kernels(Protocol):
         were measured those from which the innovations are: y - e.
         """
 
+    def restarted(self, grid: Grid, states: Array, p: Array) -> Array:
+        """Return the states (K - 1, n, B) to which each interval leads from its begin.
+
+        There they are states (K, n, B); no measurement corrects them.
+        """
+
     def paths(self, grid: Grid, x0: Array, p: Array) -> tuple[Array, Array, Array]:
         """Return states (K, n, B), parameters (K, q, B) and outputs (K, r, B) at every node.
 

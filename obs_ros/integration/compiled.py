@@ -77,6 +77,13 @@ class CompiledKernels:
         self.module.trajectories(*axis(grid), x, q, states, outputs)
         return states[..., :count], outputs[..., :count]
 
+    def restarted(self, grid: Grid, states: Array, p: Array) -> Array:
+        """See `Kernels.restarted`."""
+        x, q, count = filled(states), filled(p), states.shape[2]
+        ends = np.empty((grid.t.size - 1, *x.shape[1:]))
+        self.module.restarted(*axis(grid), x, q, ends)
+        return ends[..., :count]
+
     def paths(self, grid: Grid, x0: Array, p: Array) -> tuple[Array, Array, Array]:
         """See `Kernels.paths`."""
         injection, count = grid.injection, x0.shape[1]

@@ -6,6 +6,7 @@ smooth in d. An input acts late by d: see `InputPath`. Each candidate has delays
 stand among its parameters.
 """
 
+import operator
 from dataclasses import dataclass
 from typing import Any, NamedTuple, Protocol
 
@@ -61,6 +62,9 @@ class DelayedRollouts(Protocol):
     def name(self) -> str:
         """The backend's name."""
 
+    def restarted(self, grid: Grid, states: Array, p: Array) -> Array:
+        """See `Kernels.restarted`."""
+
     def delayed(self, window: Delayed, x0: Array, p: Array) -> tuple[Array, Array]:
         """Return states (K, n, B) and outputs (K, r, B) of candidates; 0 where not wanted.
 
@@ -111,7 +115,7 @@ class DelayedKernels:
             [(i, rows[v.name]) for i, v in enumerate(group) if isinstance(v.delay, tuple)]
             for group in (model.inputs, model.outputs)
         )
-        self._last: tuple[Array, Array, _Steps] | None = None
+        self._last: tuple[Array, Array, IntArray, _Steps] | None = None
 
     def squares(self, grid: Grid, prefixes: IntArray, x0: Array, p: Array) -> Array:
         """See `Kernels.squares`."""
@@ -136,6 +140,10 @@ class DelayedKernels:
     def trajectories(self, grid: Grid, x0: Array, p: Array) -> tuple[Array, Array]:
         """See `Kernels.trajectories`."""
         return self._rolled(grid, grid.t.size, x0, p[None], everywhere=True)
+
+    def restarted(self, grid: Grid, states: Array, p: Array) -> Array:
+        """See `Kernels.restarted`; the inputs are as they come, not as late as they act."""
+        return self._rollouts.restarted(grid, states, p)
 
     def paths(self, grid: Grid, x0: Array, p: Array) -> tuple[Array, Array, Array]:
         """See `Kernels.paths`."""
@@ -198,10 +206,10 @@ class DelayedKernels:
     def _steps(self, grid: Grid) -> _Steps:
         """Return the steps of a grid; those of one window are asked for again and again."""
         last = self._last
-        if last is not None and last[0] is grid.t and last[1] is grid.u:
-            return last[2]
+        if last is not None and all(map(operator.is_, last, (grid.t, grid.u, grid.steps))):
+            return last[3]
         steps = _Steps.of(grid)
-        self._last = grid.t, grid.u, steps
+        self._last = grid.t, grid.u, grid.steps, steps
         return steps
 
 

@@ -115,6 +115,10 @@ class Grid:
         """The model's own time (K,) in s at the nodes."""
         return self.t - self.origin if self.origin else self.t
 
+    def stepped(self, steps: IntArray) -> 'Grid':
+        """Return the same grid with other integration steps (K - 1,) between its nodes."""
+        return replace(self, steps=steps)
+
     def rescaled(self, factor: Array) -> 'Grid':
         """Return the same grid with the outputs' scales (r,) multiplied by `factor` (r,).
 

@@ -94,6 +94,20 @@ def trajectories(t, steps, u, slope, x0, p, states, outputs):
 
 
 @entry
+def restarted(t, steps, u, slope, states, p, ends):
+    """States (K - 1, n, lanes) where intervals end that begin at states (K, n, lanes)."""
+    x = np.empty(N_STATES * N_LANES)
+    q = np.empty(max(1, N_PARAMETERS) * N_LANES)
+    for chunk in range(states.shape[2] // N_LANES):
+        load(p, chunk, N_PARAMETERS, q)
+        for k in range(t.size - 1):
+            load(states[k], chunk, N_STATES, x)
+            advance(x, q, t[k], t[k + 1] - t[k], steps[k], u, slope, k)
+            for lane in range(LANES):
+                put_x(ends, k, np.uint64(chunk) * LANES + lane, gather_x(x, lane))
+
+
+@entry
 def propagate(t, dt, steps, u, slope, pieces, x0, p):
     """Propagate candidates x0 (n, lanes), in place, over the first `pieces` pieces of a path."""
     x = np.empty(N_STATES * N_LANES)

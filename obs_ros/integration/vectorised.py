@@ -55,6 +55,14 @@ class NumpyKernels:
         states, _, outputs = self.paths(grid, x0, p)
         return states, outputs
 
+    def restarted(self, grid: Grid, states: Array, p: Array) -> Array:
+        """See `Kernels.restarted`."""
+        ends = np.empty((grid.t.size - 1, *states.shape[1:]))
+        with np.errstate(all='ignore'):
+            for k in range(grid.t.size - 1):
+                ends[k] = _stacked(self._advance(grid, k, tuple(states[k]), tuple(p)), states[k])
+        return ends
+
     def paths(self, grid: Grid, x0: Array, p: Array) -> tuple[Array, Array, Array]:
         """See `Kernels.paths`."""
         states = np.empty((grid.t.size, *x0.shape))

@@ -1,0 +1,142 @@
+"""Tests of obs_ros.integration.step_choice."""
+
+from dataclasses import dataclass, field, replace
+
+import numpy as np
+import pytest
+
+from obs_ros.core.typing import Array, IntArray
+from obs_ros.integration.step_choice import (
+    ORDERS,
+    STEPPING,
+    Verdict,
+    chosen,
+    common,
+    doubling_error,
+    observed_order,
+    redistributed,
+)
+
+BASE = np.ones(50, dtype=np.int64)
+ONE = BASE.astype(np.float64)
+
+
+@dataclass
+class Known:
+    """Errors that fall as S^-p in every interval, from `sizes`; unstable below so many steps."""
+
+    sizes: dict[str, Array]
+    stable: dict[str, int] = field(default_factory=dict)
+    dead: int = 0  # candidates that diverge however
+    judged: list[tuple[str, int]] = field(default_factory=list)
+    order: float | None = None
+
+    def judge(self, method: str, steps: IntArray) -> Verdict:
+        self.judged.append((method, int(steps.sum())))
+        excess = np.full(16, self.errors(method, steps).sum())
+        excess[16 - self.dead :] = np.inf
+        if (steps < self.stable.get(method, 0)).any():
+            excess[:] = np.inf
+        return Verdict(float(STEPPING.aimed * excess[0]), excess)
+
+    def shares(self, method: str, steps: IntArray, verdict: Verdict) -> Array:
+        if np.isinf(verdict.excess[0]):
+            return np.full(steps.size, 1e6)
+        return self.errors(method, steps)
+
+    def errors(self, method: str, steps: IntArray) -> Array:
+        return self.sizes[method] / steps ** (self.order or ORDERS[method])
+
+
+def test_steps_that_do_are_kept_at_the_price_of_one_look() -> None:
+    trial = Known({'rk4': 0.01 * ONE})
+    found = chosen(trial, ('rk4', 'rosenbrock'), BASE, (1.0, 3.0))
+    assert found.method == 'rk4' and found.fine and found.error == pytest.approx(0.05)
+    np.testing.assert_array_equal(found.steps, BASE)
+    assert trial.judged == [('rk4', 50)]
+
+
+def test_steps_go_where_the_errors_are() -> None:
+    sizes = 1e-4 * ONE
+    sizes[20] = 200.0
+    found = chosen(Known({'rk4': sizes}), ('rk4',), BASE, (1.0,))
+    assert found.fine and found.steps[20] >= 4
+    assert np.delete(found.steps, 20).max() == 1
+    # A fourth of the excess of 200 that is aimed at: 400^(1/4) = 4.5.
+    assert found.steps[20] == 5
+
+
+def test_the_fewest_steps_meet_the_safety_that_is_asked() -> None:
+    shares = np.geomspace(1e-3, 10.0, 50)
+    steps = redistributed(10 * BASE, shares, 4.0, BASE)
+    left = float(np.sum(shares * (10.0 / steps) ** 4))
+    assert 0.25 < left <= STEPPING.safety
+    # All intervals come to errors per step alike, but for whole numbers.
+    per_step = shares * (10.0 / steps) ** 4 / steps
+    assert per_step.max() / per_step.min() < 3.0
+
+
+def test_steps_grow_by_a_factor_at_most_and_never_fall_below_the_fewest() -> None:
+    assert redistributed(BASE, 1e6 * ONE, 4.0, BASE).max() == 8
+    np.testing.assert_array_equal(redistributed(40 * BASE, 1e-9 * ONE, 4.0, 7 * BASE), 7 * BASE)
+
+
+def test_errors_that_fall_slowly_as_at_kinks_are_followed() -> None:
+    sizes = np.where(np.arange(50) == 7, 300.0, 1e-6)
+    found = chosen(Known({'rk4': sizes}, order=1.5), ('rk4',), BASE, (1.0,))
+    assert found.fine
+    assert 300.0**0.667 < found.steps[7] < 4.0 * 300.0**0.667
+    assert observed_order(4.0, (100.0, 10), (25.0, 20), 4.0) == pytest.approx(2.0)
+    assert observed_order(4.0, (np.inf, 10), (25.0, 20), 4.0) == 4.0
+
+
+def test_what_only_stability_asks_for_is_halved_again() -> None:
+    trial = Known({'rk4': 1e-9 * ONE}, stable={'rk4': 10})
+    found = chosen(trial, ('rk4',), BASE, (1.0,))
+    assert found.fine and found.steps.max() == 16
+
+
+def test_another_method_must_be_clearly_cheaper() -> None:
+    implicit = {'rosenbrock': 0.01 * ONE}
+    # RK4 in 16 steps costs 5.3 times as much as one step that costs three of it.
+    stiff = Known({'rk4': 1e-9 * ONE, **implicit}, stable={'rk4': 10})
+    assert chosen(stiff, ('rk4', 'rosenbrock'), BASE, (1.0, 3.0)).method == 'rosenbrock'
+    # Within twice the cost RK4 is kept, and nothing else is even tried.
+    mild = Known({'rk4': 1e-9 * ONE, **implicit}, stable={'rk4': 4})
+    found = chosen(mild, ('rk4', 'rosenbrock'), BASE, (1.0, 3.0))
+    assert found.method == 'rk4' and found.steps.max() == 6
+    assert all(method == 'rk4' for method, _ in mild.judged)
+    # Where the other method needs many steps too, RK4 may take more.
+    slow = Known({'rk4': 1e-9 * ONE, 'rosenbrock': 200.0 * ONE}, stable={'rk4': 30})
+    found = chosen(slow, ('rk4', 'rosenbrock'), BASE, (1.0, 3.0))
+    assert found.method == 'rk4' and found.steps.max() == 32
+
+
+def test_candidates_that_diverge_by_every_method_do_not_count() -> None:
+    trial = Known({'rk4': 0.001 * ONE, 'rosenbrock': 0.001 * ONE}, dead=8)
+    found = chosen(trial, ('rk4', 'rosenbrock'), BASE, (1.0, 3.0))
+    assert found.method == 'rk4' and found.fine and found.steps.max() == 1
+
+
+def test_the_limit_of_steps_holds_and_the_least_error_is_told() -> None:
+    settings = replace(STEPPING, steps=2000)
+    trial = Known({'rk4': 1e9 * ONE, 'rosenbrock': 1e6 * ONE})
+    found = chosen(trial, ('rk4', 'rosenbrock'), BASE, (1.0, 3.0), settings)
+    assert not found.fine and found.method == 'rosenbrock'
+    assert found.steps.sum() <= 2050
+    assert found.error == pytest.approx(0.1 * 1e6 * 50.0 / float(found.steps[0]) ** 3)
+    assert max(steps for _, steps in trial.judged) <= 2050
+
+
+def test_doubling_tells_the_error_of_a_step() -> None:
+    h = 0.1
+    rk4 = sum(h**i / np.prod(np.arange(1.0, i + 1.0)) for i in range(5))
+    half = sum((h / 2) ** i / np.prod(np.arange(1.0, i + 1.0)) for i in range(5))
+    error = doubling_error(np.array([rk4 - half**2]), 'rk4')
+    assert error[0] == pytest.approx(np.exp(h) - rk4, rel=0.05)
+
+
+def test_most_values_are_a_share_of_them() -> None:
+    values = np.array([[1.0, 5.0, np.inf, 2.0], [0.0, 0.0, 0.0, 9.0]])
+    np.testing.assert_array_equal(common(values, 0.75), [5.0, 0.0])
+    np.testing.assert_array_equal(common(np.empty((2, 0)), 0.75), [0.0, 0.0])
