@@ -16,8 +16,9 @@ from obs_ros.core.rng import random_generator
 from obs_ros.core.typing import Array
 from obs_ros.inference.parameterisation import Unknowns
 from obs_ros.integration.backends import Backend, check_backend
+from obs_ros.integration.live_steps import live_stepper
 from obs_ros.integration.path import Path
-from obs_ros.integration.stepper import Stepper, stepper_for
+from obs_ros.integration.stepper import Stepper
 from obs_ros.models import load_model
 from obs_ros.observers import settings as table
 from obs_ros.observers.innovation_gate import Admission, expected_outputs, root_mean_square
@@ -132,8 +133,8 @@ class RecursiveObserver:
         self._taken, self._step_time = 0, 0.0
         self._counts = dict.fromkeys(('reset_non_finite', *self.reasons, 'skipped'), 0)
         # Outputs whose noise is known cannot stand still; see `stuck_sensor`.
-        deviations = [self.noise.get(name, math.nan) for name in self._outputs]
-        self._repeats = Repeats.of(self.model, deviations)
+        self._noise = np.array([self.noise.get(name, math.nan) for name in self._outputs])
+        self._repeats = Repeats.of(self.model, self._noise.tolist())
         reach = GateSettings(reach=self.settings.longest_gap).within_steps(self.model)
         self._samples = SuccessiveOutputs(self.model, reach, self._repeats)
         self._periods = periods(self.model.states), periods(self.model.outputs)
@@ -154,7 +155,10 @@ class RecursiveObserver:
     @property
     def stepper(self) -> Stepper:
         """The model's steps; compiled at the first call, which may take some seconds."""
-        return stepper_for(self.model, self.backend)
+        if self._steps is None:
+            deviations = self.stddev[: self.x.size]
+            self._steps = live_stepper(self.model, self.backend, self._noise, deviations)
+        return self._steps
 
     def prepare(self) -> float:
         """Compile everything that is not compiled yet; return the seconds that it took."""
@@ -296,4 +300,5 @@ class RecursiveObserver:
     def _forget(self) -> None:
         self._due = self._diverged = self._blind = False
         self._before, self._taken, self._remark, self._step_time = None, 0, '', 0.0
+        self._steps: Stepper | None = None  # those chosen belong to what was seen
         self._set_out()

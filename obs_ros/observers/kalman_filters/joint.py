@@ -109,12 +109,13 @@ class KalmanObserver(RecursiveObserver):
         wraps = [self.model.variables[i].period is not None for i in joint]
         bounded = (np.isfinite(low) & np.isfinite(high)) | wraps
         d, r = joint.size, self.innovation.size
+        self._noise = output_noise(unknowns, self.noise, self.settings.output_noise)
         count = lanes(1 + 2 * d)  # the mean, and two for each joint state
         self.joint = Joint(
             z=np.empty(d),
             covariance=np.empty((d, d)),
             walk=given.walk**2,
-            noise=output_noise(unknowns, self.noise, self.settings.output_noise) ** 2,
+            noise=self._noise**2,
             low=low,
             high=high,
             most=np.where(bounded, np.maximum(width, given.start) ** 2, np.inf),
