@@ -18,6 +18,7 @@ class Stretch(NamedTuple):
     x: State
     u: Signal
     p: Sequence[float]
+    stiff: bool = False
 
 
 class Past:
@@ -47,7 +48,7 @@ class Past:
         if not self._stretches:
             return None
         stretch = self._stretches[max(self._index(t), 0)]
-        plant = Plant(self._model, stretch.x, start=stretch.t)
+        plant = Plant(self._model, stretch.x, start=stretch.t, stiff=stretch.stiff)
         plant.advance(max(t, stretch.t), stretch.u, stretch.p)
         return plant.output(stretch.u(plant.t), stretch.p)
 
