@@ -1,4 +1,4 @@
-"""Steps from one output to the next, chosen so that integration errors stay below the noise.
+"""Method and steps from one output to the next, such that errors stay far below the noise.
 
 Observers that go sample by sample hand their candidates to a `LiveStepper`. It compares the way
 from one output to the next with the same way in half the steps' length (step doubling; Hairer,
@@ -7,111 +7,55 @@ Nørsett & Wanner 1993, section II.4):
     error = |y_h - y_(h/2)| / noise
 
 in every output y and candidate. Where that exceeds its tolerance, the candidates go the way again
-in finer steps, before anything is corrected by the output at its end. Ways are compared at first,
-then ever more rarely, and again at once where a candidate leaves the region that was compared.
+in finer steps, or by a linearly implicit method where that is stiff, before anything is corrected
+by the output at its end. Ways are compared at first, then ever more rarely, and again at once where
+a candidate leaves the region that was compared.
 """
 
-import math
-from dataclasses import dataclass
 from typing import NamedTuple
 
 import numpy as np
 
-from obs_ros.core.jit import accelerated, bound
+from obs_ros.core.jit import bound
 from obs_ros.core.model import Model
-from obs_ros.core.periods import periods, shortest_way
+from obs_ros.core.periods import periods
 from obs_ros.core.typing import Array, IntArray
 from obs_ros.integration.backends import Backend
 from obs_ros.integration.filter_pass import sizes
 from obs_ros.integration.filter_step import LiveFilter
 from obs_ros.integration.grid import longest_step
 from obs_ros.integration.path import LANES, Path
+from obs_ros.integration.step_choice import ORDERS, STEPPING
 from obs_ros.integration.stepper import Stepper, stepper_for
+from obs_ros.integration.time_scales import ComplexArray, fastest_decay, is_stiff, modes
+from obs_ros.integration.way_error import (
+    DEFAULT,
+    NOWHERE,
+    LiveStepSettings,
+    Scales,
+    Way,
+    WayError,
+    judged,
+    strayed,
+    widened,
+)
+from obs_ros.integration.window_steps import by_method, cost_of_step
 
-
-@dataclass(frozen=True)
-class LiveStepSettings:
-    """Tolerances, and how often ways are compared.
-
-    - `share`: error from one output to the next, in deviations of the noise and of the state. A
-      filter remembers some tens of outputs, over which errors of one sign add up: so a hundredth.
-    - `unknown_noise`: deviation taken for outputs whose noise is not known, in units of the values.
-    - `rounding`: smallest error that is asked for, in units of the values: the backends agree to
-      1e-9, and models hold differences of large numbers.
-    - `first`: ways compared at the start, one after the other.
-    - `rarest`: ways from one comparison to the next, at most; each costs some steps of a filter.
-    - `most_halvings`: of steps, to find a length that is fine enough: some ms, rarely.
-    - `most_steps`: steps over a gap, at most, as nothing can interrupt them; as the gate's.
-    - `margin`: width around the region compared that is taken for the same, in units of the
-      states' sizes (see `sizes`): a twentieth of their bounds' distance.
-    """
-
-    share: float = 0.01
-    unknown_noise: float = 1e-3
-    rounding: float = 1e-9
-    first: int = 3
-    rarest: int = 64
-    most_halvings: int = 12
-    most_steps: int = 100_000
-    margin: float = 0.5
-
-
-DEFAULT = LiveStepSettings()
-NOWHERE = np.array([[np.inf], [-np.inf]])
-ORDER = {'rk4': 4, 'euler': 1}  # of the error over a way
-
-
-class WayError(NamedTuple):
-    """The error of a way: candidates that diverged, and the worst of the others' errors.
-
-    `worst` is in units of the tolerance, over outputs and states; `sd` is that of the mean's
-    outputs, in deviations of their noise.
-    """
-
-    diverged: int
-    worst: float
-    sd: float
-
-    @property
-    def within(self) -> bool:
-        """Whether all candidates keep to the tolerance."""
-        return not self.diverged and self.worst <= 1.0
-
-    def comparable(self, best: 'WayError', factor: float = 4.0) -> bool:
-        """Whether the error is as good as the best one."""
-        return self.diverged == best.diverged and self.worst <= factor * best.worst
+IMPLICIT = 'rosenbrock'
+SAME = 1.01  # of a step: stamps jitter by some share of the interval
 
 
 class Trial(NamedTuple):
-    """A way from one output to the next: its error, steps (pieces,) and states (n, L) at its end."""
+    """A way that was tried: its error, method, steps (pieces,), and states (n, L) at its end."""
 
     error: WayError
+    method: str
     steps: IntArray
     x: Array
 
 
-class Way(NamedTuple):
-    """A way of L candidates: states where it starts, and with outputs where it ends."""
-
-    start: Array  # (n, L)
-    fine: Array  # (n, L) at the end, by half the steps' length
-    y: Array  # (r, L)
-    y_fine: Array  # (r, L)
-
-
-class Scales(NamedTuple):
-    """The units of errors: `LiveStepSettings`, noise and deviations of the states."""
-
-    noise: Array  # (r,) NaN = not known
-    stddev: Array  # (n,) NaN or 0 = not known
-    period: Array  # (r,) of the outputs, 0 for those without
-    share: float
-    unknown_noise: float
-    rounding: float
-
-
 class LiveStepper:
-    """Steps candidates as `Stepper` does, in steps that it chooses.
+    """Steps candidates as `Stepper` does, by the method and in the steps that it chooses.
 
     noise (r,) are the outputs' standard deviations, NaN = not known; stddev (n,) those of the
     states, NaN = not known, as they are whenever a way is compared.
@@ -122,52 +66,40 @@ class LiveStepper:
         settings: LiveStepSettings = DEFAULT,
     ) -> None:  # fmt: skip
         self.model = model
-        self._settings = settings
-        self._stepper = stepper_for(model, backend)
-        self._base = longest_step(model)
-        n = len(model.states)
-        self._scales = Scales(
-            noise, np.full(n, np.nan) if stddev is None else stddev, periods(model.outputs),
-            settings.share, settings.unknown_noise, settings.rounding,
-        )  # fmt: skip
-        self._region = np.empty((2, n))  # between which ways were compared: lower and upper ends
-        self._margin = settings.margin * sizes(model)[0, :n]
-        self._region[:] = NOWHERE
-        self._way = self._of_width(LANES)
-        x, one = self._way.start, np.ones(1)
-        self._strayed = bound(strayed, self._region, x, 1, one, one.astype(np.int64), 0.0)
-        self._judged = bound(judged, self._way, self._scales, x)
-        self._widened = bound(widened, self._region, self._margin, x, x)
+        self.method: str = model.method
         self.error = np.nan  # of the newest way compared, in deviations of the noise
         self.steps = 0  # that it took
-        self._longest = self._base  # s
+        self._backend, self._settings = backend, settings
+        self._stepper = stepper_for(model, backend)
+        self.name, self.compile_time = self._stepper.name, self._stepper.compile_time
+        self._base = self._longest = longest_step(model)  # s
         self._compared = 0.0  # longest step (s) that was compared
         self._within = True  # whether steps of some length were fine enough
         # Ways to go and from now on between two comparisons, and comparisons in a row at the start.
         self._wait, self._pause, self._left = 1, 1, settings.first
+        self._prepare(noise, stddev)
 
-    @property
-    def name(self) -> str:
-        """Name of the backend."""
-        return self._stepper.name
-
-    @property
-    def compile_time(self) -> float:
-        """Seconds that compiling took."""
-        return self._stepper.compile_time
-
-    @property
-    def method(self) -> str:
-        """Method that is in use."""
-        return self._stepper.model.method
+    def _prepare(self, noise: Array, stddev: Array | None) -> None:
+        """Lay out the arrays, and compile what judges them."""
+        n, settings = len(self.model.states), self._settings
+        self._scales = Scales(
+            noise, np.full(n, np.nan) if stddev is None else stddev, periods(self.model.outputs),
+            settings.share, settings.unknown_noise, settings.rounding,
+        )  # fmt: skip
+        self._region = np.empty((2, n))  # between which ways were compared: lower and upper ends
+        self._margin = settings.margin * sizes(self.model)[0, :n]
+        self._region[:] = NOWHERE
+        self._way = Way.of(n, noise.size, LANES)
+        x, one = self._way.start, np.ones(1)
+        self._strayed = bound(strayed, self._region, x, 1, one, one.astype(np.int64), 0.0)
+        self._judged = bound(judged, self._way, self._scales, x)
+        self._widened = bound(widened, self._region, self._margin, x, x)
 
     def propagate(self, path: Path, x: Array, p: Array) -> None:
         """See `Stepper.propagate`."""
         if self._longest < self._base:
             path = self._laid(path)
-        if self._way.start.shape != x.shape:
-            self._way = self._of_width(x.shape[1])
-        np.copyto(self._way.start, x)
+        self._set_out(x)
         self._stepper.propagate(path, x, p)
         if self._due(path, x):
             self._compare(path, x, p)
@@ -184,19 +116,18 @@ class LiveStepper:
         if not self._due(laid, live.x[:, None]):
             return
         x, p = (np.repeat(array[:, None], LANES, axis=1) for array in start[:2])
-        if self._way.start.shape != x.shape:
-            self._way = self._of_width(LANES)
-        np.copyto(self._way.start, x)
+        self._set_out(x)
         self._stepper.propagate(laid, x, p)
-        if self._compare(laid, x, p):
+        if found := self._compare(laid, x, p):
             for array, values in zip((live.x, live.p, live.P), start, strict=True):
                 array[:] = values
-            self._stepper.filter(live, self._laid(path), y)
+            self._stepper.filter(live, path._replace(steps=found.steps), y)
 
-    def _of_width(self, width: int) -> Way:
-        """Return arrays for a way of so many candidates."""
-        n, r = len(self.model.states), len(self.model.outputs)
-        return Way(*np.empty((2, n, width)), *np.empty((2, r, width)))
+    def _set_out(self, x: Array) -> None:
+        """Remember where the candidates x (n, L) start."""
+        if self._way.start.shape != x.shape:
+            self._way = Way.of(len(x), self._scales.noise.size, x.shape[1])
+        np.copyto(self._way.start, x)
 
     def _laid(self, path: Path) -> Path:
         """Return the path in steps of the length that is in use."""
@@ -212,40 +143,106 @@ class LiveStepper:
             self._region, x, path.pieces, path.dt, path.steps, self._compared
         )
 
-    def _compare(self, path: Path, x: Array, p: Array) -> bool:
-        """Compare the way to x (n, L), and go it in finer steps where it errs by too much.
+    def _compare(self, path: Path, x: Array, p: Array) -> Trial | None:
+        """Compare the way to x (n, L), and go it in other steps where it errs by too much.
 
-        Returns whether x (n, L) changed.
+        Returns the way that was gone instead, if x (n, L) changed.
         """
         k = path.pieces
-        ways = [Trial(self._error(path, x, p), path.steps[:k], x)]
-        while not ways[-1].error.within and len(ways) <= self._settings.most_halvings:
-            path = path._replace(steps=2 * path.steps[:k])
-            states = self._way.fine.copy()
-            ways.append(Trial(self._error(path, states, p), path.steps, states))
-        # Where no way is within the tolerance, finer steps than of this one gain next to nothing.
-        best = min(way.error for way in ways)
-        way = next(way for way in ways if way.error.comparable(best))
-        self.error, self.steps = way.error.sd, int(way.steps.sum())
-        if changed := way.x is not x:
-            x[:] = way.x
-        self._plan(way.error, float((path.dt[:k] / way.steps).max()), changed=changed)
-        if way.error.within:
+        first = Trial(self._error(self._stepper, path, x, p), self.method, path.steps[:k], x)
+        best = self._best(first, path, p)
+        self.error, self.steps = best.error.sd, int(best.steps.sum())
+        if best.method != self.method:
+            self.method, self._stepper = best.method, self._by(best.method)
+        if best is not first:
+            x[:] = best.x
+        self._plan(best, float((path.dt[:k] / best.steps).max()), changed=best is not first)
+        if best.error.within:
             self._widened(self._region, self._margin, self._way.start, x)
-        return changed
+        return None if best is first else best
 
-    def _plan(self, error: WayError, longest: float, *, changed: bool) -> None:
-        """Choose the steps to come, and how many ways go by before the next comparison."""
-        self._compared = max(self._compared, 1.01 * longest)
+    def _best(self, first: Trial, path: Path, p: Array) -> Trial:
+        """Return the cheapest way that errs little enough, or else about the least."""
+        explicit = first.method != IMPLICIT
+        if first.error.within and explicit:
+            return first
+        stiff = self._stiff(path, first.x, p)
+        if first.error.within and stiff:
+            return first
+        trials, limit = [first], np.inf
+        if not first.error.within and (stiff or not explicit):
+            trials += self._refined(IMPLICIT, first, path, p, limit)
+        if trials[-1].error.within:
+            # RK4 is compiled already, and its errors are smooth: it stays where it costs as much.
+            limit = self._cost(trials[-1]) * (STEPPING.cheaper if explicit else 1.0)
+        if explicit or not stiff:
+            trials += self._refined('rk4', first, path, p, limit)
+        fine = [trial for trial in trials if trial.error.within]
+        if fine:
+            return fine[-1]
+        # Finer steps than of this one gain next to nothing.
+        best = min(trial.error for trial in trials)
+        return next(trial for trial in trials if trial.error.comparable(best))
+
+    def _refined(
+        self, method: str, first: Trial, path: Path, p: Array, limit: float
+    ) -> list[Trial]:
+        """Return ways by a method in ever finer steps until one errs little enough.
+
+        They go on from the first way if that is by this method, and cost no more than the limit.
+        """
+        trials: list[Trial] = []
+        steps = 2 * first.steps
+        if method != first.method:
+            fewest = np.ceil(path.dt[: path.pieces] / self._base)
+            steps = np.maximum(1, fewest).astype(np.int64)
+        for _ in range(self._settings.most_halvings):
+            x = self._way.start.copy()
+            way = path._replace(steps=steps)
+            stepper = self._by(method)
+            trial = Trial(WayError(0, np.nan, np.nan), method, steps, x)
+            if self._cost(trial) > limit:
+                break
+            stepper.propagate(way, x, p)
+            trials.append(trial._replace(error=self._error(stepper, way, x, p)))
+            if trials[-1].error.within:
+                break
+            steps = 2 * steps
+        return trials
+
+    def _cost(self, trial: Trial) -> float:
+        """Return what a way costs, in evaluations of the model's dynamics."""
+        return cost_of_step(self.model, trial.method) * float(trial.steps.sum())
+
+    def _by(self, method: str) -> Stepper:
+        """Return the steps of a method; its first call compiles."""
+        return stepper_for(by_method(self.model, method), self._backend)
+
+    def _stiff(self, path: Path, x: Array, p: Array) -> bool:
+        """Whether a mode decays so fast, where the way starts or ends, that RK4 may cost more."""
+        longest = float(path.dt[: path.pieces].max())
+        for k, states in ((0, self._way.start), (path.pieces, x)):
+            found = modes(self.model, path.t[k], states[:, 0], path.u[k], p[:, 0])
+            if fastest_decay(found) * longest > self._settings.stiff:
+                return True
+        return False
+
+    def _plan(self, gone: Trial, longest: float, *, changed: bool) -> None:
+        """Choose the steps to come, and how many ways go by before the next comparison.
+
+        The way gone took steps of `longest` s at most; `changed` says that others were planned.
+        """
+        error = gone.error
+        self._compared = max(self._compared, SAME * longest)
         self._within = error.within
         if changed:
-            self._longest = self._compared = 1.01 * longest
+            self._longest = self._compared = SAME * longest
         if not error.within:
             # No steps are fine enough here: they need not be sought again at once.
             self._pause = min(4 * self._pause, 16 * self._settings.rarest)
         elif changed:
             self._pause = 1
-        elif self._longest < self._base and error.worst < 0.5 ** (ORDER[self.method] + 1):
+        elif self._longest < self._base and error.worst < 0.5 ** (ORDERS[self.method] + 1):
             self._longest = min(2.0 * self._longest, self._base)
             self._pause = 1
             self._region[:] = NOWHERE
@@ -255,15 +252,22 @@ class LiveStepper:
             self._pause = min(2 * self._pause, self._settings.rarest)
         self._wait = self._pause
 
-    def _error(self, path: Path, x: Array, p: Array) -> WayError:
-        """Return the error of the way to x (n, L); half the steps' length leads to `_fine`."""
-        way, fine = self._way, self._way.fine
-        np.copyto(fine, way.start)
-        self._stepper.propagate(path._replace(steps=2 * path.steps[: path.pieces]), fine, p)
-        t, u = path.t[path.pieces], path.u[path.pieces]
-        self._stepper.measure(t, u, x, p, way.y)
-        self._stepper.measure(t, u, fine, p, way.y_fine)
+    def _error(self, stepper: Stepper, path: Path, x: Array, p: Array) -> WayError:
+        """Return the error of the way to x (n, L); half the steps' length leads to `Way.fine`."""
+        way, k = self._way, path.pieces
+        np.copyto(way.fine, way.start)
+        stepper.propagate(path._replace(steps=2 * path.steps[:k]), way.fine, p)
+        stepper.measure(path.t[k], path.u[k], x, p, way.y)
+        stepper.measure(path.t[k], path.u[k], way.fine, p, way.y_fine)
         return WayError(*self._judged(way, self._scales, x))
+
+
+def steppers(model: Model, backend: Backend | None, modes: ComplexArray) -> list[Stepper]:
+    """Return the steps of the methods that a model of such modes may need, compiled."""
+    found = [stepper_for(model, backend)]
+    if model.integrator == 'auto' and is_stiff(modes, DEFAULT.stiff):
+        found.append(stepper_for(by_method(model, IMPLICIT), backend))
+    return found
 
 
 def live_stepper(
@@ -273,67 +277,3 @@ def live_stepper(
     if model.integrator != 'auto':
         return stepper_for(model, backend)
     return LiveStepper(model, backend, noise, stddev)
-
-
-@accelerated
-def judged(way: Way, scales: Scales, x: Array) -> tuple[int, float, float]:
-    """Return the entries of `WayError` for x (n, L) beside the way in half the steps' length."""
-    fine, y, y_fine = way.fine, way.y, way.y_fine
-    noise, stddev, period, share = scales.noise, scales.stddev, scales.period, scales.share
-    diverged, worst, sd = 0, 0.0, 0.0
-    for lane in range(x.shape[1]):
-        total = 0.0
-        for i in range(x.shape[0]):
-            scale = share * stddev[i] if stddev[i] > 0.0 else math.inf
-            total = larger(
-                total, x[i, lane] - fine[i, lane], scale, scales.rounding * fine[i, lane]
-            )
-        for i in range(y.shape[0]):
-            size = abs(y_fine[i, lane])
-            deviation = scales.unknown_noise * size if math.isnan(noise[i]) else noise[i]
-            off = shortest_way(y[i, lane] - y_fine[i, lane], period[i])
-            total = larger(total, off, share * deviation, scales.rounding * size)
-            if lane == 0:
-                sd = larger(sd, off, deviation, 0.0)
-        if total < math.inf:
-            worst = max(worst, total)
-        else:
-            diverged += 1
-    return diverged, worst, sd
-
-
-@accelerated
-def larger(error: float, difference: float, scale: float, least: float) -> float:
-    """Return the larger of an error and of a difference in units of the larger scale."""
-    if difference == 0.0:
-        return error
-    ratio = abs(difference) / max(scale, abs(least))
-    return max(error, ratio) if ratio < math.inf and error < math.inf else math.inf
-
-
-@accelerated
-def widened(region: Array, margin: Array, start: Array, x: Array) -> None:
-    """Add the candidates' way from start (n, L) to x (n, L), and what lies around, to a region."""
-    for i in range(x.shape[0]):
-        least, most = start[i, 0], start[i, 0]
-        for lane in range(x.shape[1]):
-            least = min(least, min(start[i, lane], x[i, lane]))
-            most = max(most, max(start[i, lane], x[i, lane]))
-        around = margin[i] + 0.1 * (most - least)
-        region[0, i] = min(region[0, i], least - around)
-        region[1, i] = max(region[1, i], most + around)
-
-
-@accelerated
-def strayed(
-    region: Array, x: Array, pieces: int, dt: Array, steps: IntArray, longest: float
-) -> bool:
-    """Whether an entry of x (n, L) is not within the region (2, n), or a step is too long (s)."""
-    for k in range(pieces):
-        if dt[k] > longest * steps[k]:
-            return True
-    for i in range(x.shape[0]):
-        for lane in range(x.shape[1]):
-            if not (x[i, lane] >= region[0, i] and x[i, lane] <= region[1, i]):
-                return True
-    return False

@@ -123,6 +123,14 @@ def run_restarted_once(model: Model, backend: Backend | None) -> None:
     kernels_for(model, backend).restarted(grid, np.repeat(x0[None], 2, axis=0), p)
 
 
+def cost_of_step(model: Model, method: str) -> float:
+    """Return the cost of one step, in evaluations of the model's dynamics."""
+    if method == 'euler':
+        return 1.0
+    n = len(model.states)
+    return 4.0 if method == 'rk4' else 4.0 + 0.5 * n + n * n / 10.0
+
+
 def methods_of(integrator: Integrator) -> tuple[str, ...]:
     """Return the methods among which to choose for a model: the one given, or RK4 first."""
     return ('rk4', 'rosenbrock') if integrator == 'auto' else (integrator,)

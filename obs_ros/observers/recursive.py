@@ -16,9 +16,10 @@ from obs_ros.core.rng import random_generator
 from obs_ros.core.typing import Array
 from obs_ros.inference.parameterisation import Unknowns
 from obs_ros.integration.backends import Backend, check_backend
-from obs_ros.integration.live_steps import live_stepper
+from obs_ros.integration.live_steps import live_stepper, steppers
 from obs_ros.integration.path import Path
 from obs_ros.integration.stepper import Stepper
+from obs_ros.integration.time_scales import modes, shortest_time
 from obs_ros.models import load_model
 from obs_ros.observers import settings as table
 from obs_ros.observers.innovation_gate import Admission, expected_outputs, root_mean_square
@@ -129,6 +130,7 @@ class RecursiveObserver:
         self._fixed_parameters = np.setdiff1d(np.arange(n, n + q), self.unknowns.index)
         self.figures: dict[str, float] = {}
         self._before: Instant | None = None
+        self._live: Stepper | None = None
         self._due = self._diverged = self._blind = False
         self._taken, self._step_time = 0, 0.0
         self._counts = dict.fromkeys(('reset_non_finite', *self.reasons, 'skipped'), 0)
@@ -155,17 +157,20 @@ class RecursiveObserver:
     @property
     def stepper(self) -> Stepper:
         """The model's steps; compiled at the first call, which may take some seconds."""
-        if self._steps is None:
-            deviations = self.stddev[: self.x.size]
-            self._steps = live_stepper(self.model, self.backend, self._noise, deviations)
-        return self._steps
+        if self._live is None:
+            stddev = self.stddev[: self.x.size]
+            self._live = live_stepper(self.model, self.backend, self._noise, stddev)
+        return self._live
 
     def prepare(self) -> float:
         """Compile everything that is not compiled yet; return the seconds that it took."""
         begin = time.perf_counter()
         twin = type(self)(self.model, **self._arguments)
-        period = round(1e9 * min(self.model.max_step, self.settings.longest_gap or 1.0, 1.0))
         u = np.array([inside(variable) for variable in self.model.inputs])
+        found = modes(self.model, 0.0, twin.x, u, twin.p)
+        steppers(self.model, self.backend, found)
+        reach = self.settings.longest_gap or 1.0
+        period = round(1e9 * min(self.model.max_step, reach, 1.0, shortest_time(found))) or 1
         for k, y in enumerate(rehearsed(self.model, u, twin.x, twin.p, self.rehearsal)):
             twin.absorb(Sample(k * period, y=y, u=u))
         return time.perf_counter() - begin
@@ -300,5 +305,5 @@ class RecursiveObserver:
     def _forget(self) -> None:
         self._due = self._diverged = self._blind = False
         self._before, self._taken, self._remark, self._step_time = None, 0, '', 0.0
-        self._steps: Stepper | None = None  # those chosen belong to what was seen
+        self._live = None  # steps are chosen anew
         self._set_out()
