@@ -21,13 +21,13 @@ from obs_ros.core.model import Model, inside, names
 from obs_ros.core.periods import nearest, periods, shortest
 from obs_ros.core.saturation import contradicting, ends_of
 from obs_ros.core.typing import Array, IntArray
+from obs_ros.integration import live_steps
 from obs_ros.integration.backends import Backend
 from obs_ros.integration.filter_pass import Differences
 from obs_ros.integration.filter_step import LiveFilter
-from obs_ros.integration.live_steps import live_stepper, steppers
+from obs_ros.integration.live_steps import live_stepper
 from obs_ros.integration.path import Path, after, joined, lanes
 from obs_ros.integration.stepper import tiny_path
-from obs_ros.integration.time_scales import modes
 
 
 class Interval(NamedTuple):
@@ -213,14 +213,11 @@ spread = accelerated(_spread, spread_on_arrays)
 
 def prepare(model: Model, backend: Backend | None, moving: IntArray | None) -> None:
     """Compile the rollout, and with parameters `moving` (w,) the filter, unless they are."""
-    x, u, p = (
-        np.array([inside(v) for v in group])
-        for group in (model.states, model.inputs, model.parameters)
-    )
+    x, p = (np.array([inside(v) for v in group]) for group in (model.states, model.parameters))
     size, y = len(model.variables), np.zeros(len(model.outputs))
     start = Start(x, p, np.eye(size), None, y, np.arange(p.size))
     Rollout(model, backend, start).report()
-    for stepper in steppers(model, backend, modes(model, 0.0, x, u, p)):
+    for stepper in live_steps.prepare(model, backend):
         if moving is not None:
             live = LiveFilter.of(model, x, p, np.eye(size), np.ones(size), y + 1.0, moving)
             stepper.filter(live, tiny_path(model), y)

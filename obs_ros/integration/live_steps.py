@@ -27,7 +27,7 @@ from obs_ros.integration.grid import longest_step
 from obs_ros.integration.path import LANES, Path
 from obs_ros.integration.step_choice import ORDERS, STEPPING
 from obs_ros.integration.stepper import Stepper, stepper_for
-from obs_ros.integration.time_scales import ComplexArray, fastest_decay, is_stiff, modes
+from obs_ros.integration.time_scales import STIFF, fastest_decay, may_be_stiff, modes
 from obs_ros.integration.way_error import (
     DEFAULT,
     NOWHERE,
@@ -77,6 +77,8 @@ class LiveStepper:
         self._within = True  # whether steps of some length were fine enough
         # Ways to go and from now on between two comparisons, and comparisons in a row at the start.
         self._wait, self._pause, self._left = 1, 1, settings.first
+        # Comparisons since the steps changed and until they may grow; whether they grew last.
+        self._calm, self._patience, self._grown = 0, settings.calm[0], False
         self._prepare(noise, stddev)
 
     def _prepare(self, noise: Array, stddev: Array | None) -> None:
@@ -223,7 +225,7 @@ class LiveStepper:
         longest = float(path.dt[: path.pieces].max())
         for k, states in ((0, self._way.start), (path.pieces, x)):
             found = modes(self.model, path.t[k], states[:, 0], path.u[k], p[:, 0])
-            if fastest_decay(found) * longest > self._settings.stiff:
+            if fastest_decay(found) * longest > STIFF.decay:
                 return True
         return False
 
@@ -232,25 +234,33 @@ class LiveStepper:
 
         The way gone took steps of `longest` s at most; `changed` says that others were planned.
         """
-        error = gone.error
+        error, calm = gone.error, self._settings.calm
         self._compared = max(self._compared, SAME * longest)
         self._within = error.within
+        self._calm += 1
         if changed:
             self._longest = self._compared = SAME * longest
+            # Steps that were too long soon after they grew grow more rarely.
+            self._patience = min(2 * self._patience, calm[1]) if self._grown else calm[0]
+            self._calm, self._grown = 0, False
         if not error.within:
             # No steps are fine enough here: they need not be sought again at once.
             self._pause = min(4 * self._pause, 16 * self._settings.rarest)
         elif changed:
             self._pause = 1
-        elif self._longest < self._base and error.worst < 0.5 ** (ORDERS[self.method] + 1):
+        elif self._may_grow(error) and self._calm >= self._patience:
             self._longest = min(2.0 * self._longest, self._base)
-            self._pause = 1
+            self._pause, self._calm, self._grown = 1, 0, True
             self._region[:] = NOWHERE
         elif self._left > 0:
             self._left -= 1
         else:
             self._pause = min(2 * self._pause, self._settings.rarest)
         self._wait = self._pause
+
+    def _may_grow(self, error: WayError) -> bool:
+        """Whether steps of twice the length would err little enough, by the order of the method."""
+        return self._longest < self._base and error.worst < 0.5 ** (ORDERS[self.method] + 1)
 
     def _error(self, stepper: Stepper, path: Path, x: Array, p: Array) -> WayError:
         """Return the error of the way to x (n, L); half the steps' length leads to `Way.fine`."""
@@ -262,12 +272,22 @@ class LiveStepper:
         return WayError(*self._judged(way, self._scales, x))
 
 
-def steppers(model: Model, backend: Backend | None, modes: ComplexArray) -> list[Stepper]:
-    """Return the steps of the methods that a model of such modes may need, compiled."""
+def prepare(model: Model, backend: Backend | None) -> list[Stepper]:
+    """Compile the methods that a model is likely to need; return their steps."""
     found = [stepper_for(model, backend)]
-    if model.integrator == 'auto' and is_stiff(modes, DEFAULT.stiff):
+    if model.integrator == 'auto' and may_be_stiff(model):
         found.append(stepper_for(by_method(model, IMPLICIT), backend))
     return found
+
+
+def figures_of(stepper: Stepper | None) -> dict[str, float]:
+    """Return the error of the newest way compared, and its steps, if the stepper chooses them."""
+    if not isinstance(stepper, LiveStepper) or not stepper.steps:
+        return {}
+    return {
+        'integration_error_sd': stepper.error,
+        f'integration_steps.{stepper.method}': float(stepper.steps),
+    }
 
 
 def live_stepper(

@@ -24,12 +24,12 @@ class LiveStepSettings:
     - `first`: ways compared at the start, one after the other.
     - `rarest`: ways from one comparison to the next, at most; a comparison costs half of what a
       filter takes for an output.
+    - `calm`: comparisons in a row after which steps may grow: at first, and at most where they had
+      to shrink again at once, as of a plant whose inputs jump.
     - `most_halvings`: of steps, to find a length that is fine enough: some ms, rarely.
     - `most_steps`: steps over a gap, at most, as nothing can interrupt them; as the gate's.
     - `margin`: width around the region compared that is taken for the same, in units of the
       states' sizes (see `sizes`): a twentieth of their bounds' distance.
-    - `stiff`: decay of the fastest mode from output to output, in time constants, from which on
-      RK4 may need more steps than a linearly implicit method costs; it is stable up to 2.8 a step.
     """
 
     share: float = 0.01
@@ -37,10 +37,10 @@ class LiveStepSettings:
     rounding: float = 1e-9
     first: int = 3
     rarest: int = 64
+    calm: tuple[int, int] = (4, 64)
     most_halvings: int = 12
     most_steps: int = 100_000
     margin: float = 0.5
-    stiff: float = 10.0
 
 
 DEFAULT = LiveStepSettings()

@@ -3,44 +3,31 @@
 import math
 import time
 from collections.abc import Iterable, Mapping
-from typing import Any, ClassVar, NamedTuple
+from typing import Any, ClassVar
 
 import numpy as np
 
 from obs_ros.core import estimated_delays
 from obs_ros.core.estimate import Estimate, Outcome, normal_intervals
-from obs_ros.core.model import Model, checked_noise, inside, names
+from obs_ros.core.model import Model, checked_noise, names
 from obs_ros.core.periods import periods, within
 from obs_ros.core.record import Sample
 from obs_ros.core.rng import random_generator
 from obs_ros.core.typing import Array
 from obs_ros.inference.parameterisation import Unknowns
 from obs_ros.integration.backends import Backend, check_backend
-from obs_ros.integration.live_steps import live_stepper, steppers
+from obs_ros.integration.live_steps import figures_of, live_stepper, prepare
 from obs_ros.integration.path import Path
 from obs_ros.integration.stepper import Stepper
-from obs_ros.integration.time_scales import modes, shortest_time
 from obs_ros.models import load_model
 from obs_ros.observers import settings as table
 from obs_ros.observers.innovation_gate import Admission, expected_outputs, root_mean_square
-from obs_ros.observers.output_intake import OutputIntake, outputs_at, rehearsed
+from obs_ros.observers.output_intake import Instant, OutputIntake, outputs_at
+from obs_ros.observers.rehearsal import rehearsed
 from obs_ros.observers.start import initial_values, kept_bounds
 from obs_ros.samples.gate import GateSettings
 from obs_ros.samples.stuck_sensor import Repeats, words
 from obs_ros.samples.successive_outputs import SuccessiveOutputs
-
-
-class Instant(NamedTuple):
-    """An output as an observer meets it: y (r,), NaN = not measured, and the inputs u (m,) then.
-
-    u are the inputs known when the output comes: one with the same stamp that comes after it is in
-    force from there on, but not in this u.
-    """
-
-    stamp: int  # ns
-    t: float  # s
-    y: Array
-    u: Array
 
 
 class RecursiveObserver:
@@ -166,13 +153,10 @@ class RecursiveObserver:
         """Compile everything that is not compiled yet; return the seconds that it took."""
         begin = time.perf_counter()
         twin = type(self)(self.model, **self._arguments)
-        u = np.array([inside(variable) for variable in self.model.inputs])
-        found = modes(self.model, 0.0, twin.x, u, twin.p)
-        steppers(self.model, self.backend, found)
-        reach = self.settings.longest_gap or 1.0
-        period = round(1e9 * min(self.model.max_step, reach, 1.0, shortest_time(found))) or 1
-        for k, y in enumerate(rehearsed(self.model, u, twin.x, twin.p, self.rehearsal)):
-            twin.absorb(Sample(k * period, y=y, u=u))
+        prepare(self.model, self.backend)
+        gap = self.settings.longest_gap or math.inf
+        for sample in rehearsed(self.model, twin.x, twin.p, self.rehearsal, gap):
+            twin.absorb(sample)
         return time.perf_counter() - begin
 
     def absorb(self, sample: Sample) -> bool:
@@ -225,7 +209,7 @@ class RecursiveObserver:
             innovation=dict(zip(self._outputs, innovation, strict=True)),
             innovation_stddev=dict(zip(self._outputs, spread, strict=True)),
             solve_time=self._step_time,
-            figures=self.figures | self._repeats.resolutions.figures,
+            figures={**figures_of(self._live), **self.figures, **self._repeats.resolutions.figures},
             last_outlier=self._intake.last_outlier,
         )
 

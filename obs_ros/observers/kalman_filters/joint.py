@@ -26,7 +26,8 @@ from obs_ros.models import load_model
 from obs_ros.observers import settings as table
 from obs_ros.observers.innovation_gate import Gate
 from obs_ros.observers.kalman_filters.deviations import KalmanSettings, begun, output_noise
-from obs_ros.observers.recursive import Instant, RecursiveObserver
+from obs_ros.observers.output_intake import Instant
+from obs_ros.observers.recursive import RecursiveObserver
 
 SLACK = 1e-9  # of a correlation: less is rounding
 

@@ -14,10 +14,11 @@ import numpy as np
 from obs_ros.core.interconnected_model import InterconnectedModel
 from obs_ros.core.model import Model, Variable, names
 from obs_ros.core.typing import Array
-from obs_ros.integration.live_steps import live_stepper
+from obs_ros.integration.live_steps import figures_of, live_stepper
 from obs_ros.integration.path import LANES, Path
+from obs_ros.observers.output_intake import Instant
 from obs_ros.observers.papers.channels import products
-from obs_ros.observers.recursive import Instant, RecursiveObserver
+from obs_ros.observers.recursive import RecursiveObserver
 from obs_ros.observers.settings import Settings, setting
 
 # Rates of F and of the filters, from t, F, the filters, inputs u, y, weights of y (0: not
@@ -112,6 +113,7 @@ class FlowObserver(RecursiveObserver):
         self._read(now)
         self._correct((now.stamp - before.stamp) / 1e9)
         self.innovation[:] = now.y - self.x[:r]
+        self.figures.update(figures_of(self._stepper))
         self._report()
 
     def _correct(self, dt: float) -> None:
