@@ -86,7 +86,7 @@ class LiveStepper:
         n, settings = len(self.model.states), self._settings
         self._scales = Scales(
             noise, np.full(n, np.nan) if stddev is None else stddev, periods(self.model.outputs),
-            settings.share, settings.unknown_noise, settings.rounding,
+            settings.share, settings.unknown_noise, settings.rounding, settings.lost,
         )  # fmt: skip
         self._region = np.empty((2, n))  # between which ways were compared: lower and upper ends
         self._margin = settings.margin * sizes(self.model)[0, :n]

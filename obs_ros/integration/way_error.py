@@ -21,6 +21,8 @@ class LiveStepSettings:
     - `unknown_noise`: deviation taken for outputs whose noise is not known, in units of the values.
     - `rounding`: smallest error that is asked for, in units of the values: the backends agree to
       1e-9, and models hold differences of large numbers.
+    - `lost`: error, in units of what is allowed, from which on a candidate counts as diverged: then
+      it says nothing of the steps that others need.
     - `first`: ways compared at the start, one after the other.
     - `rarest`: ways from one comparison to the next, at most; a comparison costs half of what a
       filter takes for an output.
@@ -35,6 +37,7 @@ class LiveStepSettings:
     share: float = 0.01
     unknown_noise: float = 1e-3
     rounding: float = 1e-9
+    lost: float = 1e6
     first: int = 3
     rarest: int = 64
     calm: tuple[int, int] = (4, 64)
@@ -64,8 +67,8 @@ class WayError(NamedTuple):
         return not self.diverged and self.worst <= 1.0
 
     def comparable(self, best: 'WayError', factor: float = 4.0) -> bool:
-        """Whether the error is as good as the best one."""
-        return self.diverged == best.diverged and self.worst <= factor * best.worst
+        """Whether the error is within the tolerance, or as good as the best one."""
+        return self.diverged == best.diverged and self.worst <= max(1.0, factor * best.worst)
 
 
 class Way(NamedTuple):
@@ -91,6 +94,7 @@ class Scales(NamedTuple):
     share: float
     unknown_noise: float
     rounding: float
+    lost: float
 
 
 @accelerated
@@ -113,7 +117,7 @@ def judged(way: Way, scales: Scales, x: Array) -> tuple[int, float, float]:
             total = larger(total, off, share * deviation, scales.rounding * size)
             if lane == 0:
                 sd = larger(sd, off, deviation, 0.0)
-        if total < math.inf:
+        if total < scales.lost:
             worst = max(worst, total)
         else:
             diverged += 1
