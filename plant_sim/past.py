@@ -22,6 +22,7 @@ class Stretch(NamedTuple):
     u: Signal
     p: Sequence[float]
     following: State | None = None
+    stiff: bool = False
 
 
 class Past:
@@ -51,7 +52,10 @@ class Past:
         if not self._stretches:
             return None
         stretch = self._stretches[max(self._index(t), 0)]
-        plant = Plant(self._model, stretch.x, start=stretch.t, following=stretch.following)
+        plant = Plant(
+            self._model, stretch.x, start=stretch.t, following=stretch.following,
+            stiff=stretch.stiff,
+        )  # fmt: skip
         plant.advance(max(t, stretch.t), stretch.u, stretch.p)
         return plant.output(stretch.u(plant.t), stretch.p)
 

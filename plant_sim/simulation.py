@@ -160,7 +160,7 @@ class Simulation:
         while plant.t < to:
             u, p = inputs.signal(plant.t, actuators), self._parameters(plant.t)
             if remember:
-                self._past.add(Stretch(plant.t, plant.x, u, p, plant.following))
+                self._past.add(Stretch(plant.t, plant.x, u, p, plant.following, plant.stiff))
             changes = schedule.next_change(plant.t), inputs.next_change(plant.t, actuators)
             plant.advance(min(to, *changes), u, p)
 

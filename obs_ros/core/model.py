@@ -130,9 +130,8 @@ class Model:
     written as for plain numbers. Straight-line functions of NumPy on tuples stay as they are;
     others are recorded when the model is made (`core.tracing`): loops, arrays, matrices, branches,
     methods of objects become such functions, and constants keep the values that they have then.
-    `max_step` (s) is the longest integration step: longer sample intervals are split evenly.
     `integrator` names the steps: `rk4` and `euler` are explicit, `rosenbrock` is linearly implicit
-    for stiff plants, and `auto` leaves the choice open.
+    for stiff plants; `auto` chooses, as the noise asks for. `max_step` (s) limits their length.
 
     `kind` says what `dynamics` returns: rates (`continuous`), or the state one `period` (s) later
     (`discrete`), from the state and the inputs in force at a node. Steps of a discrete model lead
@@ -185,9 +184,8 @@ class Model:
         if self.kind == DISCRETE:
             check_signals(self.name, self.inputs, self.outputs)
         if self.time not in get_args(Time):
-            raise ValueError(
-                f'model {self.name!r}: time {self.time!r} is none of {", ".join(get_args(Time))}'
-            )
+            known = ', '.join(get_args(Time))
+            raise ValueError(f'model {self.name!r}: time {self.time!r} is none of {known}')
         for variable in (*self.states, *self.inputs, *self.outputs):
             if variable.scale != 'linear':
                 raise ValueError(

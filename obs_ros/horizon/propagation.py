@@ -29,11 +29,13 @@ from obs_ros.inference.innovation_gate import (
     InnovationGateSettings,
     judged,
 )
+from obs_ros.integration import live_steps
 from obs_ros.integration.backends import Backend
 from obs_ros.integration.filter_pass import Differences
 from obs_ros.integration.filter_step import LiveFilter
+from obs_ros.integration.live_steps import live_stepper
 from obs_ros.integration.path import Path, after, joined, lanes
-from obs_ros.integration.stepper import stepper_for, tiny_path
+from obs_ros.integration.stepper import tiny_path
 
 
 class Interval(NamedTuple):
@@ -133,7 +135,7 @@ class Rollout:
     """The model alone: x in lane 0, and x off in one variable of the start in the others."""
 
     def __init__(self, model: Model, backend: Backend | None, start: Start) -> None:
-        self._stepper, self._outputs = stepper_for(model, backend), model.outputs
+        self._stepper, self._outputs = live_stepper(model, backend, start.noise), model.outputs
         self._noise = start.noise**2
         self._period = periods(model.outputs)
         self._last: Interval | None = None
@@ -185,7 +187,7 @@ class Filter:
         walks: Array,
         gate: InnovationGateSettings,
     ) -> None:
-        self._stepper, self._outputs = stepper_for(model, backend), model.outputs
+        self._stepper, self._outputs = live_stepper(model, backend, start.noise), model.outputs
         self._live = LiveFilter.of(
             model, start.x, start.p, P, walks, start.noise, start.moving
         )  # fmt: skip
@@ -257,11 +259,11 @@ spread = accelerated(_spread, spread_on_arrays)
 
 def prepare(model: Model, backend: Backend | None, moving: IntArray | None) -> None:
     """Compile the rollout, and with parameters `moving` (w,) the filter, unless they are."""
-    stepper = stepper_for(model, backend)
     x, p = (np.array([inside(v) for v in group]) for group in (model.states, model.parameters))
     size, y = len(model.variables), np.zeros(len(model.outputs))
     start = Start(x, p, np.eye(size), None, y, np.arange(p.size))
     Rollout(model, backend, start).report()
-    if moving is not None:
-        live = LiveFilter.of(model, x, p, np.eye(size), np.ones(size), y + 1.0, moving)
-        stepper.filter(live, tiny_path(model), y)
+    for stepper in live_steps.prepare(model, backend):
+        if moving is not None:
+            live = LiveFilter.of(model, x, p, np.eye(size), np.ones(size), y + 1.0, moving)
+            stepper.filter(live, tiny_path(model), y)

@@ -16,6 +16,7 @@ class ContinuousOutputs:
 
     def __init__(self, model: Model) -> None:
         self._period = periods(model.outputs)
+        self._wraps = bool(self._period.any())
         self._expected = np.full(self._period.size, np.nan)
 
     def begin(self, expected: Array) -> None:
@@ -24,11 +25,11 @@ class ContinuousOutputs:
 
     def taken(self, y: Array) -> Array:
         """Return outputs (r,) that follow on those before."""
-        return nearest(y, self._expected, self._period)
+        return nearest(y, self._expected, self._period) if self._wraps else y
 
     def note(self, y: Array, innovation: Array) -> None:
         """Take note of outputs as taken and of their innovations (r,); NaN = not measured."""
-        if not self._period.any():
+        if not self._wraps:
             return
         known = np.isfinite(y) & np.isfinite(innovation)
         self._expected[known] = y[known] - innovation[known]

@@ -64,13 +64,14 @@ class Admission:
 
     def note(self, t: float) -> bool:
         """Count the outputs at time t (s) that were rejected; return whether there is one."""
-        for i, size in enumerate(self.gate.rejected.tolist()):
+        sizes = self.gate.rejected.tolist()
+        for i, size in enumerate(sizes):
             if size:
                 name, run = self._outputs[i], int(self.gate.run[i])
                 self.counts[f'outlier.{name}'] += 1
                 self.counts[f'burst.{name}'] += run == OUTLIERS.few + 1
                 self.last = f'{name} at {t:.2f} s ({size:.3g} sigma)'
-        return bool(self.gate.rejected.any())
+        return any(sizes)
 
 
 def expected_outputs(stepper: Stepper, path: Path, t: float, u: Array, x: Array, p: Array) -> Array:

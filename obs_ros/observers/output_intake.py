@@ -1,17 +1,30 @@
 """The way of outputs into an observer that goes sample by sample."""
 
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Mapping
 from functools import cache
+from typing import NamedTuple
 
 import numpy as np
 
 from obs_ros.core.model import Model
-from obs_ros.core.saturation import at_an_end
 from obs_ros.core.typing import Array
 from obs_ros.inference.innovation_gate import Gate
 from obs_ros.observers.continuous_outputs import ContinuousOutputs
 from obs_ros.observers.innovation_gate import Admission
 from obs_ros.observers.saturated_outputs import SaturatedOutputs
+
+
+class Instant(NamedTuple):
+    """An output as an observer meets it: y (r,), NaN = not measured, and the inputs u (m,) then.
+
+    u are the inputs known when the output comes: one with the same stamp that comes after it is in
+    force from there on, but not in this u.
+    """
+
+    stamp: int  # ns
+    t: float  # s
+    y: Array
+    u: Array
 
 
 class OutputIntake:
@@ -76,15 +89,3 @@ class OutputIntake:
 def outputs_at(model: Model, t: float, u: Array, x: Array, p: Array) -> Array:
     """Return the outputs (r,) of a model at time t (s), inputs u (m,), states x (n,), p (q,)."""
     return np.array(model.output(t, tuple(x), tuple(u), tuple(p)))
-
-
-def rehearsed(model: Model, u: Array, x: Array, p: Array, count: int) -> Iterator[Array]:
-    """Yield so many outputs (r,), such as take all ways through an observer that starts from x, p.
-
-    The last one is at the ends of all ranges, which takes a rollout.
-    """
-    with np.errstate(all='ignore'):
-        y = outputs_at(model, 0.0, u, x, p)
-    y = np.where(np.isfinite(y), y, 0.0)
-    yield from [y] * (count - 1)
-    yield at_an_end(model.outputs, y)

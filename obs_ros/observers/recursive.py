@@ -3,42 +3,31 @@
 import math
 import time
 from collections.abc import Iterable, Mapping
-from typing import Any, ClassVar, NamedTuple
+from typing import Any, ClassVar
 
 import numpy as np
 
 from obs_ros.core import estimated_delays
 from obs_ros.core.estimate import Estimate, Outcome, normal_intervals
-from obs_ros.core.model import Model, checked_noise, inside, names
+from obs_ros.core.model import Model, checked_noise, names
 from obs_ros.core.periods import periods, within
 from obs_ros.core.record import Sample
 from obs_ros.core.rng import random_generator
 from obs_ros.core.typing import Array
 from obs_ros.inference.parameterisation import Unknowns
 from obs_ros.integration.backends import Backend, check_backend
+from obs_ros.integration.live_steps import figures_of, live_stepper, prepare
 from obs_ros.integration.path import Path
-from obs_ros.integration.stepper import Stepper, stepper_for
+from obs_ros.integration.stepper import Stepper
 from obs_ros.models import load_model
 from obs_ros.observers import settings as table
 from obs_ros.observers.innovation_gate import Admission, expected_outputs, root_mean_square
-from obs_ros.observers.output_intake import OutputIntake, outputs_at, rehearsed
+from obs_ros.observers.output_intake import Instant, OutputIntake, outputs_at
+from obs_ros.observers.rehearsal import rehearsed
 from obs_ros.observers.start import initial_values, kept_bounds
 from obs_ros.samples.gate import GateSettings
 from obs_ros.samples.stuck_sensor import Repeats, words
 from obs_ros.samples.successive_outputs import SuccessiveOutputs
-
-
-class Instant(NamedTuple):
-    """An output as an observer meets it: y (r,), NaN = not measured, and the inputs u (m,) then.
-
-    u are the inputs known when the output comes: one with the same stamp that comes after it is in
-    force from there on, but not in this u.
-    """
-
-    stamp: int  # ns
-    t: float  # s
-    y: Array
-    u: Array
 
 
 class RecursiveObserver:
@@ -129,12 +118,13 @@ class RecursiveObserver:
         self._fixed_parameters = np.setdiff1d(np.arange(n, n + q), self.unknowns.index)
         self.figures: dict[str, float] = {}
         self._before: Instant | None = None
+        self._live: Stepper | None = None
         self._due = self._diverged = self._blind = False
         self._taken, self._step_time = 0, 0.0
         self._counts = dict.fromkeys(('reset_non_finite', *self.reasons, 'skipped'), 0)
         # Outputs whose noise is known cannot stand still; see `stuck_sensor`.
-        deviations = [self.noise.get(name, math.nan) for name in self._outputs]
-        self._repeats = Repeats.of(self.model, deviations)
+        self._noise = np.array([self.noise.get(name, math.nan) for name in self._outputs])
+        self._repeats = Repeats.of(self.model, self._noise.tolist())
         reach = GateSettings(reach=self.settings.longest_gap).within_steps(self.model)
         self._samples = SuccessiveOutputs(self.model, reach, self._repeats)
         self._periods = periods(self.model.states), periods(self.model.outputs)
@@ -155,16 +145,19 @@ class RecursiveObserver:
     @property
     def stepper(self) -> Stepper:
         """The model's steps; compiled at the first call, which may take some seconds."""
-        return stepper_for(self.model, self.backend)
+        if self._live is None:
+            stddev = self.stddev[: self.x.size]
+            self._live = live_stepper(self.model, self.backend, self._noise, stddev)
+        return self._live
 
     def prepare(self) -> float:
         """Compile everything that is not compiled yet; return the seconds that it took."""
         begin = time.perf_counter()
         twin = type(self)(self.model, **self._arguments)
-        step = self.model.period or min(self.model.max_step, self.settings.longest_gap or 1.0, 1.0)
-        u = np.array([inside(variable) for variable in self.model.inputs])
-        for k, y in enumerate(rehearsed(self.model, u, twin.x, twin.p, self.rehearsal)):
-            twin.absorb(Sample(round(1e9 * step) * k, y=y, u=u))
+        prepare(self.model, self.backend)
+        gap = self.settings.longest_gap or math.inf
+        for sample in rehearsed(self.model, twin.x, twin.p, self.rehearsal, gap):
+            twin.absorb(sample)
         return time.perf_counter() - begin
 
     def absorb(self, sample: Sample) -> bool:
@@ -217,7 +210,7 @@ class RecursiveObserver:
             innovation=dict(zip(self._outputs, innovation, strict=True)),
             innovation_stddev=dict(zip(self._outputs, spread, strict=True)),
             solve_time=self._step_time,
-            figures=self.figures | self._repeats.resolutions.figures,
+            figures={**figures_of(self._live), **self.figures, **self._repeats.resolutions.figures},
             last_outlier=self._intake.last_outlier,
         )
 
@@ -297,4 +290,5 @@ class RecursiveObserver:
     def _forget(self) -> None:
         self._due = self._diverged = self._blind = False
         self._before, self._taken, self._remark, self._step_time = None, 0, '', 0.0
+        self._live = None  # steps are chosen anew
         self._set_out()

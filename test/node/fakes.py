@@ -12,7 +12,8 @@ from obs_ros.core.estimate import Estimate, Outcome
 from obs_ros.core.model import Model, Variable, names
 from obs_ros.core.record import Sample
 from obs_ros.models import load_model
-from obs_ros.observers.recursive import Instant, RecursiveObserver
+from obs_ros.observers.output_intake import Instant
+from obs_ros.observers.recursive import RecursiveObserver
 from obs_ros.observers.settings import Settings, setting
 
 

@@ -11,7 +11,8 @@ from obs_ros import Outcome, Sample, Variable
 from obs_ros.integration.path import LANES
 from obs_ros.models.three_tank import THREE_TANK
 from obs_ros.observers.kalman_filters.ekf import ExtendedKalmanObserver
-from obs_ros.observers.recursive import Instant, RecursiveObserver
+from obs_ros.observers.output_intake import Instant
+from obs_ros.observers.recursive import RecursiveObserver
 
 P = {'stiffness': 0.8, 'push': 0.7}
 MS = 1_000_000

@@ -3,6 +3,7 @@ import math
 import numpy as np
 import pytest
 from arx import ARX, X0, A, B, course, pushes
+from stiff_plants import MOTOR, by_radau, chain, van_der_pol
 
 from obs_ros.core.model import Model, Variable
 from obs_ros.models import load_model
@@ -87,3 +88,60 @@ def test_a_discrete_model_goes_by_the_inputs_at_its_nodes():
     other = Plant(ARX, X0)
     other.advance(1.9, lambda t: (u[math.floor(10.0 * t + 1e-6)],), (*A, B))
     assert other.x == pytest.approx(states[19], rel=1e-12)
+
+
+@pytest.mark.parametrize(
+    ('model', 'x', 'u', 'p', 'period', 'samples'),
+    [
+        (MOTOR, (0.0, 0.0), (12.0, -20.0, 5.0), (0.05,), 0.01, 12),
+        (van_der_pol(100.0), (2.0, 0.0), (), (100.0,), 4.0, 12),
+        (chain(20), (20.0,) * 20, (60.0, 80.0), (20.0,), 10.0, 8),
+    ],
+)
+def test_stiff_plants_are_as_scipy_s_radau_has_them(model, x, u, p, period, samples):
+    plant, exact = Plant(model, x), np.array(x)
+    width = np.array([v.upper - v.lower for v in model.states])
+    for k in range(samples):
+        held = (u[k % len(u)],) if u else ()
+        plant.advance((k + 1) * period, constant(*held), p)
+        exact = by_radau(model, k * period, (k + 1) * period, exact, np.array(held), np.array(p))
+        assert np.abs(np.array(plant.x) - exact).max() <= 1e-7 * width.min()
+    assert plant.stiff
+
+
+def test_a_plant_that_is_not_stiff_stays_with_rk4():
+    tanks = load_model('three_tank')
+    plant = Plant(tanks, (0.0, 0.0, 60.0))
+    plant.advance(100.0, constant(30.0, 30.0), (1.0, 1.0, 1.0))
+    assert not plant.stiff
+
+
+def test_small_states_are_as_exact_as_large_ones():
+    """x' = -x in units of 1e-9 and of 1e9 of the same."""
+    results = []
+    for unit in (1e-9, 1.0, 1e9):
+        decay = Model(
+            name='decay',
+            states=(Variable('x', lower=0.0, upper=2.0 * unit),),
+            outputs=(Variable('y'),),
+            dynamics=lambda t, x, u, p: (-x[0],),
+            output=lambda t, x, u, p: (x[0],),
+        )
+        plant = Plant(decay, [unit])
+        plant.advance(3.0, constant(), ())
+        results.append(plant.x[0] / unit)
+    assert results == pytest.approx([math.exp(-3.0)] * 3, abs=2e-7)
+
+
+def test_floats_that_overflow_on_the_way_do_no_harm():
+    """One RK4 step of 1 s leads from 2 beyond 1e300, where ** of a float raises."""
+    steep = Model(
+        name='steep',
+        states=(Variable('x', lower=0.0, upper=3.0),),
+        outputs=(Variable('y'),),
+        dynamics=lambda t, x, u, p: (-1e4 * x[0] ** 9,),
+        output=lambda t, x, u, p: (x[0],),
+    )
+    plant = Plant(steep, [2.0])
+    plant.advance(1.0, constant(), ())
+    assert plant.x[0] == pytest.approx((2.0**-8 + 8e4) ** -0.125, rel=1e-6)

@@ -12,7 +12,8 @@ from obs_ros.core.typing import Array
 from obs_ros.horizon.prediction import Prediction
 from obs_ros.interface.parameters import COMMON
 from obs_ros.models.three_tank import THREE_TANK
-from obs_ros.observers.recursive import Instant, RecursiveObserver
+from obs_ros.observers.output_intake import Instant
+from obs_ros.observers.recursive import RecursiveObserver
 from obs_ros.replay.forecast import Forecaster
 from obs_ros.samples.gate import COUNTS, Gate, GateSettings
 from obs_ros.samples.window import SlidingWindow

@@ -27,7 +27,8 @@ from obs_ros.integration.path import Path, lanes, single
 from obs_ros.models import load_model
 from obs_ros.observers import settings as table
 from obs_ros.observers.kalman_filters.deviations import KalmanSettings, begun, output_noise
-from obs_ros.observers.recursive import Instant, RecursiveObserver
+from obs_ros.observers.output_intake import Instant
+from obs_ros.observers.recursive import RecursiveObserver
 
 SLACK = 1e-9  # of a correlation: less is rounding
 
@@ -111,12 +112,13 @@ class KalmanObserver(RecursiveObserver):
         wraps = [self.model.variables[i].period is not None for i in joint]
         bounded = (np.isfinite(low) & np.isfinite(high)) | wraps
         d, r = joint.size, self.innovation.size
+        self._noise = output_noise(unknowns, self.noise, self.settings.output_noise)
         count = lanes(1 + 2 * d)  # the mean, and two for each joint state
         self.joint = Joint(
             z=np.empty(d),
             covariance=np.empty((d, d)),
             walk=given.walk**2,
-            noise=output_noise(unknowns, self.noise, self.settings.output_noise) ** 2,
+            noise=self._noise**2,
             low=low,
             high=high,
             most=np.where(bounded, np.maximum(width, given.start) ** 2, np.inf),

@@ -5,12 +5,12 @@ from typing import Any, ClassVar
 
 from obs_ros.core.model import Model
 from obs_ros.observers import settings as table
+from obs_ros.observers.output_intake import Instant
 from obs_ros.observers.papers.observer_form import (
     ObserverFormObserver,
     ObserverFormSettings,
     regression_error,
 )
-from obs_ros.observers.recursive import Instant
 from obs_ros.observers.settings import setting
 
 

@@ -24,8 +24,9 @@ import numpy as np
 from obs_ros.core.model import Model
 from obs_ros.core.typing import Array
 from obs_ros.integration.path import Path
+from obs_ros.observers.output_intake import Instant
 from obs_ros.observers.papers.euler import euler_step, mean_inputs, outputs_of
-from obs_ros.observers.recursive import Instant, RecursiveObserver
+from obs_ros.observers.recursive import RecursiveObserver
 from obs_ros.observers.settings import Settings, setting
 from obs_ros.optimization.decimal_coding import Base10, Genes
 from obs_ros.optimization.genetic_operators import (

@@ -22,8 +22,9 @@ from obs_ros.core.model import Model, names
 from obs_ros.core.typing import Array, IntArray
 from obs_ros.integration.path import Path, Stretch, lanes
 from obs_ros.integration.series_parallel import measured_states, series_parallel_for
+from obs_ros.observers.output_intake import Instant
 from obs_ros.observers.papers.euler import mean_inputs
-from obs_ros.observers.recursive import Instant, RecursiveObserver
+from obs_ros.observers.recursive import RecursiveObserver
 from obs_ros.observers.settings import Settings, setting
 from obs_ros.optimization.decimal_coding import Base10
 from obs_ros.optimization.ga import check_breeding

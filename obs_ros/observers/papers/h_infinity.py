@@ -10,8 +10,9 @@ from obs_ros.core.jit import accelerated, bound
 from obs_ros.core.model import Model, inside, names
 from obs_ros.core.typing import Array
 from obs_ros.integration.path import Path, lanes
+from obs_ros.observers.output_intake import Instant
 from obs_ros.observers.papers.adaptive_gains import GAINS
-from obs_ros.observers.recursive import Instant, RecursiveObserver
+from obs_ros.observers.recursive import RecursiveObserver
 from obs_ros.observers.settings import Settings, setting
 
 

@@ -18,7 +18,8 @@ from obs_ros.core.model import Model
 from obs_ros.core.typing import Array, IntArray
 from obs_ros.integration.path import Path
 from obs_ros.observers import settings as table
-from obs_ros.observers.recursive import Instant, RecursiveObserver
+from obs_ros.observers.output_intake import Instant
+from obs_ros.observers.recursive import RecursiveObserver
 from obs_ros.observers.settings import setting
 
 

@@ -9,12 +9,12 @@ import numpy as np
 from obs_ros.core.jit import accelerated
 from obs_ros.core.typing import Array
 from obs_ros.observers import settings as table
+from obs_ros.observers.output_intake import Instant
 from obs_ros.observers.papers.observer_form import (
     ObserverFormObserver,
     ObserverFormSettings,
     regression_error,
 )
-from obs_ros.observers.recursive import Instant
 from obs_ros.observers.settings import setting
 
 

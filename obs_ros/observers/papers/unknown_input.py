@@ -9,6 +9,7 @@ import numpy as np
 from obs_ros.core.interconnected_model import InterconnectedModel
 from obs_ros.core.model import Model, Variable
 from obs_ros.core.typing import Array
+from obs_ros.observers.output_intake import Instant
 from obs_ros.observers.papers.channels import Channel, each
 from obs_ros.observers.papers.flow import (
     FlowObserver,
@@ -18,7 +19,6 @@ from obs_ros.observers.papers.flow import (
     inward,
     observer_model,
 )
-from obs_ros.observers.recursive import Instant
 from obs_ros.observers.settings import setting
 
 

@@ -1,0 +1,91 @@
+"""How fast a plant moves about a state: the eigenvalues of df/dx."""
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from obs_ros.core.model import Model, inside
+from obs_ros.core.typing import Array
+from obs_ros.integration.filter_pass import sizes
+
+
+@dataclass(frozen=True)
+class StiffnessSettings:
+    """When a model counts as stiff.
+
+    - `points`: random states at which it is looked at; the median counts, as kinks give any rate.
+    - `ratio`: of the fastest decay to the slowest motion; below, RK4 costs no more than a linearly
+      implicit method where the slow motion is resolved. The three tanks have 17 to 35.
+    - `decay`: in time constants over a step or a sample interval, likewise; RK4 is stable up to
+      2.8 a step.
+    """
+
+    points: int = 5
+    ratio: float = 100.0
+    decay: float = 10.0
+
+
+STIFF = StiffnessSettings()
+ComplexArray = NDArray[np.complex128]
+
+ROUNDING = 1e-9  # of the fastest mode: slower ones are constants of motion
+DIFFERENCE = 6e-6  # of a size, in central differences: eps^(1/3)
+
+
+def modes(model: Model, t: float, x: Array, u: Array, p: Array) -> ComplexArray:
+    """Return the eigenvalues (n,) of df/dx in 1/s; none where derivatives are not finite.
+
+    The model is linearised at time t (s), states x (n,), inputs u (m,) and parameters p (q,).
+    """
+    n = x.size
+    steps = DIFFERENCE * np.maximum(np.abs(x), sizes(model)[0, :n])
+    moved = np.repeat(x[:, None], 2 * n, axis=1)
+    moved[:, :n] += np.diag(steps)
+    moved[:, n:] -= np.diag(steps)
+    with np.errstate(all='ignore'):
+        f = model.dynamics(t, tuple(moved), tuple(u), tuple(p))
+        ends = np.array([np.broadcast_to(rate, 2 * n) for rate in f])
+        J = (ends[:, :n] - ends[:, n:]) / (2.0 * steps)
+    return (
+        np.linalg.eigvals(J).astype(np.complex128) if np.isfinite(J).all() else np.empty(0, complex)
+    )
+
+
+def fastest_decay(modes: ComplexArray) -> float:
+    """Return the rate in 1/s at which the fastest of some modes decays; 0 where none does."""
+    return float((-modes.real).max(initial=0.0))
+
+
+def shortest_time(modes: ComplexArray) -> float:
+    """Return the time (s) that the fastest of some modes takes, to decay, grow or swing."""
+    fastest = float(np.abs(modes).max(initial=0.0))
+    return 1.0 / fastest if fastest > 0.0 else math.inf
+
+
+def stiffness(modes: ComplexArray) -> float:
+    """Return how many times faster the fastest mode decays than the slowest one moves."""
+    speeds = np.abs(modes)
+    moving = speeds[speeds > ROUNDING * speeds.max(initial=0.0)]
+    return fastest_decay(modes) / float(moving.min()) if moving.size else 0.0
+
+
+def may_be_stiff(model: Model, settings: StiffnessSettings = STIFF) -> bool:
+    """Whether RK4 is likely to need many steps where the model's modes take one.
+
+    Where the model has a longest step, that shows it; else the modes themselves, over random states
+    within their bounds.
+    """
+    rng = np.random.default_rng(0)
+    u, p = (np.array([inside(v) for v in group]) for group in (model.inputs, model.parameters))
+    size = 5.0 * sizes(model)[0, : len(model.states)]
+    middle = np.array([inside(v) for v in model.states])
+    found = [
+        modes(model, 0.0, middle + size * rng.uniform(-0.8, 0.8, middle.size), u, p)
+        for _ in range(settings.points)
+    ]
+    if math.isfinite(model.max_step):
+        decay = np.median([fastest_decay(each) for each in found])
+        return bool(decay * model.max_step > settings.decay)
+    return bool(np.median([stiffness(each) for each in found]) > settings.ratio)
