@@ -4,7 +4,6 @@ import time
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from functools import partial
-from operator import attrgetter
 from typing import Any
 
 import numpy as np
@@ -18,7 +17,7 @@ from obs_ros.core.record import Record
 from obs_ros.core.saturation import unsaturated
 from obs_ros.core.typing import Array
 from obs_ros.horizon.bases import Bases
-from obs_ros.horizon.cleaning import cleaned, rescaled_to_residuals
+from obs_ros.horizon.cleaning import WITH_GIVEN_PRIORS, cleaned, rescaled_to_residuals
 from obs_ros.horizon.disturbance import assessed, explain_by_process_noise, untried
 from obs_ros.horizon.given_priors import under_given_priors
 from obs_ros.horizon.intervals import with_intervals
@@ -50,6 +49,7 @@ from obs_ros.integration.grid import Grid
 from obs_ros.optimization.levenberg_marquardt import LMSettings, Trail, levenberg_marquardt
 from obs_ros.optimization.memetic import MemeticSettings
 from obs_ros.optimization.methods import Method, method_for
+from obs_ros.optimization.refinement import refined
 from obs_ros.optimization.result import Found
 from obs_ros.samples.range_check import without_absurd
 
@@ -154,7 +154,8 @@ class Solver:
             window, found = rescaled_to_residuals(window, found)
         found = under_given_priors(window, found, deadline, polish=squares)
         if squares:
-            window, found = cleaned(window, found, deadline, attrgetter('with_given_priors'))
+            window, found = cleaned(window, found, deadline, WITH_GIVEN_PRIORS)
+            found = refined(window.with_given_priors, found, deadline)
             best = hypothesis_at(PiecewiseProblem(window.objective, window.prior), found.z)
             remark = str(looks_late(best) or '')
             other = explain_by_process_noise(
