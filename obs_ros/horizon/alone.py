@@ -1,14 +1,12 @@
 """A window that is solved by itself: from its fit to its estimate, without any that came before."""
 
-from operator import attrgetter
-
 import numpy as np
 
 from obs_ros.core.deadline import Deadline
 from obs_ros.core.estimate import Estimate
 from obs_ros.core.typing import Array
 from obs_ros.horizon.bases import Bases
-from obs_ros.horizon.cleaning import cleaned, rescaled_to_residuals
+from obs_ros.horizon.cleaning import WITH_GIVEN_PRIORS, cleaned, rescaled_to_residuals
 from obs_ros.horizon.disturbance import assessed, explain_by_process_noise, steadied, untried
 from obs_ros.horizon.given_priors import under_given_priors
 from obs_ros.horizon.integration_error import Answer
@@ -21,6 +19,7 @@ from obs_ros.inference.jumps.hypothesis import hypothesis_at
 from obs_ros.inference.jumps.piecewise import PiecewiseProblem
 from obs_ros.inference.process_noise import ProcessNoiseMode
 from obs_ros.inference.window_state import WindowState
+from obs_ros.optimization.refinement import refined
 from obs_ros.optimization.result import Found
 
 
@@ -34,9 +33,8 @@ def explained_alone(
     if not window.noise_known:
         window, found = rescaled_to_residuals(window, found)
     found = under_given_priors(window, found, deadline, polish=True)
-    window, found = cleaned(
-        window, found, deadline, attrgetter('with_given_priors'), jumps_follow=False
-    )
+    window, found = cleaned(window, found, deadline, WITH_GIVEN_PRIORS, jumps_follow=False)
+    found = refined(window.with_given_priors, found, deadline)
     best = hypothesis_at(PiecewiseProblem(window.objective, window.prior), found.z)
     remark = str(looks_late(best) or '')
     other = explain_by_process_noise(window, found, best, given, deadline, mode=mode)

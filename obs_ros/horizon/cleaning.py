@@ -21,6 +21,7 @@ from obs_ros.optimization.result import Found
 POLISH = 40  # iterations of a local search that starts near its optimum
 Posed = Callable[[WindowState], Problem]
 POSTERIOR: Posed = attrgetter('posterior')
+WITH_GIVEN_PRIORS: Posed = attrgetter('with_given_priors')
 
 
 def cleaned(

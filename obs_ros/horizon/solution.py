@@ -36,6 +36,7 @@ from obs_ros.inference.window_state import WindowState
 from obs_ros.optimization.acceptance import Acceptance
 from obs_ros.optimization.levenberg_marquardt import levenberg_marquardt
 from obs_ros.optimization.memetic import MemeticSettings
+from obs_ros.optimization.refinement import refined
 from obs_ros.optimization.result import Effort, Found
 
 
@@ -243,13 +244,12 @@ def _plain(
     window: WindowState, found: Found, starts: Array, deadline: Deadline
 ) -> tuple[WindowState, Hypothesis | None]:
     """Return the best optimum without process noise near some starts (P, d), in its own scales."""
-    posterior = window.posterior
-    solved = levenberg_marquardt(
-        posterior, starts, posterior.nodes, MemeticSettings.full_iterations, deadline
-    )
+    posterior, most = window.posterior, MemeticSettings.full_iterations
+    solved = levenberg_marquardt(posterior, starts, posterior.nodes, most, deadline)
     if deadline.passed or not np.isfinite(solved.squares[0]):
         return window, None
     found = replace(found, z=solved.z[0], cost=float(solved.squares[0]))
+    found = refined(posterior, found, deadline)
     if not window.noise_known:
         window, found = rescaled_to_residuals(window, found)
     return window, hypothesis_at(PiecewiseProblem(window.objective, window.prior), found.z)

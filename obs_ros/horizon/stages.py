@@ -30,6 +30,7 @@ from obs_ros.inference.window_state import WindowState
 from obs_ros.optimization.acceptance import Acceptance
 from obs_ros.optimization.levenberg_marquardt import levenberg_marquardt
 from obs_ros.optimization.memetic import MemeticSettings
+from obs_ros.optimization.refinement import refined
 from obs_ros.optimization.result import Effort, Found
 
 
@@ -92,7 +93,8 @@ def fit(
         window, found = solver.fit(window, window.posterior, rng, deadline, warm)
     if np.isfinite(found.cost) and not window.noise_known:
         window, found = in_own_scale(window, found, deadline)
-    return cleaned(window, found, deadline)
+    window, found = cleaned(window, found, deadline)
+    return window, refined(window.posterior, found, deadline)
 
 
 def explain(

@@ -21,7 +21,12 @@ from obs_ros.inference.window_state import WindowState
 from obs_ros.integration.backends import Kernels, run_process_noise_once
 from obs_ros.integration.filter_pass import FilterPass
 from obs_ros.integration.linear_path import LinearPath
-from obs_ros.optimization.levenberg_marquardt import levenberg_marquardt
+from obs_ros.optimization.levenberg_marquardt import (
+    LM_DEFAULTS,
+    LMSettings,
+    levenberg_marquardt,
+)
+from obs_ros.optimization.refinement import REFINED
 
 STEP = 1e-4  # of a box, for differences
 
@@ -76,7 +81,8 @@ def with_given_walks(
     guess = first_guess(window, z, given, ())
     walks = guess.walks.copy()
     walks[: len(model.states)] = [v.walk or 0.0 for v in model.states]
-    return _alternated(window, z, replace(guess, walks=walks), (), given, deadline)
+    found = _alternated(window, z, replace(guess, walks=walks), (), given, deadline)
+    return None if found is None else _refined(window, found, deadline)
 
 
 def with_walk_of(
@@ -193,15 +199,26 @@ def _alternated(
 
 
 def _renewed(
-    window: WindowState, found: FilterPass, z: Array, noise: ProcessNoise, deadline: Deadline
+    window: WindowState,
+    found: FilterPass,
+    z: Array,
+    noise: ProcessNoise,
+    deadline: Deadline,
+    local: LMSettings = LM_DEFAULTS,
 ) -> Disturbed | None:
     """Return the optimum near z (d,) under the gains of a pass, with gains of its own."""
     objective = window.objective
     problem, nodes = corrected(window, found).posterior, objective.nodes
-    solved = levenberg_marquardt(problem, z[None], nodes, SETTINGS.polish, deadline)
+    solved = levenberg_marquardt(problem, z[None], nodes, SETTINGS.polish, deadline, settings=local)
     if deadline.passed or not np.isfinite(solved.squares[0]):
         return None
     return disturbed_at(window, solved.z[0], noise)
+
+
+def _refined(window: WindowState, best: Disturbed, deadline: Deadline) -> Disturbed:
+    """Return the optimum to a small share of the deviations, see `optimization/refinement`."""
+    found = _renewed(window, best.along, best.z, best.noise, deadline, REFINED)
+    return best if found is None else found
 
 
 def _restricted(
@@ -230,7 +247,7 @@ def _restricted(
     found = filtered(window, best.z, noise)
     if not np.isfinite(found.neg2_log_likelihood):
         return best
-    renewed = _renewed(window, found, best.z, noise, deadline)
+    renewed = _renewed(window, found, best.z, noise, deadline, REFINED)
     # What integrating out changes is little: a larger change has lost the optimum.
     worse = SETTINGS.restricted * window.objective.dimension
     if renewed is None or renewed.criterion > best.criterion + worse:

@@ -42,7 +42,8 @@ class ProcessNoiseSettings:
       `gain`;
     - `restricted`: of -2 log likelihood and for each unknown, by which noise with the unknowns
       integrated out may be less likely along them;
-    - `tolerance`: of -2 log likelihood in a round;
+    - `tolerance`: of -2 log likelihood in a round; at 0.01 parameters ended 0.003 deviations apart
+      where noise hardly counts beside walks, and at 0.001 no later;
     - `settled`: windows whose walks tell what a jump is;
     - `usual`: latest windows, of which half must have had process noise for it to be expected;
     - `polish`: iterations of the local search for the candidate in a round.
@@ -55,7 +56,7 @@ class ProcessNoiseSettings:
     rounds: int = 6
     gain: float = 0.1
     restricted: float = 2.0
-    tolerance: float = 0.01
+    tolerance: float = 0.001
     settled: int = 4
     usual: int = 6
     polish: int = 20

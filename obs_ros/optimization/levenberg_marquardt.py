@@ -113,7 +113,7 @@ def levenberg_marquardt(
             batch, trial, gain = batch.take(~over), trial[~over], gain[~over]
             if not batch.squares.size:
                 break
-        h = batch.difference_steps(variance)
+        h = difference_steps(batch.hessian, variance, settings)
         batch.move(trial, gain, *objective.linearise(trial, h, nodes))
     return _sorted([*stopped, batch])
 
@@ -123,6 +123,13 @@ def optimum_width(problem: Problem, squares: float, settings: LMSettings = LM_DE
     nodes, d = problem.nodes, problem.dimension
     variance = max(squares, problem.floor(nodes)) / max(1, problem.count(nodes) - d)
     return settings.same_optimum * d * variance
+
+
+def difference_steps(hessian: Array, variance: float, settings: LMSettings) -> Array:
+    """Return steps (P, d) of finite differences for noise of this variance, near J'J (P, d, d)."""
+    curvature = np.diagonal(hessian, axis1=1, axis2=2)
+    h = settings.step_share * np.sqrt(variance / np.maximum(curvature, TINY))
+    return np.minimum(np.maximum(h, settings.least_step), settings.most_step)
 
 
 @dataclass
@@ -175,12 +182,6 @@ class _Batch:
             over |= self.mark - self.squares < s.converged_gain * d * variance
             self.mark = self.squares.copy()
         return trial, gain, over
-
-    def difference_steps(self, variance: float) -> Array:
-        """Return steps (P, d) of finite differences for noise of this variance."""
-        s, curvature = self.settings, np.diagonal(self.hessian, axis1=1, axis2=2)
-        h = s.step_share * np.sqrt(variance / np.maximum(curvature, TINY))
-        return np.minimum(np.maximum(h, s.least_step), s.most_step)
 
     def take(self, chosen: BoolArray) -> '_Batch':
         """Return the chosen starts."""

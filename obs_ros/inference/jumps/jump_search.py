@@ -28,6 +28,7 @@ from obs_ros.inference.jumps.moves import (
 )
 from obs_ros.inference.jumps.piecewise import PiecewiseProblem
 from obs_ros.optimization.levenberg_marquardt import Trail, levenberg_marquardt
+from obs_ros.optimization.refinement import refined_point
 
 
 class JumpSearch:
@@ -68,6 +69,7 @@ class JumpSearch:
             self.best = _most_probable([self.best, *exchanged])
             beside = self._solved(self._untried_beside(self.best))
             self.best = _most_probable([self.best, *beside])
+        self.best = self._refined(self.best)
         return self.best
 
     def _add_jumps(self) -> None:
@@ -143,6 +145,14 @@ class JumpSearch:
         if self._deadline.passed or pursuit.lost or not np.isfinite(found.squares[0]):
             return None
         return hypothesis_at(problem, found.z[0], start.earlier)
+
+    def _refined(self, best: Hypothesis) -> Hypothesis:
+        """Return the best hypothesis at its optimum; the one without jumps came from there."""
+        if best is self.tried[0]:
+            return best
+        problem = best.problem
+        z, _ = refined_point(problem, best.point, problem.nodes, self._deadline)
+        return best if z is best.point else hypothesis_at(problem, z, best.earlier)
 
     def _at_best_time(self, problem: PiecewiseProblem, point: Array) -> Array:
         """Return the point (D,) with its latest event where that fits best, of times nearby.

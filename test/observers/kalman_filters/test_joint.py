@@ -9,6 +9,7 @@ from arx import ARX, A, B, course, kalman_filter, pushes, samples
 from plants import LAG, NAN, OSCILLATOR, observer_form, rich_input, trajectory
 from scipy.linalg import expm
 from scipy.stats import chi2
+from spinner import SHAFT, TURN, UNWRAPPED, window
 
 from obs_ros import Model, Sample, Variable
 from obs_ros.core.prior_knowledge import with_knowledge
@@ -384,3 +385,38 @@ def test_a_discrete_model_is_filtered_from_node_to_node(kind: Any) -> None:
     )
     assert observer.counts['off_grid'] == 2
     assert observer.estimate().stamp == pytest.approx(87 * 10**8, abs=5 * 10**6)
+
+
+@pytest.mark.parametrize('scene', [
+    {'angle': 2.8}, {'angle': np.pi, 'swing': 0.2, 'noise': 0.1}, {'rate': 20.0, 'torque': 2.0},
+], ids=['crossing', 'hovering', 'many turns'])  # fmt: skip
+@pytest.mark.parametrize('kind', FILTERS)
+def test_an_angle_that_wraps_is_filtered_as_one_that_does_not(kind: Any, scene: Any) -> None:
+    """The same arithmetic but for whole turns, where both are told the same of start and walk.
+
+    Boxes, from which they come else, are a turn wide here and 200 rad there.
+    """
+    wrapped, plain, states = window(nodes=101, **scene)
+    settings = {
+        'noise': {'angle': scene.get('noise', 0.02), 'tenth': 0.1},
+        'priors': {'angle': (wrapped.y[0, 0], 0.3), 'rate': (scene.get('rate', 0.0), 2.0)},
+        'walks': {'angle': 1e-3, 'rate': 1e-2},
+    }
+    errors, deviations = [], []
+    for model, record in ((SHAFT, wrapped), (UNWRAPPED, plain)):
+        observer = kind(model, **settings)
+        found = []
+        for t, u, y in zip(record.t, record.u, record.y):
+            observer.absorb(Sample(round(t * 1e9), y=y, u=u))
+            found.append(observer.estimate())
+        off = np.array([one.state['angle'] for one in found]) - states[:, 0]
+        errors.append(np.column_stack([
+            off - TURN * np.round(off / TURN), [one.state['rate'] for one in found],
+            [[*one.parameters.values()] for one in found],
+        ]))  # fmt: skip
+        deviations.append([[*one.stddev.values()] for one in found])
+    assert (np.abs(np.diff(wrapped.y[:, 0])) > np.pi).any()
+    np.testing.assert_allclose(*deviations, rtol=1e-6)
+    assert (np.abs(errors[0] - errors[1]) < 1e-6 * np.array(deviations[1])).all()
+    mean_squares = [np.mean(one[50:, 0] ** 2) for one in errors]
+    assert mean_squares[0] == pytest.approx(mean_squares[1], rel=1e-6)
