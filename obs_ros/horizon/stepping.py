@@ -127,9 +127,8 @@ class Integration:
         if before is not None:
             steps = before.steps(window.objective.grid)
             verdict = trial.judge(before.method, steps)
-            if verdict.worst() <= 1.0:
-                error, largest = verdict.error, verdict.largest
-                choice = Choice(before.method, steps, error, fine=True, largest=largest)
+            if (worst := verdict.worst()) <= 1.0:
+                choice = Choice(before.method, steps, verdict.error, worst, verdict.largest)
                 return self._with(window, choice)
         return self._with(window, self._chosen(trial, window.objective.grid.steps))
 
@@ -165,7 +164,7 @@ class Integration:
         factor = np.clip(np.ceil(factor), 2.0, STEPPING.growth)
         if not np.isfinite(factor) or factor * steps.sum() > STEPPING.steps + steps.sum():
             return window
-        return self._with(window, Choice(method, steps * int(factor), answer.error, fine=False))
+        return self._with(window, Choice(method, steps * int(factor), answer.error, np.inf))
 
     def otherwise(self, window: WindowState) -> WindowState | None:
         """Return the window by the next method, in its fewest steps; None if there is no other."""
@@ -174,7 +173,7 @@ class Integration:
         if not left:
             return None
         steps = steps_within(self.unknowns.model, np.diff(window.objective.grid.t))
-        return self._with(window, Choice(left[0], steps, np.inf, fine=False))
+        return self._with(window, Choice(left[0], steps, np.inf, np.inf))
 
     def _chosen(
         self, trial: WindowTrial, base: IntArray, methods: tuple[str, ...] | None = None

@@ -28,6 +28,8 @@ class StepSettings:
       of the noise an estimate is hardly moved;
     - `share`: of its distance from the measurements, root mean square, by which a candidate of the
       search may err: its costs, which are ranked, are then right within a third or so;
+    - `reference`: the same of the first candidate, at any output: near the measurements it is held
+      to `aimed`, and a guess that is far from them is not worth more;
     - `most`: share of these candidates of which that is asked; in the corners of a box a plant may
       well do what it never does;
     - `cheaper`: how many times less another method must cost than RK4, whose kernels are there
@@ -43,6 +45,7 @@ class StepSettings:
     aimed: float = 0.1
     tolerated: float = 0.3
     share: float = 0.2
+    reference: float = 0.02
     most: float = 0.75
     cheaper: float = 2.0
     steps: int = 100_000
@@ -95,8 +98,13 @@ class Choice(NamedTuple):
     method: str
     steps: IntArray
     error: float
-    fine: bool  # whether the error is within what is allowed
-    largest: float = np.inf  # of all candidates
+    worst: float  # excess of most candidates: up to 1 the steps suffice
+    largest: float = np.inf  # error of any candidate
+
+    @property
+    def fine(self) -> bool:
+        """Whether errors are within what is allowed."""
+        return self.worst <= 1.0
 
 
 def chosen(
@@ -113,12 +121,13 @@ def chosen(
     that err least are returned.
     """
     limit = settings.steps + int(base.sum())
+    first = methods[0]
+    verdict = trial.judge(first, base)
+    if (worst := verdict.worst(settings.most)) <= 1.0:
+        return Choice(first, base, verdict.error, worst, verdict.largest)
     if len(methods) == 1:
-        return _refined(trial, methods[0], base, base, limit, settings)
-    first, second = methods
-    found = _refined(trial, first, base, base, int(base.sum()), settings)
-    if found.fine:
-        return found
+        return _refined(trial, first, base, base, limit, settings)
+    second = methods[1]
     ratio = settings.cheaper * cost(second) / cost(first)
     short = min(limit, int(ratio * base.sum()))
     found = _refined(trial, first, base, base, short, settings)
@@ -130,7 +139,7 @@ def chosen(
     enough = min(limit, int(ratio * other.steps.sum())) if other.fine else limit
     if enough > short:
         found = _refined(trial, first, found.steps, base, enough, settings)
-    return min(found, other, key=lambda each: (not each.fine, each.error * (not each.fine)))
+    return found if found.fine or found.worst < other.worst else other
 
 
 def _refined(
@@ -151,26 +160,28 @@ def _refined(
     """
     order = float(ORDERS[method])
     exempt: BoolArray | None = None
-    best, before = Choice(method, steps, np.inf, fine=False), (np.inf, 0)
+    best, before, last = Choice(method, steps, np.inf, np.inf), (np.inf, 0), False
     for number in range(settings.rounds):
         verdict = trial.judge(method, steps)
         if not number and doubtful is not None and not np.isfinite(verdict.excess).all():
             other = trial.judge(doubtful, steps)
             exempt = np.isinf(verdict.excess) & np.isinf(other.excess)
-            if other.without(exempt).worst(settings.most) <= 1.0:
-                return Choice(doubtful, steps, other.error, fine=True)
+            if (worst := other.without(exempt).worst(settings.most)) <= 1.0:
+                return Choice(doubtful, steps, other.error, worst)
         verdict = verdict.without(exempt)
         worst = verdict.worst(settings.most)
-        if worst <= 1.0:
-            fine = Choice(method, steps, verdict.error, fine=True, largest=verdict.largest)
-            return _halved(trial, fine, worst, base, exempt, settings)
-        if verdict.error < best.error:
-            best = Choice(method, steps, verdict.error, fine=False)
+        now = Choice(method, steps, verdict.error, worst, verdict.largest)
+        if now.fine:
+            return _halved(trial, now, base, exempt, settings)
+        if worst < settings.safety * best.worst:
+            best = now
+        if last:
+            break
         order = observed_order(order, before, (worst, int(steps.sum())), ORDERS[method])
         before = worst, int(steps.sum())
         shares = trial.shares(method, steps, verdict)
         wanted = redistributed(steps, shares, order, base, settings)
-        if wanted.sum() > limit:  # one last try
+        if last := bool(wanted.sum() > limit):
             wanted = np.maximum(base, (wanted * (limit / wanted.sum())).astype(np.int64))
         if wanted.sum() > limit or (wanted <= steps).all():
             break
@@ -181,13 +192,12 @@ def _refined(
 def _halved(
     trial: Trial,
     found: Choice,
-    worst: float,
     base: IntArray,
     exempt: BoolArray | None,
     settings: StepSettings,
 ) -> Choice:
     """Return fewer steps if they suffice too: steps grow fast where all that is seen diverges."""
-    while worst * 2.0 ** ORDERS[found.method] < 1.0:
+    while found.worst * 2.0 ** ORDERS[found.method] < 1.0:
         steps = np.maximum(base, -(-found.steps // 2))
         if not (steps < found.steps).any():
             break
@@ -195,7 +205,7 @@ def _halved(
         worst = verdict.worst(settings.most)
         if worst > 1.0:
             break
-        found = Choice(found.method, steps, verdict.error, fine=True)
+        found = Choice(found.method, steps, verdict.error, worst, verdict.largest)
     return found
 
 
@@ -226,17 +236,18 @@ def redistributed(
     shares = np.clip(shares, 1e-12, LARGEST)
     wanted = (shares * steps**order) ** (1.0 / (order + 1.0))
     low = np.maximum(least, steps / settings.growth)
-    high = steps * settings.growth
 
     def taken(scale: float) -> Array:
-        return np.asarray(np.clip(scale * wanted, low, high))
+        return np.asarray(np.maximum(scale * wanted, low))
 
     lowest, highest = -60.0, 60.0  # powers of two of the scale
     for _ in range(50):
         middle = 0.5 * (lowest + highest)
         left = float(np.sum(shares * (steps / taken(2.0**middle)) ** order))
         lowest, highest = (middle, highest) if left > settings.safety else (lowest, middle)
-    return np.ceil(taken(2.0**highest) * (1.0 - 1e-9)).astype(np.int64)
+    # What growth withholds from some intervals, others could not make up for.
+    taken_now = np.minimum(taken(2.0**highest), settings.growth * steps)
+    return np.asarray(np.ceil(taken_now * (1.0 - 1e-9)), dtype=np.int64)
 
 
 def doubling_error(difference: Array, method: str) -> Array:

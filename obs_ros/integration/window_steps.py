@@ -54,9 +54,9 @@ class Methods:
 class WindowTrial:
     """Candidates x0 (n, B), p (q, B) through a window, in units of the noise; see `Trial`.
 
-    The grid's weights are one over the outputs' noise. The first candidate may err by `aimed`
-    deviations at any output; the others, of a search, by that or a share of what they are off, root
-    mean square.
+    The grid's weights are one over the outputs' noise. Candidates may err by `aimed` deviations
+    or a share of what they are off, root mean square: the first one at any output, the others, of a
+    search, root mean square too.
     """
 
     methods: Methods
@@ -75,8 +75,10 @@ class WindowTrial:
         with np.errstate(all='ignore'):
             worst, sizes, off = differences(coarse, fine, grid.y, grid.weight, grid.period)
             sizes, worst = doubling_error(sizes, method), doubling_error(worst, method)
-            excess = sizes / np.maximum(self.settings.aimed, self.settings.share * off)
-        excess[0] = worst[0] / self.settings.aimed
+            sizes[0] = worst[0]
+            share = np.full(len(off), self.settings.share)
+            share[0] = self.settings.reference
+            excess = sizes / np.maximum(self.settings.aimed, share * off)
         excess[~np.isfinite(excess)] = np.inf
         error, largest = (float(e) if np.isfinite(e) else np.inf for e in (worst[0], sizes.max()))
         return Verdict(error, excess, largest)
@@ -99,11 +101,9 @@ class WindowTrial:
             each = np.where(np.isfinite(local), local / LOST, LARGEST)
             sound = np.isfinite(verdict.excess) & np.isfinite(total) & (total > 0.0)
             each = np.where(sound, local / total * verdict.excess, each)
-        first, others = each[:, 0], common(each[:, 1:], self.settings.most)
-        wanted = common(verdict.excess[1:], self.settings.most)
-        if np.isfinite(wanted) and others.sum() > 0.0:
-            others = others * (wanted / others.sum())
-        return np.maximum(first, others)
+        asked = verdict.excess <= common(verdict.excess[1:], self.settings.most)
+        asked[0] = True
+        return np.asarray(each[:, asked].max(axis=1))
 
 
 @functools.lru_cache(maxsize=64)
