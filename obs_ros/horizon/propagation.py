@@ -135,11 +135,13 @@ class Rollout:
     """The model alone: x in lane 0, and x off in one variable of the start in the others."""
 
     def __init__(self, model: Model, backend: Backend | None, start: Start) -> None:
-        self._stepper, self._outputs = live_stepper(model, backend, start.noise), model.outputs
+        n = start.x.size
+        stddev = None if start.P is None else np.sqrt(np.maximum(start.P.diagonal()[:n], 0.0))
+        self._stepper = live_stepper(model, backend, start.noise, stddev)
+        self._outputs = model.outputs
         self._noise = start.noise**2
         self._period = periods(model.outputs)
         self._last: Interval | None = None
-        n = start.x.size
         index = np.append(np.arange(n), n + start.moving)
         self._P = np.full((index.size, index.size), np.nan)
         if start.P is not None:

@@ -12,14 +12,12 @@ by the output at its end. Ways are compared at first, then ever more rarely, and
 a candidate leaves the region that was compared.
 """
 
-from typing import NamedTuple
-
 import numpy as np
 
 from obs_ros.core.jit import bound
 from obs_ros.core.model import Model
 from obs_ros.core.periods import periods
-from obs_ros.core.typing import Array, IntArray
+from obs_ros.core.typing import Array
 from obs_ros.integration.backends import Backend
 from obs_ros.integration.filter_pass import sizes
 from obs_ros.integration.filter_step import LiveFilter
@@ -34,6 +32,7 @@ from obs_ros.integration.way_error import (
     NOWHERE,
     LiveStepSettings,
     Scales,
+    Trial,
     Way,
     WayError,
     judged,
@@ -46,20 +45,11 @@ IMPLICIT = 'rosenbrock'
 SAME = 1.01  # of a step: stamps jitter by some share of the interval
 
 
-class Trial(NamedTuple):
-    """A way that was tried: its error, method, steps (pieces,), and states (n, L) at its end."""
-
-    error: WayError
-    method: str
-    steps: IntArray
-    x: Array
-
-
 class LiveStepper:
     """Steps candidates as `Stepper` does, by the method and in the steps that it chooses.
 
     noise (r,) are the outputs' standard deviations, NaN = not known; stddev (n,) those of the
-    states, NaN = not known, as they are whenever a way is compared.
+    states, as they are whenever a way is compared, NaN = not known.
     """
 
     def __init__(
@@ -85,12 +75,14 @@ class LiveStepper:
     def _prepare(self, noise: Array, stddev: Array | None) -> None:
         """Lay out the arrays, and compile what judges them."""
         n, settings = len(self.model.states), self._settings
+        size = sizes(self.model)[0, :n]
         self._scales = Scales(
             noise, np.full(n, np.nan) if stddev is None else stddev, periods(self.model.outputs),
-            settings.share, settings.unknown_noise, settings.rounding, settings.lost,
+            size, settings.share, settings.sensitivity, settings.unknown_noise, settings.rounding,
+            settings.lost,
         )  # fmt: skip
         self._region = np.empty((2, n))  # between which ways were compared: lower and upper ends
-        self._margin = settings.margin * sizes(self.model)[0, :n]
+        self._margin = settings.margin * size
         self._region[:] = NOWHERE
         self._way = Way.of(n, noise.size, LANES)
         x, one = self._way.start, np.ones(1)
@@ -112,12 +104,13 @@ class LiveStepper:
         self._stepper.measure(t, u, x, p, y)
 
     def filter(self, live: LiveFilter, path: Path, y: Array) -> None:
-        """See `Stepper.filter`; the way of the mean is compared."""
+        """See `Stepper.filter`; the way of the mean is compared, with the filter's deviations."""
         laid = self._laid(path) if self._longest < self._base else path
         start = [array.copy() for array in (live.x, live.p, live.P)]
         self._stepper.filter(live, laid, y)
         if not self._due(laid, live.x[:, None]):
             return
+        self._scales.stddev[:] = np.sqrt(np.maximum(start[2].diagonal()[: live.x.size], 0.0))
         x, p = (np.repeat(array[:, None], LANES, axis=1) for array in start[:2])
         self._set_out(x)
         self._stepper.propagate(laid, x, p)

@@ -1,6 +1,7 @@
 """How fast a plant moves about a state: the eigenvalues of df/dx."""
 
 import math
+from contextlib import suppress
 from dataclasses import dataclass
 
 import numpy as np
@@ -39,18 +40,20 @@ def modes(model: Model, t: float, x: Array, u: Array, p: Array) -> ComplexArray:
 
     The model is linearised at time t (s), states x (n,), inputs u (m,) and parameters p (q,).
     """
-    n = x.size
+    n, nothing = x.size, np.empty(0, complex)
+    if not np.isfinite(x).all():
+        return nothing
     steps = DIFFERENCE * np.maximum(np.abs(x), sizes(model)[0, :n])
-    moved = np.repeat(x[:, None], 2 * n, axis=1)
-    moved[:, :n] += np.diag(steps)
-    moved[:, n:] -= np.diag(steps)
     with np.errstate(all='ignore'):
+        moved = np.hstack([x[:, None] + np.diag(steps), x[:, None] - np.diag(steps)])
         f = model.dynamics(t, tuple(moved), tuple(u), tuple(p))
         ends = np.array([np.broadcast_to(rate, 2 * n) for rate in f])
         J = (ends[:, :n] - ends[:, n:]) / (2.0 * steps)
-    return (
-        np.linalg.eigvals(J).astype(np.complex128) if np.isfinite(J).all() else np.empty(0, complex)
-    )
+    if not np.isfinite(J).all():
+        return nothing
+    with suppress(np.linalg.LinAlgError):
+        return np.linalg.eigvals(J).astype(np.complex128)
+    return nothing
 
 
 def fastest_decay(modes: ComplexArray) -> float:

@@ -18,6 +18,9 @@ class LiveStepSettings:
     - `share`: error of a way, in deviations of the noise and of the states. A filter remembers tens
       of outputs, over which errors of one sign add up: a hundredth becomes the tenth at which
       `StepSettings.aimed` stands for windows.
+    - `sensitivity`: error of what one candidate is off another at the end of a way, as a share of
+      what it is off there or at the start: filters linearise by such differences, and the gains
+      that follow hardly change by a percent.
     - `unknown_noise`: deviation taken for outputs whose noise is not known, in units of the values.
     - `rounding`: smallest error that is asked for, in units of the values: the backends agree to
       1e-9, and models hold differences of large numbers.
@@ -35,6 +38,7 @@ class LiveStepSettings:
     """
 
     share: float = 0.01
+    sensitivity: float = 0.01
     unknown_noise: float = 1e-3
     rounding: float = 1e-9
     lost: float = 1e6
@@ -71,6 +75,15 @@ class WayError(NamedTuple):
         return self.diverged == best.diverged and self.worst <= max(1.0, factor * best.worst)
 
 
+class Trial(NamedTuple):
+    """A way that was tried: its error, method, steps (pieces,), and states (n, L) at its end."""
+
+    error: WayError
+    method: str
+    steps: IntArray
+    x: Array
+
+
 class Way(NamedTuple):
     """A way of L candidates: states where it starts, and with outputs where it ends."""
 
@@ -91,7 +104,9 @@ class Scales(NamedTuple):
     noise: Array  # (r,) NaN = not known
     stddev: Array  # (n,) NaN or 0 = not known
     period: Array  # (r,) of the outputs, 0 for those without
+    size: Array  # (n,) of the states
     share: float
+    sensitivity: float
     unknown_noise: float
     rounding: float
     lost: float
@@ -117,11 +132,25 @@ def judged(way: Way, scales: Scales, x: Array) -> tuple[int, float, float]:
             total = larger(total, off, share * deviation, scales.rounding * size)
             if lane == 0:
                 sd = larger(sd, off, deviation, 0.0)
+        total = max(total, difference_error(way, scales, x, lane))
         if total < scales.lost:
             worst = max(worst, total)
         else:
             diverged += 1
     return diverged, worst, sd
+
+
+@accelerated
+def difference_error(way: Way, scales: Scales, x: Array, lane: int) -> float:
+    """Return the error of what a candidate is off the first one, in units of the tolerance."""
+    start, fine, error, most = way.start, way.fine, 0.0, 0.0
+    for i in range(x.shape[0]):
+        off = fine[i, lane] - fine[i, 0]
+        error = max(error, abs(x[i, lane] - x[i, 0] - off) / scales.size[i])
+        most = max(most, abs(off) / scales.size[i])
+        most = max(most, abs(start[i, lane] - start[i, 0]) / scales.size[i])
+        most = max(most, scales.rounding * abs(fine[i, 0]) / scales.size[i])
+    return error / (scales.sensitivity * most) if error > 0.0 else 0.0
 
 
 @accelerated

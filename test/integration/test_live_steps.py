@@ -10,6 +10,7 @@ from stiff_plants import MOTOR, by_radau, chain, van_der_pol
 
 from obs_ros.core.model import Model
 from obs_ros.core.typing import Array
+from obs_ros.integration.filter_step import LiveFilter
 from obs_ros.integration.live_steps import LiveStepper, figures_of, live_stepper, prepare
 from obs_ros.integration.path import LANES, Path
 from obs_ros.integration.stepper import stepper_for
@@ -150,6 +151,29 @@ def test_a_candidate_that_diverges_leaves_the_others_exact() -> None:
     live.propagate(path(1.0), x, np.empty((0, LANES)))
     others = np.delete(x[0], 5)
     assert others == pytest.approx(np.full(LANES - 1, 0.4 / 0.6), abs=1e-5)
+
+
+def test_a_filter_goes_as_one_in_fine_steps_does() -> None:
+    """The whole of it: mean, covariance and innovations on the motor, from far off."""
+    covariance = np.diag([25.0, 100.0, 4e-4])
+    fine = stepper_for(replace(MOTOR, integrator='rosenbrock', max_step=1e-4), 'numpy')
+    filters = []
+    for steps in (stepper(MOTOR, 0.5), fine):
+        kf = LiveFilter.of(
+            MOTOR, np.zeros(2), np.array([0.04]), covariance, np.array([0.1, 1.0, 1e-4]),
+            np.array([0.5]), np.array([0]),
+        )  # fmt: skip
+        for k in range(25):
+            share = 100 if steps is fine else 1
+            way = path(0.01, (10.0 + 5.0 * (k % 2),), 0.01 * k, share)
+            steps.filter(kf, way, np.array([40.0 + k]))
+        filters.append(kf)
+    live, exact = filters
+    sd = np.sqrt(np.diag(exact.P))
+    assert np.abs(live.x - exact.x).max() < 0.03 * sd[:2].min()
+    assert np.abs(live.p - exact.p).max() < 0.03 * sd[2]
+    assert np.sqrt(np.diag(live.P)) == pytest.approx(sd, rel=0.03)
+    assert pytest.approx(exact.S, rel=0.03) == live.S
 
 
 def test_the_choice_is_a_function_of_the_ways() -> None:

@@ -31,7 +31,10 @@ def scales(
     period: tuple[float, float] = (0.0, 0.0),
 ) -> Scales:
     arrays = (np.array(values) for values in (noise, stddev, period))
-    return Scales(*arrays, share=0.01, unknown_noise=1e-3, rounding=1e-9, lost=1e6)
+    return Scales(
+        *arrays, np.array([1.0, 2.0]), share=0.01, sensitivity=0.1, unknown_noise=1e-3,
+        rounding=1e-9, lost=1e6,
+    )  # fmt: skip
 
 
 def test_errors_are_in_units_of_the_noise_s_share() -> None:
@@ -49,7 +52,7 @@ def test_errors_are_in_units_of_the_noise_s_share() -> None:
 def test_states_count_where_their_deviation_is_known() -> None:
     found = way()
     x = found.fine.copy()
-    x[1, 5] += 1e-3
+    x[1] += 1e-3
     assert WayError(*judged(found, scales(), x)).worst == 0.0
     known = scales(stddev=(NAN, 0.2))
     assert WayError(*judged(found, known, x)).worst == pytest.approx(0.5)
@@ -87,6 +90,17 @@ def test_candidates_that_diverge_are_counted_and_hide_no_other() -> None:
     assert error.comparable(WayError(3, 0.6, 0.0))
     assert not error.comparable(WayError(1, 0.6, 0.0))
     assert error._replace(worst=1.0).comparable(WayError(3, 1e-9, 0.0))  # it is enough
+
+
+def test_what_a_candidate_is_off_another_errs_by_a_share_of_that() -> None:
+    """Candidate 4 starts 1e-3 off in a state of size 2, and ends 3e-4 or 2e-4 off in another."""
+    found = way()
+    found.start[1, 4] += 1e-3
+    found.fine[0, 4] += 2e-4
+    x = found.fine.copy()
+    x[0, 4] += 1e-4
+    error = WayError(*judged(found, scales(), x))
+    assert error.worst == pytest.approx(1e-4 / (0.1 * 5e-4))
 
 
 def test_a_region_grows_by_ways_and_shows_who_leaves_it() -> None:
