@@ -20,9 +20,24 @@ from obs_ros.core.symbols import Symbol, operand
 from obs_ros.core.tracing import compiled, recorded, written
 
 ARGUMENTS = 't, h, x, u, v, p'
-# Differences where nothing can be recorded: steps relative to a state or its change in a step,
-# at least that of a state of size `SMALLEST` in its unit, and the share of a step in time.
-STEP, SMALLEST, SHARE = 2.0**-26, 1e-3, 2.0**-10
+
+
+@dataclass(frozen=True)
+class DifferenceSettings:
+    """Forward differences where nothing can be recorded.
+
+    - `step`: distance of two values of a state, relative to its size or its change in a step,
+      whichever is larger: half of a float's digits (Press et al. 2007, section 5.7);
+    - `smallest`: size that a state counts as at least, in its unit: at 0 none is known;
+    - `share`: distance of two times, in integration steps: larger than the rounding of stamps.
+    """
+
+    step: float = 2.0**-26
+    smallest: float = 1e-3
+    share: float = 2.0**-10
+
+
+DIFFERENCES = DifferenceSettings()
 
 
 @dataclass(frozen=True)
@@ -134,14 +149,16 @@ def by_differences(function: Callable[..., Any], n: int, m: int) -> Linearisatio
     found = [f'f[{i}]' for i in range(n)]
     columns: dict[tuple[int, int], str] = {}
     for j in range(n):
-        size = f'np.maximum(np.maximum(np.abs(x[{j}]), np.abs(h * f[{j}])), {SMALLEST!r})'
+        size = (
+            f'np.maximum(np.maximum(np.abs(x[{j}]), np.abs(h * f[{j}])), {DIFFERENCES.smallest!r})'
+        )
         moved = ', '.join(f'y{j}' if i == j else f'x[{i}]' for i in range(n))
-        lines.append(f'y{j} = x[{j}] + {STEP!r} * {size}\n')
+        lines.append(f'y{j} = x[{j}] + {DIFFERENCES.step!r} * {size}\n')
         lines.append(f'r{j} = 1.0 / (y{j} - x[{j}])\n')
         lines.append(f'f{j} = dynamics(t, ({moved},), u, p)\n')
         columns |= {(i, j): f'(f{j}[{i}] - f[{i}]) * r{j}' for i in range(n)}
     later = ''.join(f'u[{i}] + s * v[{i}], ' for i in range(m))
-    lines.append(f's = {SHARE!r} * h\n')
+    lines.append(f's = {DIFFERENCES.share!r} * h\n')
     lines.append(f'later = dynamics(t + s, x, ({later}), p)\n')
     places = tuple(sorted(columns))
     found += [columns[place] for place in places]

@@ -1,7 +1,6 @@
 """The text of the generated modules: sizes and tuple functions of a model, then its kernels."""
 
 import math
-from importlib.resources import files
 
 import numba
 
@@ -11,7 +10,7 @@ from obs_ros.core.saturation import has_range, ranges
 from obs_ros.integration.delayed import delay_names
 from obs_ros.integration.filter_pass import DIFFERENCE, central
 from obs_ros.integration.path import LANES, lanes
-from obs_ros.integration.rosenbrock_source import stages
+from obs_ros.integration.rosenbrock_source import method_texts, text_in
 
 BLOCK_VALUES = 4096  # 32 kB: the outputs of one time block stay in the first-level cache
 
@@ -47,12 +46,7 @@ def filter_source(model: Model, d: int) -> str:
 
 def text_of(model: Model, *names: str) -> str:
     """Text of a module with the kernels of these files."""
-    folder = files('obs_ros.integration')
-    implicit = model.method == 'rosenbrock'
-    names = (*names, 'kernels_rosenbrock.py') if implicit else names
-    kernels = [folder.joinpath(name).read_text(encoding='utf-8') for name in names]
-    own = [stages(model)] if implicit else []
-    return '\n\n'.join([header(model), *own, *kernels, f'step = step_{model.method}\n'])
+    return '\n\n'.join([header(model), *map(text_in, names), *method_texts(model)])
 
 
 def header(model: Model) -> str:

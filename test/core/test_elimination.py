@@ -6,7 +6,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from obs_ros.core.elimination import elimination, pivots
+from obs_ros.core.elimination import elimination, is_looped, operations, pivots
 
 RNG = np.random.default_rng(11)
 
@@ -28,7 +28,7 @@ def arrow(n: int) -> Any:
     return tuple((i, j) for i in range(n) for j in range(n) if i == j or 0 in (i, j))
 
 
-@pytest.mark.parametrize('n', [1, 2, 3, 5, 8, 12])
+@pytest.mark.parametrize('n', [1, 2, 3, 5, 8, 12, 16])
 @pytest.mark.parametrize('density', [0.0, 0.3, 1.0])
 def test_systems_of_every_structure_are_solved(n: int, density: float) -> None:
     places = tuple((i, j) for i in range(n) for j in range(n) if RNG.random() < density)
@@ -53,6 +53,13 @@ def test_operations_grow_in_proportion_to_the_states_where_zeros_allow_it(struct
 
 def test_the_state_that_meets_all_others_is_eliminated_last() -> None:
     assert pivots(6, arrow(6))[-2:] in ([0, 5], [5, 0])
+
+
+def test_loops_take_over_where_straight_line_code_would_be_long() -> None:
+    full = {n: tuple((i, j) for i in range(n) for j in range(n)) for n in (8, 16)}
+    assert not is_looped(8, full[8]) and is_looped(16, full[16])
+    assert not is_looped(60, chain(60)) and operations(60, chain(60)) < 300
+    assert operations(2, full[8][:1]) == 2
 
 
 def test_one_structure_is_eliminated_once() -> None:

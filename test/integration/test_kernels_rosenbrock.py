@@ -14,6 +14,7 @@ from obs_ros.core.model import inside
 from obs_ros.core.typing import Array
 from obs_ros.integration.backends import kernels_for
 from obs_ros.integration.grid import Grid
+from obs_ros.integration.rosenbrock_source import linear_model
 from obs_ros.models import MODELS, load_model
 
 rng = np.random.default_rng(1)
@@ -216,3 +217,61 @@ def test_a_candidate_that_blows_up_disturbs_no_other(backend: str) -> None:
         states[:, 0, whole], x0[0, whole] / (1.0 - x0[0, whole] * t[:, None]), rtol=1e-5
     )
     assert np.isnan(states[-1, 0, [2, 5]]).all()
+
+
+def nodes_in_a_row(t: Any, x: Any, u: Any, p: Any) -> Any:
+    """Heat between twenty nodes whose own rates reach from 1e-4 to 1e2 1/s."""
+    flow = [p[0] * (a - b) for a, b in pairwise(x)]
+    into = [u[0] - x[0], *flow]
+    out = [*flow, p[1] * x[-1]]
+    return [(a - b) * 10.0 ** (6.0 * i / 19 - 4.0) for i, (a, b) in enumerate(zip(into, out))]
+
+
+def test_a_thermal_network_of_twenty_nodes(backend: str) -> None:
+    model = Model(
+        'chain', [Variable(f'T{i}', 'K', nominal=0.0) for i in range(20)], [Variable('y', 'K')],
+        nodes_in_a_row, lambda t, x, u, p: (x[19],), [Variable('power', 'W')],
+        [Variable('coupling', nominal=1.0), Variable('loss', nominal=0.1)], integrator='rosenbrock',
+    )  # fmt: skip
+    t = 10.0 * np.arange(31)
+    u = np.where(np.arange(31) % 10 < 5, 1.0, 0.2)[:, None]
+    x0 = tuple(np.linspace(1.0, 0.5, 20))
+    expected = truth(model, t, x0, (1.0, 0.1), u)
+    for steps, error in ((1, 3e-2), (4, 1e-3)):
+        found = rolled(model, backend, t, u, x0, (1.0, 0.1), steps)
+        assert np.abs(found - expected).max() < error
+
+
+def test_functions_that_cannot_be_recorded_are_differenced(backend: str) -> None:
+    """An option of nan_to_num compiles, but is no recorded operation."""
+
+    def dynamics(t: Any, x: Any, u: Any, p: Any) -> Any:
+        return u[0] * t - p[0] * np.nan_to_num(x[0], nan=0.5), x[0] ** 2 - 1e4 * x[1]
+
+    model = Model(
+        'plain', [Variable('a'), Variable('b')], [Variable('y')], dynamics, first,
+        [Variable('u', interpolation='linear')], [Variable('k')], integrator='rosenbrock',
+    )  # fmt: skip
+    assert not linear_model(model).exact
+    exactly = replace(
+        model, dynamics=lambda t, x, u, p: (u[0] * t - p[0] * x[0], x[0] ** 2 - 1e4 * x[1])
+    )
+    assert linear_model(exactly).exact
+    t = 0.1 * np.arange(20)
+    ours, theirs = (
+        rolled(each, backend, t, np.sin(t)[:, None], (0.5, 1.0), (1.0,), 2)
+        for each in (model, exactly)
+    )
+    np.testing.assert_allclose(ours, theirs, atol=1e-5)
+
+
+def test_a_plant_that_runs_candidate_by_candidate_takes_linearly_implicit_steps() -> None:
+    def dynamics(t: Any, x: Any, u: Any, p: Any) -> Any:
+        return [float(f'{-1e3 * (x[0] - p[0])!r}')]
+
+    model = Model('odd', [Variable('a')], [Variable('y')], dynamics, first,
+                  parameters=[Variable('goal')], integrator='rosenbrock')  # fmt: skip
+    assert not linear_model(model).exact
+    t = 0.1 * np.arange(5)
+    states = rolled(model, 'numpy', t, np.zeros((5, 0)), (0.0,), (2.0,), 1)
+    assert states[-1, 0] == pytest.approx(2.0, abs=1e-5)
