@@ -52,6 +52,8 @@ def noise_of(window: WindowState, residuals: Array | None = None) -> Array:
         if window.noise_known:
             sizes = np.maximum(1.0, np.sqrt(np.nanmean(residuals**2)))
         scale = scale * np.where(np.isfinite(sizes) & (sizes > 0.0), sizes, 1.0)
+    if (scale > FLOOR.share * np.abs(grid.y).max(axis=0)).all():  # which exceeds any deviation
+        return np.asarray(scale)
     return np.asarray(np.maximum(scale, least_noise(grid)))
 
 

@@ -6,7 +6,7 @@ from typing import Any
 import numpy as np
 import pytest
 from plants import BLOW_UP, OSCILLATOR
-from stiff_plants import MOTOR, by_radau, chain, van_der_pol
+from sampled_stiff_plants import MOTOR, by_radau, chain, van_der_pol
 
 from obs_ros.core.model import Model
 from obs_ros.core.typing import Array

@@ -5,7 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from plants import BLOW_UP, LAG
-from stiff_plants import MOTOR, chain
+from sampled_stiff_plants import MOTOR, chain
 
 from obs_ros.integration.time_scales import (
     fastest_decay,

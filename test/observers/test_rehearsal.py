@@ -5,7 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from plants import OSCILLATOR
-from stiff_plants import MOTOR
+from sampled_stiff_plants import MOTOR
 
 from obs_ros import Variable
 from obs_ros.observers.rehearsal import rehearsed

@@ -3,7 +3,7 @@ import math
 import numpy as np
 import pytest
 from arx import ARX, X0, A, B, course, pushes
-from stiff_plants import MOTOR, by_radau, chain, van_der_pol
+from sampled_stiff_plants import MOTOR, by_radau, chain, van_der_pol
 
 from obs_ros.core.model import Model, Variable
 from obs_ros.models import load_model

@@ -6,7 +6,7 @@ from typing import Any
 
 import numpy as np
 import pytest
-from stiff_plants import MOTOR, chain, van_der_pol
+from sampled_stiff_plants import MOTOR, chain, van_der_pol
 
 from obs_ros import Sample
 from obs_ros.core.model import Model

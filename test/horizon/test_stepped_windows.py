@@ -1,0 +1,38 @@
+"""Tests of obs_ros.horizon.stepped_windows."""
+
+import numpy as np
+from stiff_plants import MOTOR, measured
+
+from obs_ros import Record
+from obs_ros.core.deadline import Deadline
+from obs_ros.core.rng import random_generator
+from obs_ros.horizon.moving_horizon import MovingHorizon
+from obs_ros.horizon.settings import EstimationSettings
+from obs_ros.horizon.solver import Solver
+from obs_ros.horizon.stepped_windows import SteppedWindows
+
+T = 0.01 * np.arange(400)
+U = np.sign(np.sin(5.0 * T))[:, None]
+RECORD, NOISE = measured(MOTOR, T, U, (0.0, 0.0), (1.3, 0.07))
+
+
+def solver() -> Solver:
+    return Solver.of(MOTOR, EstimationSettings(noise=NOISE, process_noise='off'))
+
+
+def test_before_any_window_the_model_goes_on_as_it_is() -> None:
+    plain = solver()
+    assert SteppedWindows(plain).kernels is plain.kernels
+
+
+def test_a_stiff_plant_is_followed_from_window_to_window() -> None:
+    windows = MovingHorizon(solver())
+    for k in range(3):
+        part = slice(100 * k, 100 * k + 200)
+        estimate = windows.solve(
+            Record(T[part], U[part], RECORD.y[part]), random_generator(0, k), Deadline()
+        )
+        assert estimate.usable
+        assert estimate.figures['integration_error_sd'] < 0.3
+        assert estimate.figures['integration_steps.rosenbrock'] < 4.0
+        assert abs(estimate.parameters['R'] - 1.3) < 4.0 * estimate.stddev['R']
