@@ -95,6 +95,7 @@ class Solver:
         """The model's rollouts; compiled at the first call, which may take some seconds."""
         return kernels_for(self.model, self.settings.backend)
 
+    @np.errstate(all='ignore')
     def prepare(self) -> float:
         """Compile whatever is not compiled yet; return the seconds that it took."""
         begin = time.perf_counter()
