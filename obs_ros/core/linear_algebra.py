@@ -6,7 +6,7 @@ not converge, makes deviations NaN, and those are withheld.
 
 import numpy as np
 
-from obs_ros.core.typing import Array
+from obs_ros.core.typing import Array, ComplexArray
 
 
 def eigen(matrix: Array) -> tuple[Array, Array]:
@@ -73,3 +73,13 @@ def projected_out(base: Array, columns: Array) -> Array:
     except np.linalg.LinAlgError:
         pass
     return np.full(columns.shape, np.nan)
+
+
+def poles(matrix: Array) -> ComplexArray:
+    """Return the eigenvalues (D,) of a matrix (D, D)."""
+    try:
+        if np.isfinite(matrix).all():
+            return np.asarray(np.linalg.eigvals(matrix), dtype=np.complex128)
+    except np.linalg.LinAlgError:
+        pass
+    return np.full(len(matrix), np.nan, dtype=np.complex128)
