@@ -13,7 +13,7 @@ import numpy as np
 from obs_ros.cli.model_kinks import kinks
 from obs_ros.cli.model_motion import motion_of
 from obs_ros.cli.model_periods import wrapping
-from obs_ros.cli.model_proposal import motion_along, proposed
+from obs_ros.cli.model_proposal import motion_along, proposed, settled_motion
 from obs_ros.cli.model_report import (
     identifiable,
     integration,
@@ -52,18 +52,15 @@ def check(options: argparse.Namespace, wait_for: Callable[[str], None]) -> list[
     noise = _by_name('--noise', options.noise, names(model.outputs))
     if any(deviation <= 0.0 for deviation in noise.values()):
         raise ValueError('--noise: a standard deviation must be positive')
+    window, period = axis(model, options.window, options.period)  # wrong ones are told at once
     over = motion_of(model, *candidates(model, values))
-    window, period = axis(model, options.window, options.period, over.wanted)
     title = f'{model.name}: {model.reference}' if model.reference else model.name
-    wait_for(
-        f'compiling model {quoted(model.name)}, some seconds the first time, and rolling out '
-        f'{window:g} s'
-    )
+    wait_for(f'compiling model {quoted(model.name)}, some seconds the first time, and rolling out')
+    if options.window is None:
+        wanted = settled_motion(model, over, values, amplitudes, noise).wanted
+        window, period = axis(model, None, options.period, wanted)
     trial = simulated(model, window, period, values, amplitudes, noise)
     along = motion_along(trial)
-    if options.window is None and math.isfinite(along.wanted):
-        window, period = axis(model, None, options.period, along.wanted)
-        trial = simulated(model, window, period, values, amplitudes, noise)
     lines = [title, *variables(model), '', *rollout(model, trial), *wrapping(model, trial), '']
     wait_for('measuring how fast it runs')
     lines += [f'time constants: {along}; over the bounds {over}', *integration(trial)]

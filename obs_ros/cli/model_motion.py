@@ -23,11 +23,13 @@ class MotionSettings:
     """Limits in reading poles, and lengths of windows.
 
     - `still`: rate, of the fastest, below which a pole is rounding, or an integrator's;
+    - `longest`: time constant, in lengths of a rollout, beyond which a pole stands still in it;
     - `settling`: time constants of the slowest decay in a window: 5 % is left at its end;
     - `swings`: periods of the slowest oscillation in a window.
     """
 
     still: float = 1e-8
+    longest: float = 1000.0
     settling: float = 3.0
     swings: float = 2.0
 
@@ -52,6 +54,11 @@ class Motion:
         known = self.duration[np.isfinite(self.duration)]
         return rounded(float(np.median(known))) if known.size else math.nan
 
+    @property
+    def longest(self) -> float:
+        """Length (s) of a window for all of the points; NaN where none asks for any."""
+        return float(self.duration[np.isfinite(self.duration)].max(initial=0.0)) or math.nan
+
     def __str__(self) -> str:
         """Say how fast and how slow the model moves, and the ratio of both."""
         known = np.isfinite(self.fastest)
@@ -64,8 +71,17 @@ class Motion:
         return f'{_seconds(fastest)} s to {_seconds(slowest)} s ({ratio})'
 
 
-def motion_of(model: Model, x: Array, p: Array, settings: MotionSettings = MOTION) -> Motion:
-    """Return the time constants at states x (n, B) with p (q, B), inputs at nominal values."""
+def motion_of(
+    model: Model,
+    x: Array,
+    p: Array,
+    length: float = math.inf,
+    settings: MotionSettings = MOTION,
+) -> Motion:
+    """Return the time constants at states x (n, B) with p (q, B), inputs at nominal values.
+
+    `length` (s) is that of the rollout that the states are from.
+    """
     n, count = x.shape
     u = tuple(inside(v) for v in model.inputs)
     found = np.full((3, count), np.nan)
@@ -78,7 +94,8 @@ def motion_of(model: Model, x: Array, p: Array, settings: MotionSettings = MOTIO
     for k in range(count):
         own = poles(A[k])
         rates = np.abs(own)
-        moving = rates > settings.still * rates.max(initial=0.0)
+        least = max(settings.still * rates.max(initial=0.0), 1.0 / (settings.longest * length))
+        moving = rates > least
         if not (moving.any() and np.isfinite(rates).all()):
             continue
         own, rates = own[moving], rates[moving]

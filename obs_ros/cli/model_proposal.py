@@ -24,7 +24,9 @@ class ProposalSettings:
     """A window that moves, from whose samples some are left out.
 
     - `samples`: in it, the densest that is looked at;
-    - `looks`: nodes of a trial, its start apart, at which time constants are looked at;
+    - `looks`: nodes of a rollout at which time constants are looked at;
+    - `lengths`: of that rollout that are tried;
+    - `steps`: of the model's `max_step` in it, at most;
     - `fewest`: samples that a window must have;
     - `lost`: ratio of deviations, for the same number of samples, up to which nothing is lost;
     - `start`, `moved`: shares of their boxes by which states are off at the start, and by which
@@ -32,7 +34,9 @@ class ProposalSettings:
     """
 
     samples: int = 384
-    looks: int = 20
+    looks: int = 40
+    lengths: int = 4
+    steps: int = 2000
     fewest: int = 48
     lost: float = 1.15
     start: float = 0.2
@@ -42,11 +46,41 @@ class ProposalSettings:
 PROPOSAL = ProposalSettings()
 
 
-def motion_along(trial: Trial, settings: ProposalSettings = PROPOSAL) -> Motion:
-    """Return the time constants of a trial at some of its nodes."""
-    nodes = np.linspace(0, len(trial.states) - 1, settings.looks + 1).round().astype(int)[1:]
-    x = trial.states[nodes].T
-    return motion_of(trial.model, x, np.repeat(trial.p[:, None], len(nodes), axis=1))
+def motion_along(trial: Trial) -> Motion:
+    """Return the time constants along a trial, its start apart."""
+    x = trial.states[1:].T
+    p = np.repeat(trial.p[:, None], x.shape[1], axis=1)
+    return motion_of(trial.model, x, p, float(trial.record.t[-1]))
+
+
+def settled_motion(
+    model: Model,
+    over: Motion,
+    values: Mapping[str, float],
+    amplitudes: Mapping[str, float],
+    noise: Mapping[str, float],
+    settings: ProposalSettings = PROPOSAL,
+) -> Motion:
+    """Return the time constants along a rollout that is as long as the slowest of them.
+
+    `over` are those over the box, most of them off the slow manifolds of a stiff plant: the rollout
+    gets longer until it is long enough, or shorter where it does not stay finite.
+    """
+    longest = settings.steps * model.max_step
+    length, found = min(over.longest, longest), over
+    for _ in range(settings.lengths):
+        if not math.isfinite(length):
+            break
+        try:
+            trial = simulated(model, length, length / settings.looks, values, amplitudes, noise)
+        except ValueError:
+            length *= 0.25
+            continue
+        found = motion_along(trial)
+        if not length < min(found.wanted, longest):
+            break
+        length = min(found.wanted, longest)
+    return found
 
 
 def proposed(

@@ -27,6 +27,7 @@ from obs_ros.inference.objective import Objective
 from obs_ros.inference.parameterisation import Unknowns
 from obs_ros.inference.prior import Prior
 from obs_ros.integration.backends import Backend
+from obs_ros.integration.step_choice import STEPPING
 
 
 @dataclass(frozen=True)
@@ -124,9 +125,14 @@ def integration(trial: Trial) -> list[str]:
     most = f' to {counts.max()}' if counts.max() > counts.min() else ''
     steps = 'step' if counts.max() == 1 else 'steps'
     noise = 'the noise assumed' if trial.guessed.any() else 'the noise'
+    said = f'integration: {trial.model.method}, {counts.min()}{most} {steps} a sample'
+    if trial.error <= STEPPING.tolerated:
+        return [f'{said}; it errs by {trial.error:.2g} standard deviations of {noise}']
+    size = f'by {trial.error:.2g} standard deviations of {noise}'
     return [
-        f'integration: {trial.model.method}, {counts.min()}{most} {steps} a sample; it errs by '
-        f'{trial.error:.2g} standard deviations of {noise}'
+        'start nearer to where the plant runs with --value, or shorten --window: no steps were '
+        'found that are fine enough, and what follows may be wrong',
+        f'{said}; it errs {size if math.isfinite(trial.error) else "without limit"}',
     ]
 
 

@@ -28,7 +28,8 @@ class TrialSettings:
     most_samples: int = 1_000_000  # 8 MB for each variable
     cycles: tuple[float, float] = (3.0, 8.0)  # of a moving input's two cosines, in the window
     candidates: int = 16  # the nominal one first; the others lie anywhere in the boxes
-    largest: float = 1e100  # of what a state or output may be
+    largest: float = 1e100  # of what a state may be
+    lost: float = 0.1  # of a state's range along the window, by which it may err
     noise: float = 0.01  # of an output's standard deviation, where none is given
 
 
@@ -139,7 +140,7 @@ def simulated(
 
     `values` replaces them by name; an input with an amplitude moves about its value by two cosines.
     `noise` is the standard deviation of outputs by name; others get a share of their spread.
-    Raises ValueError when it does not stay finite.
+    Raises ValueError when no steps follow it.
     """
     x0, p = candidates(model, values, settings)
     t = period * np.arange(round(window / period) + 1)
@@ -158,18 +159,14 @@ def simulated(
     # How far outputs spread along the window only rollouts tell, whose steps depend on it.
     scale = _noise(model, noise, y, settings)
     for _ in range(2):
-        kernels, steps, error = integrated(model, record, scale, x0, p, backend)
-        grid = replace(Grid.of(kernels.model, record, scale), steps=steps)
-        with np.errstate(all='ignore'):
-            states, outputs = kernels.trajectories(grid, x0[:, :1], p[:, :1])
-        both = np.concatenate([states, outputs], axis=1)
-        wrong = ~(np.abs(both) < settings.largest).all(axis=(1, 2))
+        kernels, steps, error = integrated(model, record, scale, x0[:, 0], p[:, 0], backend)
+        states, outputs, wrong = _followed(kernels, record, scale, steps, x0[:, :1], p[:, :1])
         if wrong.any():
             at = _listed(model.variables, (*x0[:, 0], *p[:, 0]))
             raise ValueError(
-                'start elsewhere with --value, or shorten --window: model '
-                f'{quoted(model.name)} is not finite any more {t[wrong.argmax()]:g} s after it '
-                f'was started at {at}'
+                'start elsewhere with --value, shorten --window, or give the model a max_step: no '
+                f'steps were found that follow model {quoted(model.name)} beyond '
+                f'{t[wrong.argmax()]:g} s after it was started at {at}'
             )
         used, scale = scale, _noise(model, noise, outputs[:, :, 0].T, settings)
         if (scale >= used).all():
@@ -177,6 +174,26 @@ def simulated(
     guessed = np.array([v.name not in noise for v in model.outputs])
     record = Record(t, u, outputs[:, :, 0])
     return Trial(record, x0[:, 0], p[:, 0], states[:, :, 0], kernels, steps, error, scale, guessed)
+
+
+def _followed(
+    kernels: Kernels, record: Record, scale: Array, steps: IntArray, x0: Array, p: Array
+) -> tuple[Array, Array, BoolArray]:
+    """Return states (K, n, 1) and outputs (K, r, 1), and the nodes (K,) where they are wrong.
+
+    Twice as many steps show outputs elsewhere there, by more than the noise, or states elsewhere in
+    their range; or they are no numbers of any plant.
+    """
+    grid = Grid.of(kernels.model, record, scale)
+    with np.errstate(all='ignore'):
+        states, outputs = kernels.trajectories(replace(grid, steps=steps), x0, p)
+        others = kernels.trajectories(replace(grid, steps=2 * steps), x0, p)
+        size = TRIAL.lost * np.ptp(others[0], axis=0)
+        right = np.abs(states - others[0]) <= np.where(size < TRIAL.largest, size, 0.0)
+        shown = np.abs(outputs - others[1]) <= scale[:, None]
+        right &= np.abs(states) < TRIAL.largest
+        followed = right.all(axis=(1, 2)) & shown.all(axis=(1, 2))
+        return states, outputs, np.asarray(~followed)
 
 
 def _noise(model: Model, noise: Mapping[str, float], y: Array, settings: TrialSettings) -> Array:
