@@ -70,6 +70,14 @@ BLOW_UP = Model(
     max_step=0.01,
 )
 
+# x' = x^3: infinite at t = 1 / (2 x(0)^2), beyond which there is no solution.
+NO_FUTURE = replace(
+    BLOW_UP,
+    name='no_future',
+    integrator='rk4',
+    dynamics=lambda t, x, u, p: (x[0] * x[0] * x[0],),
+)
+
 # x' = d - u, y = x + g u: a vessel with a load d and, where g is not 0, an input seen at once.
 VESSEL = Model(
     name='vessel',

@@ -136,3 +136,27 @@ def test_every_module_has_its_test_file() -> None:
         if not ROOT.joinpath('test', *place, f'test_{parts[-1]}.py').is_file():
             missing.append(name)
     assert missing == []
+
+
+def decompositions(path: Path) -> set[str]:
+    """Return the functions of np.linalg that a module uses and that raise where data have none."""
+    nodes = [
+        node for node in ast.walk(ast.parse(path.read_text())) if isinstance(node, ast.Attribute)
+    ]
+    return {
+        node.attr for node in nodes
+        if isinstance(node.value, ast.Attribute) and node.value.attr == 'linalg'
+    } - {'norm', 'LinAlgError'}  # fmt: skip
+
+
+def test_matrices_are_decomposed_in_one_place_which_never_raises() -> None:
+    """The design of gains apart, which looks at no data, and the recorder's names of functions."""
+    elsewhere = ('obs_ros.core.linear_algebra', 'obs_ros.core.substitutes',
+                 'obs_ros.observers.papers.design')  # fmt: skip
+    wrong = {
+        name: found
+        for name, path in MODULES.items()
+        if name.startswith('obs_ros.') and not name.startswith(elsewhere)
+        and (found := decompositions(path))
+    }  # fmt: skip
+    assert not wrong, 'use obs_ros.core.linear_algebra'

@@ -8,14 +8,25 @@ import math
 import sys
 from collections.abc import Callable, Sequence
 
+import numpy as np
+
+from obs_ros.cli.model_kinks import kinks
+from obs_ros.cli.model_motion import motion_of
 from obs_ros.cli.model_periods import wrapping
-from obs_ros.cli.model_report import identifiable, rollout, speed, variables
+from obs_ros.cli.model_proposal import motion_along, proposed, settled_motion
+from obs_ros.cli.model_report import (
+    identifiable,
+    integration,
+    rollout,
+    speed,
+    structure,
+    variables,
+)
 from obs_ros.cli.model_sensors import check_sensors
-from obs_ros.cli.model_trial import axis, simulated
+from obs_ros.cli.model_trial import axis, candidates, simulated
 from obs_ros.core.model import names
 from obs_ros.core.registry import suggest
 from obs_ros.core.texts import one_line, quoted
-from obs_ros.integration.backends import kernels_for
 from obs_ros.models import load_model
 
 
@@ -30,28 +41,35 @@ def main(arguments: Sequence[str] | None = None) -> int:
     return 0
 
 
+@np.errstate(all='ignore')  # models may overflow: what is not finite says so itself
 def check(options: argparse.Namespace, wait_for: Callable[[str], None]) -> list[str]:
     """Return the report on a model; `wait_for` gets words on each step that takes its time.
 
     Raises ValueError if the model or an option is wrong.
     """
     model = load_model(options.model)
-    window, period = axis(model, options.window, options.period)
-    check_sensors(model, window)
     amplitudes = _by_name('--input', options.input, names(model.inputs))
     values = _by_name('--value', options.value, names((*model.variables, *model.inputs)))
     noise = _by_name('--noise', options.noise, names(model.outputs))
     if any(deviation <= 0.0 for deviation in noise.values()):
         raise ValueError('--noise: a standard deviation must be positive')
+    window, period = axis(model, options.window, options.period)  # wrong ones are told at once
+    over = motion_of(model, *candidates(model, values))
     title = f'{model.name}: {model.reference}' if model.reference else model.name
-    name, kernels = quoted(model.name), kernels_for(model)
-    wait_for(f'compiling model {name}, some seconds the first time, and rolling out {window:g} s')
-    trial = simulated(kernels, window, period, values, amplitudes)
+    wait_for(f'compiling model {quoted(model.name)}, some seconds the first time, and rolling out')
+    if options.window is None:
+        wanted = settled_motion(model, over, values, amplitudes, noise).wanted
+        window, period = axis(model, None, options.period, wanted)
+    check_sensors(model, window)
+    trial = simulated(model, window, period, values, amplitudes, noise)
+    along = motion_along(trial)
     lines = [title, *variables(model), '', *rollout(model, trial), *wrapping(model, trial), '']
     wait_for('measuring how fast it runs')
-    lines += [*speed(kernels, trial), '']
+    lines += [f'time constants: {along}; over the bounds {over}', *integration(trial)]
+    lines += [*kinks(trial, values), *speed(trial), '']
     wait_for('asking what a window tells of every unknown, some seconds the first time')
-    return [*lines, *identifiable(kernels, trial, noise)]
+    lines += [*identifiable(trial), '', *structure(trial)]
+    return [*lines, *proposed(model, along, values, noise)]
 
 
 def _by_name(option: str, given: Sequence[str], known: tuple[str, ...]) -> dict[str, float]:

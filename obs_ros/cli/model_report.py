@@ -2,16 +2,20 @@
 
 import math
 import time
-from collections.abc import Mapping
 from dataclasses import dataclass
+from typing import cast
 
 import numpy as np
 
 from obs_ros.cli.model_sensors import declared, limited, shown
 from obs_ros.cli.model_trial import Trial
-from obs_ros.core.model import Model, Variable
+from obs_ros.core.deadline import Deadline
+from obs_ros.core.estimate import Outcome
+from obs_ros.core.model import Model, Variable, names
 from obs_ros.core.periods import lasting_bounds
-from obs_ros.core.typing import Array
+from obs_ros.core.rng import random_generator
+from obs_ros.horizon.settings import EstimationSettings
+from obs_ros.horizon.solver import Solver
 from obs_ros.inference.assessment.deviations import Deviations
 from obs_ros.inference.assessment.identifiability import advice, unseparated, weak_directions
 from obs_ros.inference.assessment.informed_subspace import informed_information
@@ -21,17 +25,18 @@ from obs_ros.inference.jumps.piecewise import PiecewiseProblem
 from obs_ros.inference.objective import Objective
 from obs_ros.inference.parameterisation import Unknowns
 from obs_ros.inference.prior import Prior
-from obs_ros.integration.backends import Kernels
+from obs_ros.integration.backends import Backend
+from obs_ros.integration.step_choice import STEPPING
 
 
 @dataclass(frozen=True)
 class ReportSettings:
-    """Assumptions of a report, and the effort of its measurement of speed."""
+    """The effort of a report's measurement of speed."""
 
-    noise: float = 0.01  # of an output's standard deviation over the window, where none is given
     candidates: int = 512  # rolled out at once by compiled kernels, an eighth of them by NumPy's
     repeats: int = 5  # of which the fastest counts
     enough: float = 1.0  # s after which no repeat follows
+    patience: float = 3.0  # s for solving the trial's window once
 
 
 REPORT = ReportSettings()
@@ -77,9 +82,7 @@ def rollout(model: Model, trial: Trial) -> list[str]:
     """Return the trial's inputs and parameters, and the ranges of states and outputs."""
     t, u = trial.record.t, trial.record.u
     kind = '' if model.period is None else f'discrete model, a node every {model.period:g} s; '
-    lines = [
-        f'{kind}trial rollout: {t[-1]:g} s, a sample every {t[1]:g} s, {trial.steps(model)} steps'
-    ]
+    lines = [f'{kind}trial rollout: {t[-1]:g} s, a sample every {t[1]:g} s, {trial.steps} steps']
     for i, variable in enumerate(model.inputs):
         name, low, high = variable.name, u[:, i].min(), u[:, i].max()
         held = f'held at {low:g}; --input {name}=AMPLITUDE moves it'
@@ -107,10 +110,28 @@ def rollout(model: Model, trial: Trial) -> list[str]:
     return lines
 
 
-def speed(kernels: Kernels, trial: Trial, settings: ReportSettings = REPORT) -> list[str]:
-    """Return the time of a candidate's step, and that of compiling."""
-    model = kernels.model
-    grid = trial.grid(model)
+def integration(trial: Trial) -> list[str]:
+    """Return the method and its steps, and how far they err; nothing of a discrete model."""
+    if trial.model.period is not None:
+        return []
+    counts = trial.step_counts
+    most = f' to {counts.max()}' if counts.max() > counts.min() else ''
+    steps = 'step' if counts.max() == 1 else 'steps'
+    noise = 'the noise assumed' if trial.guessed.any() else 'the noise'
+    said = f'integration: {trial.model.method}, {counts.min()}{most} {steps} a sample'
+    if trial.error <= STEPPING.tolerated:
+        return [f'{said}; it errs by {trial.error:.2g} standard deviations of {noise}']
+    size = f'by {trial.error:.2g} standard deviations of {noise}'
+    return [
+        'start nearer to where the plant runs with --value, or shorten --window: no steps were '
+        'found that are fine enough, and what follows may be wrong',
+        f'{said}; it errs {size if math.isfinite(trial.error) else "without limit"}',
+    ]
+
+
+def speed(trial: Trial, settings: ReportSettings = REPORT) -> list[str]:
+    """Return the time of a candidate's step and of a window, and that of compiling."""
+    kernels, grid = trial.kernels, trial.grid
     prefixes = np.array([grid.t.size])
     lanes = settings.candidates // (1 if kernels.name == 'numba' else 8)
     x0, p = (np.repeat(values[:, None], lanes, axis=1) for values in (trial.x0, trial.p))
@@ -121,27 +142,49 @@ def speed(kernels: Kernels, trial: Trial, settings: ReportSettings = REPORT) -> 
         best = min(best, time.perf_counter() - start)
         if time.perf_counter() - begin > settings.enough:
             break
-    nanoseconds = 1e9 * best / (lanes * trial.steps(model))
+    nanoseconds = 1e9 * best / (lanes * trial.steps)
     return [
         f'speed: {nanoseconds:.3g} ns for a step of one candidate, on one core '
-        f'({kernels.name}; {kernels.compile_time:.2g} s to compile or load)'
+        f'({kernels.name}; {kernels.compile_time:.2g} s to compile or load); '
+        + _window_time(trial, settings)
     ]
 
 
-def identifiable(
-    kernels: Kernels,
-    trial: Trial,
-    noise: Mapping[str, float],
-    settings: ReportSettings = REPORT,
-) -> list[str]:
-    """Return the unknowns with their standard deviations, and what the window leaves open.
+def _window_time(trial: Trial, settings: ReportSettings) -> str:
+    """Return how long solving the trial's window takes, from nothing."""
+    model, record = trial.model, trial.record
+    noise = dict(zip(names(model.outputs), trial.scale.tolist(), strict=True))
+    y = record.y + trial.scale * random_generator(0).standard_normal(record.y.shape)
+    options = EstimationSettings(
+        noise=noise, process_noise='off', backend=cast(Backend, trial.kernels.name)
+    )
+    solver = Solver.of(model, options)
+    solver.prepare()
+    estimate = solver.solve(
+        record.with_outputs(y), random_generator(0), Deadline(settings.patience)
+    )
+    if estimate.outcome is Outcome.DEADLINE:
+        return f'a window takes more than {settings.patience:g} s from nothing'
+    return f'a window takes {estimate.solve_time:.2g} s from nothing'
 
-    `noise` is the standard deviation of outputs by name; the others get a share of their spread.
-    """
-    model = kernels.model
-    scale, lines = _assumed_noise(model, trial, noise, settings)
+
+def structure(trial: Trial) -> list[str]:
+    """Return what no input can tell of the parameters, whatever the window."""
+    objective = Objective(trial.kernels, trial.grid, Unknowns.of(trial.model))
+    found = unseparated(objective)
+    if not found:
+        return ['structure: no parameters were found that every input leaves inseparable']
+    return [f'structure: {each}' for each in found]
+
+
+def identifiable(trial: Trial) -> list[str]:
+    """Return the unknowns with their standard deviations, and what the window leaves open."""
+    model, lines = trial.model, ['noise assumed (standard deviation):']
+    for v, scale, guessed in zip(model.outputs, trial.scale, trial.guessed, strict=True):
+        guess = f', a guess: give --noise {v.name}=...' if guessed else ''
+        lines.append(f'  output     {v.name:16} {scale:.3g}{_unit(v)}{guess}')
     unknowns = Unknowns.of(model)
-    objective = Objective(kernels, trial.grid(model, scale), unknowns)
+    objective = Objective(trial.kernels, trial.grid, unknowns)
     z = unknowns.point(dict(zip(unknowns.names, (*trial.x0, *trial.p), strict=True)))
     problem = PiecewiseProblem(objective, Prior.known(unknowns, start=True))
     best, n = hypothesis_at(problem, z), unknowns.n_states
@@ -168,21 +211,6 @@ def identifiable(
     if not np.isnan(found).any():
         lines.append('  everything is determined (95 % of the true values lie within these limits)')
     return lines
-
-
-def _assumed_noise(
-    model: Model, trial: Trial, noise: Mapping[str, float], settings: ReportSettings
-) -> tuple[Array, list[str]]:
-    """Return the standard deviation of each output (r,), and the lines that name them."""
-    y = trial.record.y
-    lines, scale = ['noise assumed (standard deviation):'], np.ones(y.shape[1])
-    for i, v in enumerate(model.outputs):
-        own = noise.get(v.name)
-        spread = float(y[:, i].std())
-        scale[i] = math.hypot(own or settings.noise * (spread or 1.0), v.rounding)
-        guess = '' if own else f', a guess: give --noise {v.name}=...'
-        lines.append(f'  output     {v.name:16} {scale[i]:.3g}{_unit(v)}{guess}')
-    return scale, lines
 
 
 def _unit(variable: Variable) -> str:

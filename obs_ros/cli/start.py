@@ -4,6 +4,7 @@ import importlib
 import os
 import signal
 import sys
+import warnings
 
 
 def estimator() -> int:
@@ -41,4 +42,6 @@ def _run(module: str) -> int:
     # Importing ROS takes seconds; until it handles signals there is nothing to clean up.
     for number in (signal.SIGINT, signal.SIGTERM):
         signal.signal(number, lambda *_: os._exit(0))
+    # NumPy's and SciPy's of numbers that are not finite: an estimate says so itself.
+    warnings.simplefilter('ignore', RuntimeWarning)
     return int(importlib.import_module(module).main())

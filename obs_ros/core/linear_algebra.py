@@ -6,7 +6,7 @@ not converge, makes deviations NaN, and those are withheld.
 
 import numpy as np
 
-from obs_ros.core.typing import Array
+from obs_ros.core.typing import Array, ComplexArray
 
 
 def eigen(matrix: Array) -> tuple[Array, Array]:
@@ -43,3 +43,43 @@ def cholesky(matrix: Array) -> Array:
         return np.asarray(np.linalg.cholesky(matrix))
     except np.linalg.LinAlgError:
         return np.full(matrix.shape, np.nan)
+
+
+def log_determinant(matrix: Array) -> float:
+    """Return the logarithm of the absolute determinant of a matrix (D, D); -inf if singular."""
+    with np.errstate(all='ignore'):
+        return float(np.linalg.slogdet(matrix)[1])
+
+
+def singular(matrix: Array) -> tuple[Array, Array, Array]:
+    """Return the thin decomposition U (N, k), s (k,), falling, and V' (k, D) of a matrix (N, D)."""
+    try:
+        if np.isfinite(matrix).all():
+            left, s, right = np.linalg.svd(matrix, full_matrices=False)
+            return left, s, right
+    except np.linalg.LinAlgError:
+        pass
+    rank = min(matrix.shape)
+    shapes = (len(matrix), rank), (rank,), (rank, matrix.shape[1])
+    left, s, right = (np.full(shape, np.nan) for shape in shapes)
+    return left, s, right
+
+
+def projected_out(base: Array, columns: Array) -> Array:
+    """Return columns (N, k) less what columns of a base (N, D) explain of them."""
+    try:
+        if np.isfinite(base).all() and np.isfinite(columns).all():
+            return np.asarray(columns - base @ np.linalg.lstsq(base, columns, rcond=None)[0])
+    except np.linalg.LinAlgError:
+        pass
+    return np.full(columns.shape, np.nan)
+
+
+def poles(matrix: Array) -> ComplexArray:
+    """Return the eigenvalues (D,) of a matrix (D, D)."""
+    try:
+        if np.isfinite(matrix).all():
+            return np.asarray(np.linalg.eigvals(matrix), dtype=np.complex128)
+    except np.linalg.LinAlgError:
+        pass
+    return np.full(len(matrix), np.nan, dtype=np.complex128)

@@ -216,7 +216,8 @@ class Model:
         groups = self.states, self.inputs, parameters
         values = (tuple(_around(variable, rng) for variable in group) for group in groups)
         vectors = dict(zip('xup', map(names, groups), strict=True))
-        trial = Trial((0.0, *values), vectors, names(entries), CANDIDATES)
+        # Of NumPy's kind, as in rollouts: 1 / t is infinite then, and raises no error.
+        trial = Trial((np.float64(0.0), *values), vectors, names(entries), CANDIDATES)
         try:
             return normalised(estimated_delays.plain(getattr(self, kind)), trial)
         except ValueError as error:

@@ -21,7 +21,8 @@ _MATH = re.compile(
     r'must be real number, not|only (?:length-1|0-dimensional|size-1) arrays? can be converted'
 )
 # Said of the time where it is taken for a vector.
-_ORDER = ('positional argument', 'cannot unpack non-iterable', 'is not subscriptable')
+_ORDER = ('positional argument', 'cannot unpack non-iterable', 'is not subscriptable',
+          'invalid index to scalar')  # fmt: skip
 
 
 def called(
@@ -120,14 +121,14 @@ def is_for_numbers(error: ValueError) -> bool:
 
 def _remedy(error: Exception, vectors: Vectors) -> str:
     text = str(error)
+    if isinstance(error, TypeError | IndexError) and any(words in text for words in _ORDER):
+        return ' (it is called with t, x, u, p)'
     if _UNPACKING.search(text) or isinstance(error, IndexError):
         sizes = '; '.join(
             f'{vector} has {len(names)}: {", ".join(names)}' if names else f'{vector} has none'
             for vector, names in vectors.items()
         )
         return f' ({sizes})'
-    if isinstance(error, TypeError) and any(words in text for words in _ORDER):
-        return ' (it is called with t, x, u, p)'
     return ''
 
 

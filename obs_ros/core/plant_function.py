@@ -146,6 +146,7 @@ def recorded(given: Any, code: FunctionType, trial: Trial) -> FunctionType:
             )
         returned = model_check.called(made, code, trial.arguments, trial.vectors)
         model_check.check_finite(given, code, trial.arguments, returned, trial.names, trial.vectors)
+        made.__wrapped__ = given  # type: ignore[attr-defined]  # whose lines are the author's
         return made
     raise Untraceable(reasons[0])
 

@@ -45,4 +45,6 @@ def without_knowledge(model: Model) -> Model:
         {v.name: 0.0 for v in model.variables if v.walk is not None},
         {v.name: None for v in model.variables if v.prior is not None},
     )
-    return plain if math.isinf(plain.max_step) else replace(plain, max_step=math.inf)
+    if plain.period is not None or math.isinf(plain.max_step):
+        return plain
+    return replace(plain, max_step=math.inf)

@@ -36,10 +36,17 @@ def traced(
 
 
 def recorded(
-    function: Callable[..., Any], sizes: Sequence[int], entries: int, vectors: Callable[..., Any]
+    function: Callable[..., Any],
+    sizes: Sequence[int],
+    entries: int,
+    vectors: Callable[..., Any],
+    recorder: Recorder | None = None,
 ) -> tuple[Recorder, tuple[Any, ...]]:
-    """Return the operations of a function, and its results; see `traced`."""
-    recorder, twin = Recorder(), Twins().twin(function)
+    """Return the operations of a function, recorded by this `recorder`, and its results.
+
+    See `traced`.
+    """
+    recorder, twin = recorder or Recorder(), Twins().twin(function)
     arguments = [Symbol(recorder, 't')]
     for vector, size in zip('xup', sizes, strict=True):
         symbols = [Symbol(recorder, f'{vector}[{i}]') for i in range(size)]

@@ -12,7 +12,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 from scipy.special import chdtri
 
-from obs_ros.core.linear_algebra import scaled_inverse
+from obs_ros.core.linear_algebra import log_determinant, scaled_inverse
 from obs_ros.core.typing import Array
 from obs_ros.horizon.found_jumps import JumpFound
 from obs_ros.horizon.gaussian_sum import SUM, Component, Lineage, normalised
@@ -108,7 +108,9 @@ class ArrivalCost:
         self.drifts = np.zeros(unknowns.dimension - unknowns.n_states)
 
     def add(self, entry: WindowPosterior) -> None:
-        """Remember an accepted window."""
+        """Remember an accepted window, unless what it says is not finite."""
+        if not (np.isfinite(entry.mean).all() and np.isfinite(entry.covariance).all()):
+            return
         self._entries.append(entry)
         del self._entries[:-KEPT]
 
@@ -174,7 +176,7 @@ class ArrivalCost:
         n = self._unknowns.n_states
         latest = [e for e in self._entries if newest.end - duration < e.end <= start]
         priors = [self._since(entry, start, duration, newest.end) for entry in reversed(latest)]
-        informed = [float(np.linalg.slogdet(prior.precision[n:, n:])[1]) for prior in priors]
+        informed = [log_determinant(prior.precision[n:, n:]) for prior in priors]
         best = int(np.argmax(informed))
         return priors[best] if best else None
 

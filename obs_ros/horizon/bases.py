@@ -60,7 +60,8 @@ class Bases:
         window = replace(self.posed, prior=self.own.hypothesis.problem.prior)
         at = disturbed_at(window, self.plain.point, self.own.noise)
         e, S = at.along.innovations, at.along.S
-        ratio = float(np.sqrt(np.nanmean(e**2 / S)))
+        known = ~np.isnan(e)
+        ratio = float(np.sqrt(np.mean(e[known] ** 2 / S[known]))) if known.any() else np.nan
         if not np.isfinite(ratio):
             return at
         return disturbed_at(window, self.plain.point, self.own.noise.scaled(ratio))

@@ -55,7 +55,7 @@ def without_the_same(posed: WindowState, window: WindowState) -> WindowState:
     """Return a posed window without the outliers that another of the same samples is without."""
     if len(window.outliers) == len(posed.outliers):
         return posed
-    gone = (posed.objective.grid.weight > 0.0) & (window.objective.grid.weight == 0.0)
+    gone = np.isfinite(posed.record.y) & np.isnan(window.record.y)
     return replace(posed.without(gone), outliers=window.outliers)
 
 

@@ -34,9 +34,10 @@ from obs_ros.horizon.probation import Probation, withheld_by_push, without_stuck
 from obs_ros.horizon.ramps import drift_ahead
 from obs_ros.horizon.scatter import Scatter
 from obs_ros.horizon.solution import SOLUTION, Solution, level_of
-from obs_ros.horizon.solver import Solver, TooFewSamples
+from obs_ros.horizon.solver import Solver
 from obs_ros.horizon.stages import determined_alone, is_uninformative, recall, uncertainty_of
 from obs_ros.horizon.stepped_windows import SteppedWindows
+from obs_ros.horizon.unsolvable import Unsolvable
 from obs_ros.inference.assessment.assemble import empty, report
 from obs_ros.inference.assessment.contradiction import contradictions
 from obs_ros.inference.assessment.deviations import parameters_at_end
@@ -111,8 +112,8 @@ class MovingHorizon:
             return self._solver.solve(record, rng, deadline, self._previous, first=self._first)
         try:
             return self._estimate(record, rng, deadline)
-        except TooFewSamples as error:
-            return empty(self._solver.model, record, Outcome.TOO_FEW_SAMPLES, str(error))
+        except Unsolvable as error:
+            return empty(self._solver.model, record, error.outcome, str(error))
 
     def _estimate(self, record: Record, rng: np.random.Generator, deadline: Deadline) -> Estimate:
         """Take a window through its stages: prior, explanation, uncertainty, report."""
@@ -232,7 +233,7 @@ class MovingHorizon:
         )
 
     def _posed(self, record: Record) -> WindowState:
-        """Return the window with the arrival cost of the earlier ones; raises TooFewSamples."""
+        """Return the window with the arrival cost of the earlier ones; raises Unsolvable."""
         scale, correlation = self._noise.scale(), self._noise.correlation
         if scale is not None:  # of white noise that would disturb as much
             scale = scale * np.sqrt(inflation(correlation))

@@ -58,18 +58,21 @@ class EstimationSettings:
 
 @dataclass(frozen=True)
 class PosingSettings:
-    """Limits in posing a window whose noise is not given.
+    """Limits in posing a window, the first ones where its noise is not given.
 
     - `values_per_unknown`: measured values that each unknown needs: a residual of fewer could not
       tell noise from a wrong fit.
     - `unequal`: ratio of the outputs' residuals, in their guessed scales, above which the outputs
       are weighted anew; below, efficiency gains less than 1 %.
     - `reweightings`: rounds of that at most; two are usual.
+    - `most_steps`: of integration in a window, some 50 ms of every candidate; more are a wrong unit
+      of time or of `max_step`, and might not end within days.
     """
 
     values_per_unknown: int = 4
     unequal: float = 1.2
     reweightings: int = 3
+    most_steps: int = 10_000_000
 
 
 POSING = PosingSettings()

@@ -28,6 +28,7 @@ from obs_ros.horizon.settings import (
     with_starts,
 )
 from obs_ros.horizon.stepping import Integration
+from obs_ros.horizon.unsolvable import TooFewSamples, Unsolvable, check_steps
 from obs_ros.horizon.warm_start import propagated
 from obs_ros.inference.assessment import profile_steps
 from obs_ros.inference.assessment.assemble import empty
@@ -42,10 +43,6 @@ from obs_ros.integration.grid import Grid
 from obs_ros.optimization.methods import Method, method_for
 from obs_ros.optimization.result import Found
 from obs_ros.samples.range_check import without_absurd
-
-
-class TooFewSamples(ValueError):
-    """A window has too few measured values for its unknowns; the text says how many it needs."""
 
 
 @dataclass(frozen=True)
@@ -98,6 +95,7 @@ class Solver:
         """The model's rollouts; compiled at the first call, which may take some seconds."""
         return kernels_for(self.model, self.settings.backend)
 
+    @np.errstate(all='ignore')
     def prepare(self) -> float:
         """Compile whatever is not compiled yet; return the seconds that it took."""
         begin = time.perf_counter()
@@ -122,8 +120,8 @@ class Solver:
         record, absurd = without_absurd(record)
         try:
             estimate = self._solve(record, rng, deadline, previous, first)
-        except TooFewSamples as error:
-            estimate = empty(self.model, record, Outcome.TOO_FEW_SAMPLES, str(error))
+        except Unsolvable as error:
+            estimate = empty(self.model, record, error.outcome, str(error))
         if not absurd:
             return estimate
         said = f'{absurd} values beyond any signal of this window count as not measured'
@@ -180,10 +178,11 @@ class Solver:
         """Return a window's objective and prior, outputs in units of `scale` (r,).
 
         `scale` None means the noise, given or guessed; 1 for fitnesses other than squares. `prior`
-        None means the given ones, of a first window. Raises TooFewSamples.
+        None means the given ones, of a first window. Raises Unsolvable.
         """
         if (turns := periods(self.model.outputs)).any():
             record = record.with_outputs(continuous(record.t, record.y, turns))
+        check_steps(self.model, record)
         grid = Grid.of(self.model, record, self._scale(record) if scale is None else scale)
         objective = Objective(self.kernels, grid, self.unknowns, self.settings.fitness)
         values, dimension = objective.count(objective.nodes), objective.dimension

@@ -63,12 +63,16 @@ class Noise:
         return float(np.median([colour.correlation for colour in colours]))
 
     def accept(self, variances: Array, colour: Whiteness) -> None:
-        """Learn from a window that its hypothesis explains."""
+        """Learn from a window that its hypothesis explains, if its residuals have squares."""
+        if not np.isfinite(variances).all():
+            return
         self._recent.append((variances, colour))
         self._odd.clear()
 
     def doubt(self, variances: Array, colour: Whiteness) -> None:
         """Note a window unlike the others; when several in a row are, begin anew with them."""
+        if not np.isfinite(variances).all():
+            return
         self._odd.append((variances, colour))
         if len(self._odd) >= LEARNING.patience:
             self._recent.clear()

@@ -49,6 +49,8 @@ class Prior:
         n = unknowns.n_states
         width = np.sqrt(box_variances(unknowns))
         values, vectors = eigen(covariance / np.outer(width, width))
+        if not np.isfinite(values).all():  # nothing is known
+            return replace(cls.box(unknowns), gap=gap)
         vectors /= width[:, None]
         precision = np.zeros((unknowns.dimension, unknowns.dimension))
         precision[:n, :n] = np.eye(n) / STATE_SD**2

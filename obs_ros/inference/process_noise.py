@@ -116,6 +116,8 @@ class LearnedProcessNoise:
 
     def add(self, found: ProcessNoise, sound: bool = True) -> None:
         """Remember the process noise of a window; `sound` if nothing else is left to explain."""
+        if not (np.isfinite(found.walks).all() and np.isfinite(found.noise).all()):
+            return
         self._recent.append(found)
         self._sound.append(sound)
 

@@ -13,6 +13,7 @@ import numpy as np
 
 from obs_ros.core.model import Variable
 from obs_ros.core.typing import Array
+from obs_ros.samples.range_check import LARGEST
 
 
 @dataclass(frozen=True)
@@ -52,7 +53,8 @@ def step_of(values: Array, settings: ResolutionSettings = DEFAULT) -> float | No
     ordered = np.unique(values)
     near = settings.same * np.abs(ordered).max(initial=0.0)
     ordered = ordered[np.diff(ordered, prepend=-np.inf) > near]
-    if ordered.size < settings.distinct:
+    # Sums of larger numbers may overflow.
+    if ordered.size < settings.distinct or np.abs(ordered).max() > LARGEST:
         return None
     gaps = np.diff(ordered).tolist()
     line, lines, step, rise = 0, [0], min(gaps), 0.0

@@ -9,7 +9,6 @@ from spinner import SHAFT, TURN
 from obs_ros import Model, Variable
 from obs_ros.cli.model_periods import wrapping
 from obs_ros.cli.model_trial import simulated
-from obs_ros.integration.backends import kernels_for
 
 
 def pendulum(torque: Any, output: Any = lambda t, x, u, p: (x[0],)) -> Model:
@@ -26,8 +25,7 @@ def pendulum(torque: Any, output: Any = lambda t, x, u, p: (x[0],)) -> Model:
 
 
 def lines(model: Model) -> list[str]:
-    kernels = kernels_for(model, 'numpy')
-    return wrapping(model, simulated(kernels, 2.0, 0.05, {}, {}))
+    return wrapping(model, simulated(model, 2.0, 0.05, {}, {}, {}, backend='numpy'))
 
 
 @pytest.mark.parametrize('model', [SHAFT, pendulum(lambda angle: -9.81 * np.sin(angle))])

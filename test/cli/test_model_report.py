@@ -7,24 +7,30 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from obs_ros import Variable
-from obs_ros.cli.model_report import ReportSettings, identifiable, rollout, speed, variables
-from obs_ros.cli.model_trial import simulated
+from obs_ros import Model, Variable
+from obs_ros.cli.model_report import (
+    ReportSettings,
+    identifiable,
+    integration,
+    rollout,
+    speed,
+    structure,
+    variables,
+)
+from obs_ros.cli.model_trial import TrialSettings, simulated
 from obs_ros.core.prior_knowledge import with_knowledge
-from obs_ros.integration.backends import kernels_for
 from obs_ros.models import load_model
 
 TANKS = load_model('three_tank')
 
 
-@pytest.fixture(scope='module')
-def kernels():
-    return kernels_for(TANKS, 'numpy')
+def rolled_out(model=TANKS, values=None, noise=None):
+    return simulated(model, 100.0, 1.0, values or {}, {}, noise or {}, backend='numpy')
 
 
 @pytest.fixture(scope='module')
-def trial(kernels):
-    return simulated(kernels, 100.0, 1.0, {}, {})
+def trial():
+    return rolled_out()
 
 
 def test_every_variable_has_its_line(trial):
@@ -43,17 +49,45 @@ def test_the_rollout_names_its_axis_and_the_ranges(trial):
     assert f'to {end:.4g}, ' in h3
 
 
-def test_speed_is_that_of_the_fastest_run(kernels, trial):
-    (line,) = speed(kernels, trial, ReportSettings(candidates=64, repeats=2))
+def test_speed_is_that_of_the_fastest_run_and_a_window_is_solved_once(trial):
+    (line,) = speed(trial, ReportSettings(candidates=64, repeats=2, patience=0.01))
     (ns,) = re.findall(r'^speed: (\S+) ns for a step of one candidate, .* \(numpy;', line)
     assert 1.0 < float(ns) < 1e7
+    assert line.endswith('; a window takes more than 0.01 s from nothing')
 
 
-def test_twice_the_noise_is_twice_the_deviation(kernels):
-    filled = simulated(kernels, 100.0, 1.0, {'h1': 60.0, 'h2': 30.0, 'h3': 45.0}, {})
+def test_method_steps_and_error_are_told(trial):
+    (line,) = integration(trial)
+    (error,) = re.findall(r'^integration: rk4, 1 step a sample; it errs by (\S+) sta', line)
+    assert 0.0 <= float(error) <= 0.1 and line.endswith('of the noise assumed')
+    lines = integration(replace(trial, error=0.5, guessed=np.zeros(2, dtype=bool)))
+    assert lines[0].startswith('start nearer to where the plant runs with --value')
+    assert lines[1].endswith('; it errs by 0.5 standard deviations of the noise')
+    assert integration(replace(trial, error=np.inf))[1].endswith('it errs without limit')
+
+
+def test_parameters_that_no_input_tells_apart_are_told(trial):
+    assert structure(trial) == [
+        'structure: no parameters were found that every input leaves inseparable'
+    ]
+    gains = Model(
+        name='gains', states=(Variable('x', lower=-5.0, upper=5.0),), inputs=(Variable('u'),),
+        outputs=(Variable('x'),),
+        parameters=tuple(Variable(name, lower=0.1, upper=2.0) for name in ('a', 'b')),
+        dynamics=lambda t, x, u, p: (p[0] * p[1] * (u[0] - x[0]),),
+        output=lambda t, x, u, p: (x[0],),
+    )  # fmt: skip
+    found = simulated(gains, 3.0, 0.1, {}, {}, {}, backend='numpy')
+    assert structure(found) == [
+        'structure: no input can tell a from b: fix one, or estimate their product'
+    ]
+
+
+def test_twice_the_noise_is_twice_the_deviation():
+    start = {'h1': 60.0, 'h2': 30.0, 'h3': 45.0}
 
     def deviations(scale):
-        lines = identifiable(kernels, filled, {'h1': scale, 'h2': scale})
+        lines = identifiable(rolled_out(TANKS, start, {'h1': scale, 'h2': scale}))
         return [float(x) for line in lines for x in re.findall(r'known to \+- (\S+)', line)]
 
     one, two = deviations(1e-4), deviations(2e-4)
@@ -61,8 +95,10 @@ def test_twice_the_noise_is_twice_the_deviation(kernels):
     assert two == pytest.approx([2.0 * value for value in one], rel=0.06)
 
 
-def test_noise_that_is_not_given_is_a_guess_from_the_spread(kernels, trial):
-    lines = identifiable(kernels, trial, {'h1': 0.02}, ReportSettings(noise=0.1))
+def test_noise_that_is_not_given_is_a_guess_from_the_spread():
+    settings = TrialSettings(noise=0.1)
+    trial = simulated(TANKS, 100.0, 1.0, {}, {}, {'h1': 0.02}, settings, 'numpy')
+    lines = identifiable(trial)
     guess = 0.1 * trial.record.y[:, 1].std()
     assert lines[1] == '  output     h1               0.02 cm'
     assert lines[2] == f'  output     h2               {guess:.3g} cm, a guess: give --noise h2=...'
@@ -84,20 +120,20 @@ def test_priors_and_walks_stand_beside_the_bounds():
     assert f'{expected} 0.1/sqrt(s)' in variables(log)
 
 
-def test_what_is_known_beforehand_makes_more_known(trial):
+def test_what_is_known_beforehand_makes_more_known():
     """A prior that is as exact as the window halves the variance."""
     noise = {'h1': 0.01, 'h2': 0.01}
 
     def limit(priors):
-        kernels = kernels_for(with_knowledge(TANKS, None, priors), 'numpy')
-        (line,) = (x for x in identifiable(kernels, trial, noise) if ' p2 ' in x)
+        trial = rolled_out(with_knowledge(TANKS, None, priors), None, noise)
+        (line,) = (x for x in identifiable(trial) if ' p2 ' in x)
         return float(line.rpartition(' ')[2])
 
     alone = limit({})
     assert limit({'p2': (0.9, 0.5 * alone)}) == pytest.approx(alone / math.sqrt(2.0), rel=0.02)
 
 
-def test_sensors_and_actuators_stand_beside_the_rest_and_count(kernels, trial):
+def test_sensors_and_actuators_stand_beside_the_rest_and_count(trial):
     half = float(np.median(trial.record.y[:, 0]))
     outputs = (
         replace(TANKS.outputs[0], range=(0.0, half), resolution=0.5), TANKS.outputs[1]
@@ -115,6 +151,6 @@ def test_sensors_and_actuators_stand_beside_the_rest_and_count(kernels, trial):
     model = replace(TANKS, outputs=outputs)
     (h1,) = [line for line in rollout(model, trial) if line.startswith('  output     h1 ')]
     assert h1.endswith('; its sensor is saturated in 54% of the samples')
-    lines = identifiable(kernels_for(model, 'numpy'), trial, {'h1': 0.02, 'h2': 0.02})
+    lines = identifiable(rolled_out(model, None, {'h1': 0.02, 'h2': 0.02}))
     assert lines[1] == '  output     h1               0.146 cm'
     assert lines[2] == '  output     h2               0.02 cm'

@@ -3,7 +3,15 @@
 import numpy as np
 import pytest
 
-from obs_ros.core.linear_algebra import cholesky, eigen, inverted, scaled_inverse
+from obs_ros.core.linear_algebra import (
+    cholesky,
+    eigen,
+    inverted,
+    log_determinant,
+    projected_out,
+    scaled_inverse,
+    singular,
+)
 
 MATRIX = np.array([[2.0, 1.0], [1.0, 2.0]])
 SINGULAR = np.array([[1.0, 1.0], [1.0, 1.0]])
@@ -36,3 +44,26 @@ def test_the_inverse_of_badly_scaled_matrices() -> None:
     core = np.array([[2.0, 0.5, 0.1], [0.5, 1.0, 0.2], [0.1, 0.2, 3.0]])
     found = scaled_inverse(core * np.outer(scale, scale))
     np.testing.assert_allclose(found * np.outer(scale, scale), np.linalg.inv(core), atol=1e-12)
+
+
+def test_singular_values_of_a_tall_matrix_and_of_one_that_is_not_finite() -> None:
+    tall = np.vstack([MATRIX, [[0.0, 1.0]]])
+    left, s, right = singular(tall)
+    np.testing.assert_allclose((left * s) @ right, tall, atol=1e-14)
+    wrong = tall.copy()
+    wrong[2, 0] = np.inf
+    shapes = [part.shape for part in singular(wrong)]
+    assert shapes == [(3, 2), (2,), (2, 2)]
+    assert all(np.isnan(part).all() for part in singular(wrong))
+
+
+def test_columns_lose_what_others_explain_of_them() -> None:
+    base, column = np.array([[1.0], [1.0], [1.0]]), np.array([[1.0], [2.0], [6.0]])
+    np.testing.assert_allclose(projected_out(base, column)[:, 0], [-2.0, -1.0, 3.0], atol=1e-14)
+    assert np.isnan(projected_out(base * np.nan, column)).all()
+
+
+def test_the_logarithm_of_a_determinant() -> None:
+    assert log_determinant(MATRIX) == pytest.approx(np.log(3.0))
+    assert log_determinant(np.zeros((2, 2))) == -np.inf
+    assert np.isnan(log_determinant(MATRIX * np.nan))

@@ -9,7 +9,8 @@ from obs_ros.core.deadline import Deadline
 from obs_ros.core.rng import random_generator
 from obs_ros.horizon.cleaning import rescaled_to_residuals
 from obs_ros.horizon.settings import EstimationSettings
-from obs_ros.horizon.solver import Solver, TooFewSamples
+from obs_ros.horizon.solver import Solver
+from obs_ros.horizon.unsolvable import TooFewSamples
 from obs_ros.inference.prior import Prior
 
 T = 0.1 * np.arange(200)

@@ -234,3 +234,13 @@ def test_given_priors_are_knowledge() -> None:
     # One as wide as its box says no more than that.
     wide = Prior.known(known(gain=(1.0, 50.0)), start=True)
     np.testing.assert_allclose(wide.precision[1, 1], 12.0)
+
+
+def test_a_covariance_that_is_not_finite_tells_nothing() -> None:
+    unknowns = Unknowns.of(OSCILLATOR)
+    q = unknowns.dimension - unknowns.n_states
+    found = Prior.of(unknowns, np.full(q, 0.5), np.full((q, q), np.nan), gap=2.0)
+    box = Prior.box(unknowns)
+    np.testing.assert_array_equal(found.precision, box.precision)
+    np.testing.assert_array_equal(found.mean, box.mean)
+    assert found.gap == 2.0

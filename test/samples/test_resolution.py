@@ -51,6 +51,11 @@ def test_no_step_is_seen_in_few_values_or_in_random_ones(values: Array) -> None:
     assert step_of(values) is None
 
 
+def test_values_whose_differences_overflow_have_no_step() -> None:
+    with np.errstate(over='ignore'):
+        assert step_of(1.7e308 * np.linspace(-1.0, 1.0, 4 * DEFAULT.distinct)) is None
+
+
 def test_random_values_hardly_ever_lie_on_a_grid() -> None:
     """Twelve of them, the least number that is looked at: 0.1 % at most."""
     found = [step_of(rng.standard_normal(DEFAULT.distinct)) for _ in range(5000)]

@@ -231,10 +231,12 @@ def _nearest_unseen(ratio: float, size: Array, information: Array) -> float:
     """Return the ratio in halves beside `ratio` along which no change of a tenth of box is seen.
 
     Noise in the initial state turns the weakest direction a little, and an exact product with it.
-    NaN if there is none; `size` (2,) turns relative changes into boxes, information is (2, 2).
+    NaN if there is none, or no ratio; `size` (2,) turns relative changes into boxes, information
+    is (2, 2).
     """
-    seen = {}
-    for halves in {math.floor(2.0 * ratio), math.ceil(2.0 * ratio)} - {0}:
+    seen: dict[float, float] = {}
+    beside = {math.floor(2.0 * ratio), math.ceil(2.0 * ratio)} if math.isfinite(ratio) else set()
+    for halves in beside - {0}:
         direction = np.array([0.5 * halves, 1.0]) * size
         direction *= LIMITS.undetermined / np.linalg.norm(direction)
         seen[0.5 * halves] = float(direction @ information @ direction)

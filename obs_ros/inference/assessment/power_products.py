@@ -48,7 +48,7 @@ def sparse(directions: Array, chosen: list[int] | None = None) -> Array:
 
 def power_product(a: str, b: str, ratio: float) -> str:
     """Return the power product that does not change when a changes `ratio` times as much as b."""
-    if math.isnan(ratio):
+    if not math.isfinite(ratio):
         return ''
     halves = round(2.0 * ratio)
     if abs(halves) > POWERS.most_halves:

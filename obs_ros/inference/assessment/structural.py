@@ -16,6 +16,7 @@ from typing import Any
 
 import numpy as np
 
+from obs_ros.core.linear_algebra import singular
 from obs_ros.core.model import Variable, inside
 from obs_ros.core.record import Record
 from obs_ros.core.typing import Array
@@ -136,12 +137,12 @@ def _without_effect(
             continue
         start, rest = jacobian[:, :n], jacobian[:, n:]
         size = np.sqrt((start**2).sum(axis=0))
-        left, s, _ = np.linalg.svd(start[:, size > 0.0] / size[size > 0.0], full_matrices=False)
+        left, s, _ = singular(start[:, size > 0.0] / size[size > 0.0])
         left = left[:, s > STRUCTURAL.rank * s[:1]]
         norms = np.hypot(norms, np.sqrt((rest**2).sum(axis=0)))
         parts.append(rest - left @ (left.T @ rest))
         whole = np.where(norms > 0.0, norms, 1.0)
-        _, s, directions = np.linalg.svd(np.concatenate(parts) / whole, full_matrices=False)
+        _, s, directions = singular(np.concatenate(parts) / whole)
         blind = np.asarray(directions[s <= STRUCTURAL.rank * s[0]] / whole)
         if not len(blind):
             break

@@ -16,6 +16,7 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.special import chdtri
 
+from obs_ros.core.linear_algebra import projected_out, singular
 from obs_ros.core.model import names
 from obs_ros.core.typing import Array, BoolArray, IntArray
 from obs_ros.inference.jumps.hypothesis import Hypothesis
@@ -89,12 +90,12 @@ def _depends(e: Array, J: Array, U: Array, tail: float) -> bool:
     U = U - U.mean(axis=0)
     scale = np.sqrt((J**2).sum(axis=0))
     base = J[:, scale > 0.0] / scale[scale > 0.0]
-    U = U - base @ np.linalg.lstsq(base, U, rcond=None)[0]
+    U = projected_out(base, U)
     size = np.sqrt((U**2).sum(axis=0))
     told = size > 1e-6 * max(float(size.max(initial=0.0)), np.finfo(float).tiny)
     if not told.any():
         return False
-    left, s, _ = np.linalg.svd(U[:, told] / size[told], full_matrices=False)
+    left, s, _ = singular(U[:, told] / size[told])
     left = left[:, s > 1e-6 * s[0]]
     gained = float(np.sum((left.T @ e) ** 2) / np.mean(e**2))
     return gained > float(chdtri(left.shape[1], tail))

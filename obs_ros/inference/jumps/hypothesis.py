@@ -14,7 +14,7 @@ from functools import cached_property
 
 import numpy as np
 
-from obs_ros.core.linear_algebra import scaled_inverse
+from obs_ros.core.linear_algebra import log_determinant, scaled_inverse
 from obs_ros.core.residual_tests import inflation_by
 from obs_ros.core.typing import Array, IntArray
 from obs_ros.inference.jumps.layout import Layout
@@ -103,7 +103,7 @@ def hypothesis_at(
     known = precision.copy()
     known[problem.layout.times, problem.layout.times] += 1.0 / BOX_VARIANCE
     information = linearisation.jacobian.T @ linearisation.jacobian + known
-    narrowing = np.linalg.slogdet(information)[1] - np.linalg.slogdet(known)[1]
+    narrowing = log_determinant(information) - log_determinant(known)
     squares = linearisation.residual @ linearisation.residual + off @ precision @ off
     covariance = scaled_inverse(information)
     cost = float(squares) + _penalty(problem)
@@ -117,7 +117,7 @@ def hypothesis_at(
         linearisation=linearisation,
         covariance=covariance,
         cost=cost,
-        neg2_log_evidence=cost + float(narrowing),
+        neg2_log_evidence=cost + narrowing,
     )
 
 

@@ -169,9 +169,9 @@ def _fit_of_most(
     residuals = window.objective.residuals(z)
     for number in range(OUTLIERS.rounds):
         sizes = np.abs(residuals) / spread(residuals, noise_known=window.noise_known)
-        limit = OUTLIERS.trimmed
-        if number < OUTLIERS.steps:
-            limit = min(limit, float(np.nanquantile(sizes, 1.0 - OUTLIERS.most)))
+        limit, known = OUTLIERS.trimmed, sizes[~np.isnan(sizes)]
+        if number < OUTLIERS.steps and known.size:
+            limit = min(limit, float(np.quantile(known, 1.0 - OUTLIERS.most)))
         far = np.nan_to_num(sizes, nan=0.0) > limit
         if deadline.passed or (far == gone).all():
             break
