@@ -27,7 +27,7 @@ class InputHistory:
         self._inputs = tuple(model.inputs)
         self._kinds = [variable.interpolation for variable in model.inputs]
         self._moving = [i for i, kind in enumerate(self._kinds) if kind != 'hold']
-        self._longest = longest_step(model)
+        self.longest = longest_step(model)  # s, of the steps of paths
         self._period = None if model.period is None else 1e9 * model.period  # ns
         self._rows = 0
         self._room(8, width)
@@ -91,7 +91,7 @@ class InputHistory:
             # Not from t: at the size of today's dates that resolves 0.24 us only.
             dt = (nodes[k + 1] - nodes[k]) / 1e9
             self._dt[k] = dt
-            self._steps[k] = 1 if self._period else max(1, math.ceil(dt / self._longest))
+            self._steps[k] = 1 if self._period else max(1, math.ceil(dt / self.longest))
         self.drop_before(end)
         return Path(pieces, self._t, self._dt, self._steps, self._u, self._slope)
 

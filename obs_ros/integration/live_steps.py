@@ -207,7 +207,7 @@ class LiveStepper:
         return trials
 
     def _cost(self, trial: Trial) -> float:
-        """Return what a way costs, in evaluations of the model's dynamics."""
+        """Return what a way costs one candidate, in operations on numbers."""
         return cost_of_step(self.model, trial.method) * float(trial.steps.sum())
 
     def _by(self, method: str) -> Stepper:

@@ -17,6 +17,7 @@ CALL = 8  # operations for which a root or an exponential counts
 UNKNOWN = 30  # operations per state of a function that cannot be recorded
 
 
+@functools.lru_cache(maxsize=256)
 def cost_of_step(model: Model, method: str) -> float:
     """Return the cost of one step of a candidate, in operations on numbers."""
     sizes = len(model.states), len(model.inputs), len(model.parameters)

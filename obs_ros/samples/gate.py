@@ -50,7 +50,8 @@ class GateSettings:
       up to 200 s from sample to sample `default_reach` is more.
     - `most_steps`: integration steps within the default reach of a recursive observer, as nothing
       can interrupt the way from one sample to the next: 2 s of the costliest, `h_infinity`. A model
-      whose steps are of 20 ms or more has the full reach, one of 1 ms 100 s.
+      whose steps are of 20 ms or more has the full reach, one of 1 ms 100 s. Where steps are chosen
+      (`max_step` infinite), `LiveStepSettings` bounds their number.
     - `at_once`, `intervals_at_once`: the longer of the two is the gap that one sample may prove;
       it is the reach until two outputs have shown the pace.
     - `believed`: samples in a row, two at least, that prove a longer gap or a new timeline:

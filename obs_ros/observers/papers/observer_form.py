@@ -58,7 +58,8 @@ class ObserverFormObserver(RecursiveObserver):
 
     xhat' = [-ahat | I; 0] xhat + bhat u + (a* - ahat) (y - xhat1).
 
-    The equations are integrated by RK4 from output to output, the output taken as a straight line.
+    The equations are integrated by RK4 from output to output, the output taken as a straight line,
+    in steps that resolve the observer's polynomial and the filter.
     Parameters that are not estimated keep their value. Bounds are not heeded: the law that the
     papers prove to converge does not know them.
     """
@@ -66,6 +67,7 @@ class ObserverFormObserver(RecursiveObserver):
     Settings: ClassVar[type[table.Settings]] = ObserverFormSettings
     needs_outputs: ClassVar[bool] = True
     compared: ClassVar[int] = 8  # random points at which a model must be like the form
+    step: ClassVar[float] = 0.25  # of the shortest time constant: the longest RK4 step, to 1e-5
 
     def __init__(self, model: Model | str, **arguments: Any) -> None:
         super().__init__(model, **arguments)
@@ -90,6 +92,9 @@ class ObserverFormObserver(RecursiveObserver):
         self._s = np.empty(5 * n)
         self._normalised = True
         self._gain = np.zeros(2 * n)
+        roots = [np.roots([1.0, *each]) for each in (self._observer, self._filter)]
+        inputs = self._samples.inputs
+        inputs.longest = min(inputs.longest, self.step / float(np.abs(roots).max()))
         self._set_out()
 
     @classmethod

@@ -1,12 +1,15 @@
 """Tests of obs_ros.observers.papers.observer_form, of all observers that build on it."""
 
+import math
 from dataclasses import replace
 from typing import Any
 
+import numpy as np
 import pytest
 from observer_form import MINIMUM_PHASE, experiment
 from plants import OSCILLATOR, observer_form
 
+from obs_ros import Sample
 from obs_ros.models.three_tank import THREE_TANK
 from obs_ros.observers.papers.adaptive_luenberger import AdaptiveLuenbergerObserver
 from obs_ros.observers.papers.rls_luenberger import RecursiveLeastSquaresObserver
@@ -36,3 +39,16 @@ def test_other_plants_and_unstable_choices_are_refused(kind: Any) -> None:
         kind(model, observer=(12.0, 47.0, -60.0))
     with pytest.raises(ValueError, match=r'filter \(2.0, 1.0\) has 2 entries, but .* of order 3'):
         kind(model, filter=(2.0, 1.0))
+
+
+@pytest.mark.parametrize('kind', [AdaptiveLuenbergerObserver, RecursiveLeastSquaresObserver])
+def test_coarse_samples_are_integrated_in_steps_of_the_observer_s_own(kind: Any) -> None:
+    """Outputs every 2 s, over which one RK4 step diverges from the observer's poles at -3 to -5."""
+    found = []
+    for longest in (math.inf, 0.01):
+        observer = kind(replace(observer_form(), max_step=longest))
+        for k in range(30):
+            u, y = np.array([math.sin(0.5 * k)]), np.array([math.cos(0.3 * k)])
+            observer.absorb(Sample(2_000_000_000 * k, u=u, y=y))
+        found.append([*observer.x, *observer.p])
+    assert found[0] == pytest.approx(found[1], rel=1e-3, abs=1e-3)
