@@ -1,5 +1,6 @@
 """A record laid out for integration: when, with which inputs, against which measurements."""
 
+import math
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
@@ -244,6 +245,13 @@ def is_estimated(variable: Variable) -> bool:
 def fewest_steps(model: Model, t: Array) -> IntArray:
     """Return the integration steps (K - 1,) that `max_step` asks for between nodes t (K,) in s."""
     return np.maximum(1, np.ceil(np.diff(t) / longest_step(model))).astype(np.int64)
+
+
+def usual_step(model: Model, grid: Grid) -> float:
+    """Return the step (s) of most intervals of a grid: `max_step`, unless they are finer."""
+    if math.isfinite(model.max_step) and np.array_equal(grid.steps, fewest_steps(model, grid.t)):
+        return model.max_step
+    return float(np.median(np.diff(grid.t) / grid.steps))
 
 
 def longest_step(model: Model, tolerance: float = 0.01) -> float:
