@@ -25,10 +25,12 @@ class NoiseFloor:
     """Limit of what counts as noise.
 
     - `share`: of the standard deviation of an output's values, below which noise is not believed:
-      100 dB, as hardly any sensor has, while what rounds or is computed leaves less.
+      100 dB, as hardly any sensor has, while what rounds or is computed leaves less;
+    - `rounding`: share of the largest value, beside which rollouts round.
     """
 
     share: float = 1e-5
+    rounding: float = 1e-9
 
 
 FLOOR = NoiseFloor()
@@ -63,7 +65,8 @@ def least_noise(grid: Grid) -> Array:
     share = known / np.maximum(1, known.sum(axis=0))
     mean = np.sum(share * grid.y, axis=0)
     deviations = np.sqrt(np.sum(share * (grid.y - mean) ** 2, axis=0))
-    return np.asarray(FLOOR.share * deviations + np.finfo(np.float64).tiny)
+    rounding = FLOOR.rounding * np.abs(grid.y).max(axis=0) + np.finfo(np.float64).tiny
+    return np.asarray(np.maximum(FLOOR.share * deviations, rounding))
 
 
 def error_at(

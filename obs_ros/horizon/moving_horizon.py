@@ -128,9 +128,8 @@ class MovingHorizon:
             warm, self._explained, self._process_noise.pooled if usual else None,
             self._process_noise.settled, level, known, self._plain,
         )  # fmt: skip
-        solution, answer, deadline = self._stepped.solved(
-            posed, earlier, self._given, rng, deadline
-        )
+        found = self._stepped.solved(posed, earlier, self._given, rng, deadline)
+        solution, answer, deadline = found
         if solution is None or answer is None:
             return solver.diverged(posed)
         plain = solution.plain
@@ -144,12 +143,9 @@ class MovingHorizon:
         solution, beliefs = self._believed(posed, solution, deadline)
         uncertainty = self._uncertainty(solution, beliefs, record, deadline)
         estimate = report(
-            solution.window,
-            solution.found,
-            uncertainty,
-            in_time=not deadline.passed,
+            solution.window, solution.found, uncertainty, in_time=not deadline.passed,
             solve_time=time.perf_counter() - begun,
-        )
+        )  # fmt: skip
         estimate = answer.told(replace(estimate, figures=figures_of(uncertainty)))
         explained = alone = False
         if solution.found.accepted and solution.finished and answer.fine:

@@ -151,6 +151,7 @@ class Solver:
                 break
             window = finer
             estimate, answer = self._explained(window, rng, deadline, answer.z)
+        begun += self.integration.seconds - compiled
         estimate = replace(estimate, solve_time=time.perf_counter() - begun)
         return answer.told(estimate)
 

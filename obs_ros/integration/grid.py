@@ -1,5 +1,6 @@
 """A record laid out for integration: when, with which inputs, against which measurements."""
 
+import math
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
@@ -242,6 +243,15 @@ def _path(model: Model, record: Record, kinds: Sequence[Interpolation]) -> Input
 def is_estimated(variable: Variable) -> bool:
     """Whether the delay of an input or output is to be estimated."""
     return isinstance(variable.delay, tuple)
+
+
+def usual_step(model: Model, grid: Grid) -> float:
+    """Return the step (s) of most intervals of a grid: `max_step`, unless they are finer."""
+    if math.isfinite(model.max_step) and np.array_equal(
+        grid.steps, steps_within(model, np.diff(grid.t))
+    ):
+        return model.max_step
+    return float(np.median(np.diff(grid.t) / grid.steps))
 
 
 def longest_step(model: Model, tolerance: float = 0.01) -> float:

@@ -37,6 +37,8 @@ class StepSettings:
     - `steps`: of one candidate through one window, at most; steps that the model itself asks for by
       its `max_step` come on top;
     - `rounds`: in which steps are spread anew; each needs about six rollouts of a few candidates;
+    - `patience`: rounds in a row that bring errors down by less than half, after which they are
+      taken for what no steps can lower;
     - `attempts`: times that an answer is found anew in finer steps;
     - `growth`: by which steps in an interval change in one round;
     - `safety`: share of the error allowed at which the steps aim.
@@ -50,6 +52,7 @@ class StepSettings:
     cheaper: float = 2.0
     steps: int = 100_000
     rounds: int = 12
+    patience: int = 4
     attempts: int = 2
     growth: float = 8.0
     safety: float = 0.5
@@ -136,7 +139,7 @@ def chosen(
     other = _refined(trial, second, base, base, limit, settings, doubtful=first)
     if other.method == first:
         return other
-    enough = min(limit, int(ratio * other.steps.sum())) if other.fine else limit
+    enough = min(limit, int(ratio * other.steps.sum()))
     if enough > short:
         found = _refined(trial, first, found.steps, base, enough, settings)
     return found if found.fine or found.worst < other.worst else other
@@ -160,7 +163,8 @@ def _refined(
     """
     order = float(ORDERS[method])
     exempt: BoolArray | None = None
-    best, before, last = Choice(method, steps, np.inf, np.inf), (np.inf, 0), False
+    best, before = Choice(method, steps, np.inf, np.inf), (np.inf, 0)
+    last, vain = False, 0
     for number in range(settings.rounds):
         verdict = trial.judge(method, steps)
         if not number and doubtful is not None and not np.isfinite(verdict.excess).all():
@@ -173,9 +177,9 @@ def _refined(
         now = Choice(method, steps, verdict.error, worst, verdict.largest)
         if now.fine:
             return _halved(trial, now, base, exempt, settings)
-        if worst < settings.safety * best.worst:
-            best = now
-        if last:
+        vain = 0 if worst < settings.safety * best.worst else vain + 1
+        best = best if vain else now
+        if last or vain >= settings.patience:
             break
         order = observed_order(order, before, (worst, int(steps.sum())), ORDERS[method])
         before = worst, int(steps.sum())

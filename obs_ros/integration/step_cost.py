@@ -6,7 +6,7 @@ from collections.abc import Callable
 from typing import Any
 
 from obs_ros.core.derivatives import linearisation
-from obs_ros.core.elimination import elimination
+from obs_ros.core.elimination import elimination, is_looped
 from obs_ros.core.estimated_delays import plain
 from obs_ros.core.model import Model
 from obs_ros.core.recorder import Untraceable
@@ -28,9 +28,15 @@ def cost_of_step(model: Model, method: str) -> float:
         return 4.0 * f + 14.0 * n
     linear = linearisation(model.dynamics, *sizes)
     own = float(operations(linear.function)) if linear.exact else (n + 2.0) * f
-    system = elimination(n, linear.places, n)
-    solved = operations(system.factored) + 4.0 * operations(system.solved)
-    return own + 2.0 * f + solved + 20.0 * n
+    return own + 2.0 * f + _of_systems(n, linear.places) + 20.0 * n
+
+
+def _of_systems(n: int, places: tuple[tuple[int, int], ...]) -> float:
+    """Return the operations to factorise one linear system, and to solve it four times."""
+    if is_looped(n, places):
+        return 2.0 / 3.0 * n**3 + 4.0 * 2.0 * n**2
+    system = elimination(n, places, n)
+    return operations(system.factored) + 4.0 * operations(system.solved)
 
 
 @functools.lru_cache(maxsize=64)

@@ -18,6 +18,7 @@ from obs_ros.inference.assessment.structural import Confounded, confounded
 from obs_ros.inference.objective import Objective
 from obs_ros.inference.parameterisation import Unknowns
 from obs_ros.inference.prior import Prior
+from obs_ros.integration.grid import usual_step
 
 
 @dataclass(frozen=True)
@@ -167,7 +168,7 @@ def _jacobian_ahead(objective: Objective, state: Array, p: Array) -> Array:
     t = np.linspace(0.0, LIMITS.horizon * float(grid.t[-1] - grid.t[0]), LIMITS.nodes)
     samples = objective.count(objective.nodes) / grid.y.shape[1] * LIMITS.horizon / LIMITS.nodes
     weight = np.tile(np.sqrt(samples) / grid.scale, (LIMITS.nodes, 1))
-    interval = t[1] / unknowns.model.max_step
+    interval = t[1] / usual_step(unknowns.model, grid)
     ahead = replace(
         grid,
         t=t + grid.t[-1],

@@ -95,7 +95,13 @@ def confounded(kernels: Kernels, unknowns: Unknowns, seconds: float) -> tuple[Co
     """
     arrays = unknowns.index, unknowns.scale.lower, unknowns.scale.upper, unknowns.given
     lengths = round(2.0 * math.log2(seconds)) if seconds > 0.0 else 0
-    key = kernels.name, unknowns.model, lengths, *(a.tobytes() for a in arrays)
+    key = (
+        kernels.name,
+        kernels.model.method,
+        unknowns.model,
+        lengths,
+        *(a.tobytes() for a in arrays),
+    )
     return _confounded(_Case(key, kernels, unknowns, seconds))
 
 
