@@ -135,9 +135,9 @@ class Integration:
     def refined(self, window: WindowState, z: Array) -> WindowState:
         """Return the window in finer steps where it errs too much at its optimum z (d,)."""
         objective = window.objective
-        residuals = objective.residuals(z)
-        noise = noise_of(window, residuals)
-        if error_at(objective, z, noise, residuals) <= STEPPING.aimed:
+        rolled = objective.trajectory(z)
+        noise = noise_of(window, rolled[1])
+        if error_at(objective, z, noise, rolled) <= STEPPING.aimed:
             return window
         method = objective.kernels.model.method
         trial = self._trial(window, z[None], noise)

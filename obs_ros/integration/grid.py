@@ -246,12 +246,12 @@ def is_estimated(variable: Variable) -> bool:
 
 
 def usual_step(model: Model, grid: Grid) -> float:
-    """Return the step (s) of most intervals of a grid: `max_step`, unless they are finer."""
+    """Return the mean step (s) of a grid; `max_step` where nothing asked for finer ones."""
     if math.isfinite(model.max_step) and np.array_equal(
         grid.steps, steps_within(model, np.diff(grid.t))
     ):
         return model.max_step
-    return float(np.median(np.diff(grid.t) / grid.steps))
+    return float((grid.t[-1] - grid.t[0]) / grid.steps.sum())
 
 
 def longest_step(model: Model, tolerance: float = 0.01) -> float:

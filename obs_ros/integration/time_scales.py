@@ -1,12 +1,12 @@
 """How fast a plant moves about a state: the eigenvalues of df/dx."""
 
 import math
-from contextlib import suppress
 from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
 
+from obs_ros.core.linear_algebra import poles
 from obs_ros.core.model import Model, inside
 from obs_ros.core.typing import Array
 from obs_ros.integration.filter_pass import sizes
@@ -49,11 +49,8 @@ def modes(model: Model, t: float, x: Array, u: Array, p: Array) -> ComplexArray:
         f = model.dynamics(t, tuple(moved), tuple(u), tuple(p))
         ends = np.array([np.broadcast_to(rate, 2 * n) for rate in f])
         J = (ends[:, :n] - ends[:, n:]) / (2.0 * steps)
-    if not np.isfinite(J).all():
-        return nothing
-    with suppress(np.linalg.LinAlgError):
-        return np.linalg.eigvals(J).astype(np.complex128)
-    return nothing
+    found = poles(J).astype(np.complex128)
+    return found if np.isfinite(found).all() else nothing
 
 
 def fastest_decay(modes: ComplexArray) -> float:

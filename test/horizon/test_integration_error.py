@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 from stiff_plants import integration_error, measured, van_der_pol
 
+from obs_ros import Record
 from obs_ros.core.deadline import Deadline
 from obs_ros.core.estimate import Outcome
 from obs_ros.core.rng import random_generator
@@ -73,3 +74,25 @@ def test_an_answer_far_from_the_measurements_may_err_in_proportion() -> None:
     off = SOLVER.unknowns.point({'x': 1.0, 'rate': 0.0, 'mu': 1.2})
     answer = Answer.of(WINDOW, off)
     assert answer.tolerated == 0.3
+
+
+def test_a_fast_start_that_long_implicit_steps_pass_over_is_an_error() -> None:
+    """A rate of 2000 1/s dies within .2 ms and yet moves x by .6, steps take 12 s and 6 s.
+
+    Both damp it alike, and jump from one branch to the other at another time than the truth.
+    """
+    model = replace(van_der_pol(1000.0), integrator='rosenbrock')
+    t = np.linspace(0.0, 600.0, 51)
+    record = Record(t, np.empty((51, 0)), np.zeros((51, 1)))
+    settings = EstimationSettings(noise={'x': 0.01}, backend='numpy', process_noise='off')
+    solver = Solver.of(model, settings)
+    window = solver.pose(record, prior=Prior.box(solver.unknowns), noise_known=True)
+    noise = noise_of(window)
+
+    def error(rate: float) -> float:
+        z = solver.unknowns.point({'x': -1.9, 'rate': rate, 'mu': 1000.0})
+        return error_at(window.objective, z, noise)
+
+    slow = -1.9 / (1000.0 * (1.9**2 - 1.0))
+    assert error(slow) < 1.0
+    assert error(1500.0) > 10.0
