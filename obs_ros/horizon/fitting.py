@@ -42,6 +42,9 @@ def fitted(
     if not np.isfinite(found.cost) and (other := integration.otherwise(window)) is not None:
         window = other
         found = search(of_window(problem, window), warm)
+    if warm is None and not found.accepted and not deadline.passed:
+        window, found = _in_denser_steps(window, problem, found, search, integration)
+        problem = of_window(problem, window)
     for _ in range(integration.attempts):
         if window.exact or deadline.passed or not np.isfinite(found.cost):
             break
@@ -55,6 +58,25 @@ def fitted(
         else:
             found = search(problem, found.z)
     return window, found
+
+
+def _in_denser_steps(
+    window: WindowState,
+    problem: Costs,
+    found: Found,
+    search: Search,
+    integration: Integration,
+) -> tuple[WindowState, Found]:
+    """Return the better of an optimum that noise does not explain and one sought in finer steps.
+
+    Steps are chosen by a spread of candidates, of which most may be off: where the plant is stiff
+    the costs about the optimum may be wrong, and lead a search elsewhere.
+    """
+    denser = integration.denser(window)
+    if denser is window:
+        return window, found
+    other = search(of_window(problem, denser), None)
+    return (denser, other) if other.cost < found.cost else (window, found)
 
 
 def of_window(problem: Costs, window: WindowState) -> Costs:

@@ -166,6 +166,14 @@ class Integration:
             return window
         return self._with(window, Choice(method, steps * int(factor), answer.error, np.inf))
 
+    def denser(self, window: WindowState) -> WindowState:
+        """Return a window by implicit steps in more of them everywhere, if there may be so many."""
+        method, steps = window.objective.kernels.model.method, window.objective.grid.steps
+        more = int(STEPPING.growth) * steps
+        if method != 'rosenbrock' or window.exact or more.sum() > STEPPING.steps:
+            return window
+        return self._with(window, Choice(method, more, np.inf, np.inf))
+
     def otherwise(self, window: WindowState) -> WindowState | None:
         """Return the window by the next method, in its fewest steps; None if there is no other."""
         methods = methods_of(self.unknowns.model.integrator)

@@ -1,13 +1,14 @@
 """Tests of obs_ros.horizon.fitting."""
 
 from dataclasses import replace
+from typing import Any
 
 import numpy as np
 from stiff_plants import measured, van_der_pol
 
 from obs_ros.core.deadline import Deadline
 from obs_ros.core.rng import random_generator
-from obs_ros.horizon.fitting import of_window, polished, reweighted
+from obs_ros.horizon.fitting import fitted, of_window, polished, reweighted
 from obs_ros.horizon.integration_error import error_at, noise_of
 from obs_ros.horizon.settings import EstimationSettings
 from obs_ros.horizon.solver import Solver
@@ -55,3 +56,27 @@ def test_outputs_whose_noise_is_given_keep_their_weight() -> None:
     found = Found(Z, 1.0, converged=True, accepted=None, effort=Effort(1, 'round'))
     window, same = reweighted(WINDOW, found, np.array([False]), Deadline())
     assert window is WINDOW and same is found
+
+
+def test_what_noise_does_not_explain_is_sought_once_more_in_denser_implicit_steps() -> None:
+    """The second search wins by its cost; with a start, or by explicit steps, there is none."""
+    model = replace(MODEL, integrator='rosenbrock')
+    solver = Solver.of(model, EstimationSettings(noise=NOISE, backend='numpy'))
+    window = solver.pose(RECORD, prior=Prior.box(solver.unknowns), noise_known=True)
+
+    def sought(by: Solver, posed: Any, warm: Any, deadline: Deadline) -> list[int]:
+        steps: list[int] = []
+
+        def search(problem: Any, start: Any) -> Found:
+            steps.append(int(problem.objective.grid.steps.sum()))
+            return Found(Z, 9.0 / len(steps), converged=True, accepted=None,
+                         effort=Effort(1, 'round'))  # fmt: skip
+
+        posed = replace(posed, exact=False)
+        fitted(posed, posed.posterior, search, by.integration, deadline, warm, squares=True)
+        return steps
+
+    assert sought(solver, window, None, Deadline())[:2] == [79, 8 * 79]
+    assert sought(solver, window, None, Deadline(0.0)) == [79]  # no time is left
+    assert 8 * 79 not in sought(solver, window, Z, Deadline())
+    assert 8 * 79 not in sought(SOLVER, WINDOW, None, Deadline())
