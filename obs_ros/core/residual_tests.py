@@ -3,7 +3,7 @@
 from dataclasses import dataclass
 
 import numpy as np
-from scipy.special import chdtr, chdtri
+from scipy.special import chdtr, chdtri, fdtri
 
 from obs_ros.core.typing import Array
 
@@ -121,9 +121,15 @@ def changes_slowly(residuals: Array) -> bool:
     return False
 
 
-def like_noise(squares: float, freedom: float) -> bool:
-    """Whether residuals of unit variance may well sum to these squares, by chi-square."""
-    return squares <= float(chdtri(max(1.0, freedom), LIMITS.tail))
+def like_noise(squares: float, freedom: float, told: float = np.inf) -> bool:
+    """Whether residuals of unit variance may well sum to these squares, by chi-square.
+
+    Where only so many values `told` that variance, the ratio of both is one of Fisher's F.
+    """
+    freedom = max(1.0, freedom)
+    if np.isfinite(told):
+        return squares <= freedom * float(fdtri(freedom, max(1.0, told), 1.0 - LIMITS.tail))
+    return squares <= float(chdtri(freedom, LIMITS.tail))
 
 
 def too_small(squares: float, freedom: float) -> bool:

@@ -9,13 +9,16 @@ import numpy as np
 from obs_ros.core.deadline import Deadline
 from obs_ros.core.residual_tests import like_noise
 from obs_ros.core.typing import Array
+from obs_ros.inference.jumps.hypothesis import Hypothesis, hypothesis_at
 from obs_ros.inference.jumps.outlying import without_outliers
 from obs_ros.inference.jumps.piecewise import PiecewiseProblem
 from obs_ros.inference.noise import variances_left
 from obs_ros.inference.window_state import WindowState
 from obs_ros.optimization.acceptance import Acceptance
 from obs_ros.optimization.levenberg_marquardt import levenberg_marquardt
+from obs_ros.optimization.memetic import MemeticSettings
 from obs_ros.optimization.problem import Problem
+from obs_ros.optimization.refinement import refined
 from obs_ros.optimization.result import Found
 
 POLISH = 40  # iterations of a local search that starts near its optimum
@@ -49,6 +52,21 @@ def refitted(window: WindowState, found: Found, deadline: Deadline) -> tuple[Win
     z, squares = polished(window.posterior, found.z, deadline)
     found = replace(found, z=z, cost=squares)
     return _accepted(window, found, deadline, POSTERIOR)
+
+
+def plain_fit(
+    window: WindowState, found: Found, starts: Array, deadline: Deadline
+) -> tuple[WindowState, Hypothesis | None]:
+    """Return the best optimum without process noise near some starts (P, d), in its own scales."""
+    posterior, most = window.posterior, MemeticSettings.full_iterations
+    solved = levenberg_marquardt(posterior, starts, posterior.nodes, most, deadline)
+    if deadline.passed or not np.isfinite(solved.squares[0]):
+        return window, None
+    found = replace(found, z=solved.z[0], cost=float(solved.squares[0]))
+    found = refined(posterior, found, deadline)
+    if not window.noise_known:
+        window, found = rescaled_to_residuals(window, found)
+    return window, hypothesis_at(PiecewiseProblem(window.objective, window.prior), found.z)
 
 
 def without_the_same(posed: WindowState, window: WindowState) -> WindowState:

@@ -235,13 +235,10 @@ class MovingHorizon:
             scale = scale * np.sqrt(inflation(correlation))
         start = float(record.t[0])
         prior = self._arrival_cost.prior(start, float(record.t[-1]) - start)
-        return self._solver.pose(
-            record,
-            scale,
-            prior or self._arrival_cost.given_prior(start, first=self._first),
-            noise_known=scale is not None,
-            correlation=correlation,
-        )
+        prior = prior or self._arrival_cost.given_prior(start, first=self._first)
+        known = scale is not None
+        posed = self._solver.pose(record, scale, prior, noise_known=known, correlation=correlation)
+        return replace(posed, told_by=self._noise.told_by)
 
     def _learn(
         self, uncertainty: Uncertainty, solution: Solution, beliefs: Beliefs, *, odd: bool

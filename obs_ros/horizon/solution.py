@@ -12,13 +12,14 @@ import numpy as np
 from obs_ros.core.deadline import Deadline
 from obs_ros.core.typing import Array
 from obs_ros.horizon.arrival_cost import contradicts_prior
-from obs_ros.horizon.cleaning import rescaled_to_residuals, without_the_same
+from obs_ros.horizon.cleaning import cleaned, plain_fit, without_the_same
 from obs_ros.horizon.disturbance import (
     DisturbedWindow,
     continue_process_noise,
     criterion_at,
     explain_by_process_noise,
     fit_of,
+    is_exact,
     steadied,
     untried,
     with_noise_of_others,
@@ -34,9 +35,6 @@ from obs_ros.inference.prior import Prior
 from obs_ros.inference.process_noise import ProcessNoise
 from obs_ros.inference.window_state import WindowState
 from obs_ros.optimization.acceptance import Acceptance
-from obs_ros.optimization.levenberg_marquardt import levenberg_marquardt
-from obs_ros.optimization.memetic import MemeticSettings
-from obs_ros.optimization.refinement import refined
 from obs_ros.optimization.result import Effort, Found
 
 
@@ -215,10 +213,8 @@ def _continued(
     if not (other.is_noise or _as_before(window, other, earlier)):
         return None
     starts = earlier.starts_without(other.found.z, solver.unknowns.n_states)
-    plain_window, plain = _plain(window, other.found, starts, deadline)
-    if plain is None:
-        return None
-    if mode == 'auto' and not other.criterion < criterion_at(plain_window, plain):
+    plain_window, plain = plain_fit(window, other.found, starts, deadline)
+    if plain is None or (mode == 'auto' and _does_as_well(plain_window, plain, other, deadline)):
         return None
     if not other.is_noise:
         found = replace(other.found, accepted=Acceptance.AS_BEFORE)
@@ -226,6 +222,22 @@ def _continued(
     only, finished = Mixture.only(plain), not deadline.passed
     solution = Solution(window, plain_window, other.found, only, finished, plain=plain, said=said)
     return replace(solution, searched=False).by(other)
+
+
+def _does_as_well(
+    window: WindowState, plain: Hypothesis, other: DisturbedWindow, deadline: Deadline
+) -> bool:
+    """Whether the model alone explains a window as well as process noise, or but for outliers.
+
+    A burst of a sensor, too, may look like a push of a state and one back.
+    """
+    if not other.criterion < criterion_at(window, plain):
+        return True
+    found = replace(other.found, z=plain.point, cost=plain.squares)
+    clean, found = cleaned(window, found, deadline)
+    if len(clean.outliers) == len(window.outliers):
+        return False
+    return is_exact(clean, hypothesis_at(PiecewiseProblem(clean.objective, clean.prior), found.z))
 
 
 def _as_before(window: WindowState, other: DisturbedWindow, earlier: Earlier) -> bool:
@@ -238,21 +250,6 @@ def _as_before(window: WindowState, other: DisturbedWindow, earlier: Earlier) ->
 def level_of(window: WindowState, other: DisturbedWindow) -> float:
     """Return the criterion of a window with process noise, per measured value."""
     return other.criterion / window.objective.count(window.objective.nodes)
-
-
-def _plain(
-    window: WindowState, found: Found, starts: Array, deadline: Deadline
-) -> tuple[WindowState, Hypothesis | None]:
-    """Return the best optimum without process noise near some starts (P, d), in its own scales."""
-    posterior, most = window.posterior, MemeticSettings.full_iterations
-    solved = levenberg_marquardt(posterior, starts, posterior.nodes, most, deadline)
-    if deadline.passed or not np.isfinite(solved.squares[0]):
-        return window, None
-    found = replace(found, z=solved.z[0], cost=float(solved.squares[0]))
-    found = refined(posterior, found, deadline)
-    if not window.noise_known:
-        window, found = rescaled_to_residuals(window, found)
-    return window, hypothesis_at(PiecewiseProblem(window.objective, window.prior), found.z)
 
 
 def _jumps_beside(

@@ -53,6 +53,11 @@ class Noise:
         return self._given if np.isfinite(self._given).all() else None
 
     @property
+    def told_by(self) -> float:
+        """Number of windows that told the noise; infinite where all of it is given."""
+        return np.inf if np.isfinite(self._given).all() else float(len(self._recent))
+
+    @property
     def correlation(self) -> float:
         """Lag-1 correlation of the noise; 0 unless the windows so far are not white by far."""
         if not self._recent:

@@ -30,7 +30,8 @@ class WindowState:
     `noise_known`: the objective's scales are the outputs' noise, given or learned; otherwise they
     are guesses. `correlation`: the noise's at lag 1, which the scales make up for. `outliers` are
     samples that were left out: in record and objective they are not measured. Without `robust`
-    none is. `exact`: integration errs far less than the noise all over the box.
+    none is. `exact`: integration errs far less than the noise all over the box. `told_by`: so many
+    windows, about as long, told the noise; infinite where it is given.
     """
 
     record: Record
@@ -41,6 +42,7 @@ class WindowState:
     outliers: tuple[Outlier, ...] = ()
     robust: bool = True
     exact: bool = False
+    told_by: float = np.inf
 
     @property
     def start(self) -> float:

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 from plants import NAN
-from scipy.stats import chi2
+from scipy.stats import chi2, f
 
 from obs_ros.core.residual_tests import (
     changes_slowly,
@@ -86,6 +86,14 @@ def test_squares_against_chi_square(freedom: int) -> None:
     assert not like_noise(upper * (1.0 + 1e-9), freedom)
     assert too_small(lower * (1.0 - 1e-6), freedom)
     assert not too_small(lower * (1.0 + 1e-6), freedom)
+
+
+@pytest.mark.parametrize('told', [20.0, 140.0, 2800.0])
+def test_squares_against_f_where_few_values_told_the_noise(told: float) -> None:
+    upper = 140.0 * f.ppf(0.999, 140, told)
+    assert like_noise(upper * (1.0 - 1e-6), 140, told)
+    assert not like_noise(upper * (1.0 + 1e-6), 140, told)
+    assert like_noise(chi2.ppf(0.999, 140), 140, told)
 
 
 def test_without_freedom_it_counts_as_one() -> None:

@@ -60,6 +60,16 @@ def test_the_median_of_the_last_windows() -> None:
     np.testing.assert_allclose(noise.scale(), [1.0, 1.0])
 
 
+def test_windows_that_told_the_noise_are_counted_unless_it_is_given() -> None:
+    noise = Noise({'y1': 0.1}, OUTPUTS, learned=False)
+    given = Noise({'y1': 0.1, 'y2': 2.0}, OUTPUTS, learned=False)
+    for count in range(LEARNING.remembered + 3):
+        assert noise.told_by == min(count, LEARNING.remembered)
+        assert given.told_by == np.inf
+        for each in (noise, given):
+            each.accept(variances(0.1, 2.0), WHITE)
+
+
 def test_a_few_odd_windows_teach_nothing() -> None:
     noise = Noise({}, OUTPUTS, learned=False)
     noise.accept(variances(1.0, 1.0), WHITE)

@@ -10,6 +10,7 @@ may stand for them, the search for jumps decides by evidence.
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from operator import attrgetter
+from typing import NamedTuple
 
 import numpy as np
 
@@ -33,6 +34,15 @@ class Cleaned:
     """A window without outliers, its optimum z (d,), and the squares of residuals and prior."""
 
     window: WindowState
+    z: Array
+    squares: float
+
+
+class _Choice(NamedTuple):
+    """Outliers `far` (K, r); residuals (K, r), optimum z (d,) and squares `left` without them."""
+
+    far: BoolArray
+    left: Array
     z: Array
     squares: float
 
@@ -129,26 +139,42 @@ def _found(
     deadline: Deadline,
     problem: Callable[[WindowState], Problem],
 ) -> _Found | None:
-    """Return the outliers near a start (d,), those that are left without themselves."""
+    """Return the outliers near a start (d,), those that are left without themselves.
+
+    Where one comes and goes with the fit, as the sample beside it is nearly too far out, the most
+    probable of the choices that alternate counts.
+    """
     most, known = _fit_of_most(window, start, deadline, problem), window.noise_known
     if most is None:
         return None
     z, left = most
     least = OUTLIERS.least * np.sqrt(window.objective.signal)
-    squares = np.inf
-    gone = np.zeros(left.shape, dtype=np.bool_)
-    for _ in range(OUTLIERS.rounds):
+    tried: list[_Choice] = []
+    for _ in range(OUTLIERS.rounds + 1):
         far = outliers_in(window, left, noise_known=known) & (np.abs(left) > least)
         if not far.any():
             return None
-        if (far == gone).all():
-            return _Found.of(window, far, left, z, squares)
-        gone, kept = far, window.without(far)
-        z, squares = _fitted(kept, problem, z, deadline)
+        same = [number for number, one in enumerate(tried) if (one.far == far).all()]
+        if same:
+            return _Found.of(window, *_most_probable(tried[same[0] :], known=known))
+        if len(tried) == OUTLIERS.rounds:
+            break
+        z, squares = _fitted(window.without(far), problem, z, deadline)
         if deadline.passed or not np.isfinite(squares):
             return None
         left = _predicted(hypothesis_at(PiecewiseProblem(window.objective, window.prior), z), far)
+        tried.append(_Choice(far, left, z, squares))
     return None
+
+
+def _most_probable(tried: Sequence[_Choice], *, known: bool) -> _Choice:
+    """Return the most probable choice of outliers, in units of the noise that the best leaves.
+
+    A `known` noise is that of the squares.
+    """
+    each = [one.squares / max(1, np.isfinite(one.left[~one.far]).sum()) for one in tried]
+    unit = 1.0 if known else min(each)
+    return min(tried, key=lambda one: one.squares + unit * OUTLIERS.penalty * one.far.sum())
 
 
 def _fit_of_most(
@@ -191,7 +217,7 @@ def _explained(window: WindowState, residuals: Array) -> bool:
     if not window.noise_known:
         return is_white(residuals)
     freedom = max(1, int(np.isfinite(residuals).sum()) - window.objective.dimension)
-    return like_noise(float(np.nansum(residuals**2)), freedom)
+    return like_noise(float(np.nansum(residuals**2)), freedom, window.told_by * freedom)
 
 
 def _fitted(
