@@ -79,7 +79,7 @@ class WindowTrial:
             share = np.full(len(off), self.settings.share)
             share[0] = self.settings.reference
             excess = sizes / np.maximum(self.settings.aimed, share * off)
-        excess[~np.isfinite(excess)] = np.inf
+        excess[~(np.isfinite(excess) & np.isfinite(off))] = np.inf
         error, largest = (float(e) if np.isfinite(e) else np.inf for e in (worst[0], sizes.max()))
         return Verdict(error, excess, largest)
 
@@ -87,7 +87,9 @@ class WindowTrial:
         """See `Trial.shares`.
 
         An interval errs by what one candidate's states differ at its end, by steps and by twice as
-        many, from where they are at its begin; in units of the states' ranges.
+        many, from where they are at its begin; in units of the states' ranges. Of candidates that
+        leave the measurements altogether, it is in units of the states there: where such a one
+        ends says nothing of the steps that it needed from the begin.
         """
         grid, restarted = self.grid, self.methods.restarted(method)
         fine = grid.stepped(2 * steps)
@@ -95,11 +97,14 @@ class WindowTrial:
         with np.errstate(all='ignore'):
             ends = [restarted(each, states, self.p) for each in (grid.stepped(steps), fine)]
             size = np.maximum(np.ptp(states, axis=0), STILL * np.abs(states).max(axis=0))
+            lost = ~(verdict.excess < LARGEST)
+            here = np.maximum(np.abs(states[:-1]), np.abs(states[1:]))
+            size = np.where(lost, here, size)
             local = np.abs(ends[0] - ends[1]) / np.where(size > 0.0, size, 1.0)
             local = local.max(axis=1)
             total = local.sum(axis=0)
             each = np.where(np.isfinite(local), local / LOST, LARGEST)
-            sound = np.isfinite(verdict.excess) & np.isfinite(total) & (total > 0.0)
+            sound = ~lost & np.isfinite(total) & (total > 0.0)
             each = np.where(sound, local / total * verdict.excess, each)
         asked = verdict.excess <= common(verdict.excess[1:], self.settings.most)
         asked[0] = True

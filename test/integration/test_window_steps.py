@@ -125,3 +125,30 @@ def test_candidates_that_diverge_exceed_what_they_may() -> None:
     p = np.array([[0.1, 3.0]])
     verdict = WindowTrial(Methods(escape), grid, np.ones((1, 2)), p).judge('rk4', grid.steps)
     assert verdict.excess[0] < 1e-3 and verdict.excess[1] == np.inf
+
+
+@pytest.mark.parametrize('backend', ['numpy', None])
+def test_what_is_farther_off_than_numbers_reach_diverged(backend: Any) -> None:
+    growing = Model(
+        'growing', (Variable('x'),), (Variable('x'),),
+        lambda t, x, u, p: (p[0] * x[0],), lambda t, x, u, p: (x[0],),
+        parameters=(Variable('rate'),), integrator='rk4',
+    )  # fmt: skip
+    t = np.linspace(0.0, 1.0, 16)
+    grid = Grid.of(growing, Record(t, None, np.zeros((16, 1))), np.ones(1))
+    tried = WindowTrial(Methods(growing, backend), grid, np.ones((1, 2)), np.full((1, 2), 1.9e3))
+    verdict = tried.judge('rk4', grid.steps)
+    assert 1e155 < verdict.error < np.inf and np.isinf(verdict.excess).all()
+
+
+def test_steps_in_which_a_candidate_explodes_grow_from_its_begin() -> None:
+    stiff = Model(
+        'stiff', (Variable('x'),), (Variable('x'),),
+        lambda t, x, u, p: (-p[0] * x[0],), lambda t, x, u, p: (x[0],),
+        parameters=(Variable('rate'),), integrator='rk4',
+    )  # fmt: skip
+    t = np.linspace(0.0, 1.0, 21)
+    grid = Grid.of(stiff, Record(t, None, np.zeros((21, 1))), np.full(1, 1e-3))
+    tried = WindowTrial(Methods(stiff), grid, np.ones((1, 1)), np.full((1, 1), 200.0))
+    shares = tried.shares('rk4', grid.steps, tried.judge('rk4', grid.steps))
+    assert shares.min() > 0.9 * shares.max()
