@@ -14,11 +14,10 @@ import numpy as np
 from obs_ros.core.interconnected_model import InterconnectedModel
 from obs_ros.core.model import Model, Variable, names
 from obs_ros.core.typing import Array
-from obs_ros.integration.live_steps import figures_of, live_stepper
 from obs_ros.integration.path import LANES, Path
-from obs_ros.observers.output_intake import Instant
+from obs_ros.integration.stepper import Stepper, stepper_for
 from obs_ros.observers.papers.channels import products
-from obs_ros.observers.recursive import RecursiveObserver
+from obs_ros.observers.recursive import Instant, RecursiveObserver
 from obs_ros.observers.settings import Settings, setting
 
 # Rates of F and of the filters, from t, F, the filters, inputs u, y, weights of y (0: not
@@ -71,6 +70,7 @@ class FlowObserver(RecursiveObserver):
         process = names(self.model.states)[: self._count]
         self._given = np.array([name in known for name in process])
         self._equations = self._observer()
+        self._stepper: Stepper | None = None
         self._lanes = np.zeros((len(self._equations.states), LANES))
         tuning = np.concatenate([self.p, self._tuning()])
         self._parameters = np.repeat(tuning[:, None], LANES, axis=1)
@@ -91,8 +91,6 @@ class FlowObserver(RecursiveObserver):
 
     def _start(self, now: Instant) -> None:
         r = self._count
-        flows = self.settings.least_flow * self._most
-        self._stepper = live_stepper(self._equations, self.backend, flows)
         start = ~self._given & ~np.isnan(now.y)
         self.x[:r][start] = np.clip(now.y, self.lower[:r], self.upper[:r])[start]
         self.filters[:] = np.resize(self.x[:r], self.filters.size)
@@ -103,6 +101,8 @@ class FlowObserver(RecursiveObserver):
 
     def _step(self, before: Instant, now: Instant, path: Path) -> None:
         r, n = self._count, self.x.size
+        if self._stepper is None:
+            self._stepper = stepper_for(self._equations, self.backend)
         lanes = self._lanes
         lanes[:r] = self.flows[:, None]
         lanes[r:n] = self.x[r:, None]
@@ -113,7 +113,6 @@ class FlowObserver(RecursiveObserver):
         self._read(now)
         self._correct((now.stamp - before.stamp) / 1e9)
         self.innovation[:] = now.y - self.x[:r]
-        self.figures.update(figures_of(self._stepper))
         self._report()
 
     def _correct(self, dt: float) -> None:
