@@ -16,8 +16,9 @@ from obs_ros.core.model import Model, Variable, names
 from obs_ros.core.typing import Array
 from obs_ros.integration.path import LANES, Path
 from obs_ros.integration.stepper import Stepper, stepper_for
+from obs_ros.observers.output_intake import Instant
 from obs_ros.observers.papers.channels import products
-from obs_ros.observers.recursive import Instant, RecursiveObserver
+from obs_ros.observers.recursive import RecursiveObserver
 from obs_ros.observers.settings import Settings, setting
 
 # Rates of F and of the filters, from t, F, the filters, inputs u, y, weights of y (0: not
