@@ -178,7 +178,8 @@ class Integration:
         """Return the window by the next method, in its fewest steps; None if there is no other."""
         methods = methods_of(self.unknowns.model.integrator)
         left = methods[methods.index(window.objective.kernels.model.method) + 1 :]
-        if not left:
+        trial = self._trial(window, spread_over_box(self.unknowns.dimension), None)
+        if not left or not trial.decays():
             return None
         steps = steps_within(self.unknowns.model, np.diff(window.objective.grid.t))
         return self._with(window, Choice(left[0], steps, np.inf, np.inf))

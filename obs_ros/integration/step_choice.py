@@ -91,6 +91,9 @@ class Trial(Protocol):
     def judge(self, method: str, steps: IntArray) -> Verdict:
         """Return how far the candidates are off with these steps."""
 
+    def decays(self) -> bool:
+        """Whether any candidate has a mode that dies out within an interval, as stiff plants do."""
+
     def shares(self, method: str, steps: IntArray, verdict: Verdict) -> Array:
         """Return the share (N,) of each interval in the worst excess; their sum is about that."""
 
@@ -129,6 +132,8 @@ def chosen(
     if (worst := verdict.worst(settings.most)) <= 1.0:
         return Choice(first, base, verdict.error, worst, verdict.largest)
     if len(methods) == 1:
+        return _refined(trial, first, base, base, limit, settings)
+    if not trial.decays():  # what diverges by explicit steps does so by nature
         return _refined(trial, first, base, base, limit, settings)
     second = methods[1]
     ratio = settings.cheaper * cost(second) / cost(first)

@@ -19,6 +19,8 @@ class StiffnessSettings:
     - `points`: random states at which it is looked at; the median counts, as kinks give any rate.
     - `ratio`: of the fastest decay to the slowest motion; below, RK4 costs no more than a linearly
       implicit method where the slow motion is resolved. The three tanks have 17 to 35.
+    - `dies`: time constants over a sample interval in which a mode counts as dying out; explicit
+      steps of that length are stable up to 2.8.
     - `decay`: in time constants over a step or a sample interval, likewise; RK4 is stable up to
       2.8 a step.
     """
@@ -26,6 +28,7 @@ class StiffnessSettings:
     points: int = 5
     ratio: float = 100.0
     decay: float = 10.0
+    dies: float = 2.0
 
 
 STIFF = StiffnessSettings()

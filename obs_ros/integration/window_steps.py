@@ -21,6 +21,7 @@ from obs_ros.integration.step_choice import (
     common,
     doubling_error,
 )
+from obs_ros.integration.time_scales import STIFF, fastest_decay, modes
 
 STILL = 1e-6  # of a state's size: what moves less counts as if it moved so much
 LOST = 1e-3  # of a state's range by which an interval errs as much as a candidate is allowed
@@ -82,6 +83,19 @@ class WindowTrial:
         excess[~(np.isfinite(excess) & np.isfinite(off))] = np.inf
         error, largest = (float(e) if np.isfinite(e) else np.inf for e in (worst[0], sizes.max()))
         return Verdict(error, excess, largest)
+
+    def decays(self) -> bool:
+        """See `Trial.decays`; candidates are looked at where they start.
+
+        An implicit method leads across the pole of a solution, to where no plant can be: it has
+        to be needed.
+        """
+        grid, model = self.grid, self.methods.model
+        longest = float(np.diff(grid.t).max())
+        return any(
+            fastest_decay(modes(model, grid.clock[0], x, grid.u[0], p)) * longest > STIFF.dies
+            for x, p in zip(self.x0.T, self.p.T, strict=True)
+        )
 
     def shares(self, method: str, steps: IntArray, verdict: Verdict) -> Array:
         """See `Trial.shares`.

@@ -87,13 +87,13 @@ def test_windows_go_on_with_the_steps_of_the_one_before() -> None:
     record, _ = measured(MOTOR, 0.01 * T, drive(0.01 * T), (0.0, 0.0), (1.3, 0.07))
     posed = solver.pose(record, prior=Prior.box(solver.unknowns), noise_known=False)
     grid = posed.objective.grid
-    steps = np.where(np.arange(199) < 100, 4, 2)
+    steps = np.where(np.arange(199) < 99, 4, 2)
     window = replace(posed, objective=replace(posed.objective, grid=grid.stepped(steps)))
     before = Stepping.of(window.objective)
     assert not before.plain and before.usual == pytest.approx(0.005)
     later = Record(record.t + 0.5, record.u, record.y)
     moved = solver.pose(later, prior=Prior.box(solver.unknowns), noise_known=False).objective.grid
-    np.testing.assert_array_equal(before.steps(moved), np.where(np.arange(199) < 50, 4, 2))
+    np.testing.assert_array_equal(before.steps(moved), np.where(np.arange(199) < 49, 4, 2))
     assert before.between.max_step == pytest.approx(0.005, rel=0.2)
     plain = Stepping.of(posed.objective)
     assert plain.plain and plain.steps(moved) is moved.steps and plain.between is MOTOR

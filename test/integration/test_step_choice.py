@@ -32,6 +32,9 @@ class Known:
     judged: list[tuple[str, int]] = field(default_factory=list)
     order: float | None = None
 
+    def decays(self) -> bool:
+        return True
+
     def judge(self, method: str, steps: IntArray) -> Verdict:
         self.judged.append((method, int(steps.sum())))
         excess = np.full(16, self.errors(method, steps).sum())

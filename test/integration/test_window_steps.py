@@ -152,3 +152,15 @@ def test_steps_in_which_a_candidate_explodes_grow_from_its_begin() -> None:
     tried = WindowTrial(Methods(stiff), grid, np.ones((1, 1)), np.full((1, 1), 200.0))
     shares = tried.shares('rk4', grid.steps, tried.judge('rk4', grid.steps))
     assert shares.min() > 0.9 * shares.max()
+
+
+def test_only_modes_that_die_out_within_an_interval_call_for_implicit_steps() -> None:
+    t = np.linspace(0.0, 1.0, 11)
+    for rate, wanted in ((-30.0, True), (-5.0, False), (30.0, False)):
+        plain = Model(
+            'plain', (Variable('x', lower=0.0, upper=1.0),), (Variable('x'),),
+            lambda t, x, u, p, rate=rate: (rate * x[0],), lambda t, x, u, p: (x[0],),
+        )  # fmt: skip
+        grid = Grid.of(plain, Record(t, np.empty((11, 0)), np.zeros((11, 1))), np.ones(1))
+        tried = WindowTrial(Methods(plain), grid, np.ones((1, 2)), np.empty((0, 2)))
+        assert tried.decays() is wanted
