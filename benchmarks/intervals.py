@@ -1,5 +1,7 @@
 """Intervals that were published, held against the truth; errors in boxes; shares of windows."""
 
+from collections.abc import Sequence
+
 import numpy as np
 from scipy.stats import beta
 
@@ -9,6 +11,7 @@ from obs_ros.core.typing import Array, BoolArray
 COVERED = 1.96  # standard deviations, 95 %
 CONFIDENT = 3.0  # standard deviations, and
 SMALL = 0.02  # box: an error above both is confidently wrong
+DRAWS = 2000  # of the bootstrap
 
 
 def published_interval(estimate: Estimate, name: str) -> tuple[float, float]:
@@ -70,3 +73,11 @@ def clustered_interval(hits: Array, counts: Array) -> tuple[float, float]:
 def confidently_wrong(error: Array | float, sd: Array | float) -> BoolArray:
     """Tell where an error is beyond its interval though a standard deviation was given."""
     return np.asarray((np.abs(error) > np.maximum(CONFIDENT * sd, SMALL)) & np.isfinite(sd))
+
+
+def median_interval(values: Sequence[float], seed: int = 0) -> tuple[float, float, float]:
+    """Return the median of values with its 95 % interval (percentile bootstrap)."""
+    known = np.array(values)
+    drawn = np.random.default_rng(seed).integers(known.size, size=(DRAWS, known.size))
+    low, high = np.quantile(np.median(known[drawn], axis=1), (0.025, 0.975))
+    return float(np.median(known)), float(low), float(high)

@@ -4,14 +4,12 @@ from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import NamedTuple
 
-import numpy as np
-
 from benchmarks.coverage.run import KINDS, WAYS, alone, timed_sequence, values_of
+from benchmarks.intervals import median_interval
 from benchmarks.runner import ROOT, progress, timed
 from benchmarks.trees import Tree
 from benchmarks.zoo.experiments import EXPERIMENTS, run
 
-DRAWS = 2000  # of the bootstrap
 REPEATS = 3  # of a solve, of which the least time counts
 IN_RUN = 3  # windows in sequence; all but the first are warm, and count
 
@@ -78,9 +76,6 @@ def _solved(name: str, rich: bool, windows: int, seed: int) -> Solved:
     return Solved(sum(seconds for _, seconds in found), tuple(values))
 
 
-def ratio(pairs: Sequence[Pair], seed: int = 0) -> tuple[float, float, float]:
+def ratio(pairs: Sequence[Pair]) -> tuple[float, float, float]:
     """Return the median of ratios with its 95 % interval (percentile bootstrap)."""
-    ratios = np.array([pair.ratio for pair in pairs])
-    drawn = np.random.default_rng(seed).integers(ratios.size, size=(DRAWS, ratios.size))
-    low, high = np.quantile(np.median(ratios[drawn], axis=1), (0.025, 0.975))
-    return float(np.median(ratios)), float(low), float(high)
+    return median_interval([pair.ratio for pair in pairs])

@@ -1,0 +1,1 @@
+"""Integration without a step that anyone chose: see `__main__.py`."""
