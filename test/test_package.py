@@ -15,8 +15,8 @@ EXECUTABLES = ('check_model', 'estimator', 'replay', 'simulator')
 ROS_SIDE = ('obs_ros.ros', 'plant_sim.node')
 # Text that generated modules are made of: read, never imported.
 TEMPLATES = {
-    f'obs_ros.integration.{name}'
-    for name in ('kernels', 'kernels_delayed', 'kernels_filter', 'kernels_injected')
+    f'obs_ros.integration.{file.stem}'
+    for file in (Path(__file__).parents[1] / 'obs_ros' / 'integration').glob('kernels*.py')
 }
 
 MANIFEST = parse_package(ROOT / 'package.xml')
