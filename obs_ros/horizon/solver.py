@@ -248,8 +248,7 @@ class Solver:
             self.model,
             window.record,
             Outcome.DIVERGED,
-            'narrow the bounds: '
-            f'all {window.objective.evaluations} candidates diverged{self.integration.tried}',
+            f'narrow the bounds: all {window.objective.evaluations} candidates diverged',
         )
 
     def _scale(self, record: Record) -> Array:

@@ -102,12 +102,6 @@ class Integration:
         return STEPPING.attempts
 
     @property
-    def tried(self) -> str:
-        """The methods that were tried where all candidates diverged, in words."""
-        methods = methods_of(self.unknowns.model.integrator)
-        return ', by explicit and by implicit steps' if len(methods) > 1 else ''
-
-    @property
     def seconds(self) -> float:
         """Time (s) that kernels took to compile."""
         return self.methods.seconds + sum(self.prepared.values())
@@ -178,8 +172,9 @@ class Integration:
         """Return the window by the next method, in its fewest steps; None if there is no other."""
         methods = methods_of(self.unknowns.model.integrator)
         left = methods[methods.index(window.objective.kernels.model.method) + 1 :]
-        trial = self._trial(window, spread_over_box(self.unknowns.dimension), None)
-        if not left or not trial.decays():
+        if not left:
+            return None
+        if not self._trial(window, spread_over_box(self.unknowns.dimension), None).decays():
             return None
         steps = steps_within(self.unknowns.model, np.diff(window.objective.grid.t))
         return self._with(window, Choice(left[0], steps, np.inf, np.inf))
