@@ -3,7 +3,7 @@
 import contextlib
 import functools
 from collections.abc import Callable, Iterator
-from dataclasses import dataclass
+from dataclasses import dataclass, field, replace
 from typing import Any, TypeVar
 from unittest import mock
 
@@ -14,12 +14,23 @@ from obs_ros.core.rng import random_generator
 from obs_ros.core.typing import Array, IntArray
 from obs_ros.horizon.settings import EstimationSettings
 from obs_ros.horizon.solver import Solver
+from obs_ros.horizon.stepping import Integration
 from obs_ros.integration.backends import Kernels
 from obs_ros.integration.filter_pass import FilterPass
 from obs_ros.integration.grid import Grid
 from obs_ros.integration.linear_path import LinearPath
+from obs_ros.integration.window_steps import Methods
 
 Result = TypeVar('Result')
+
+
+@dataclass
+class Count:
+    """Calls of kernels, their process time (s) and candidate-steps."""
+
+    calls: int = 0
+    steps: int = 0
+    seconds: float = 0.0
 
 
 class Meter:
@@ -27,14 +38,15 @@ class Meter:
 
     A filter's pass counts as the lanes of its central differences, 1 + 2 d of d variables, and each
     set of noise along a linearised window (see `linear_paths`) as one candidate of a step per node.
+    Kernels of several methods of integration may have one `count`.
     """
 
-    def __init__(self, kernels: Kernels) -> None:
+    def __init__(self, kernels: Kernels, count: Count | None = None) -> None:
         self.kernels = kernels
         self.name = kernels.name
         self.model = kernels.model
         self.compile_time = kernels.compile_time
-        self.calls, self.steps, self.seconds = 0, 0, 0.0
+        self.count = count or Count()
 
     def squares(self, grid: Grid, prefixes: IntArray, x0: Array, p: Array) -> Array:
         """See `Kernels.squares`."""
@@ -64,6 +76,11 @@ class Meter:
         found = self._timed(lambda: self.kernels.filter(grid, x0, p, walks, noise, P0, moving))
         return self._counted(found, grid, 1 + 2 * found.index.size)
 
+    def restarted(self, grid: Grid, states: Array, p: Array) -> Array:
+        """See `Kernels.restarted`."""
+        found = self._timed(lambda: self.kernels.restarted(grid, states, p))
+        return self._counted(found, grid, states.shape[2])
+
     @contextlib.contextmanager
     def linear_paths(self) -> Iterator[None]:
         """Count the likelihoods along linearised windows, whoever asks for them."""
@@ -71,7 +88,7 @@ class Meter:
 
         def counting(path: LinearPath, walks: Array, noise: Array) -> Array:
             found = self._timed(lambda: plain(path, walks, noise))
-            self.steps += len(path.residuals) * walks.shape[1]
+            self.count.steps += len(path.residuals) * walks.shape[1]
             return found
 
         with mock.patch.object(LinearPath, 'neg2_log_likelihood', counting):
@@ -79,23 +96,46 @@ class Meter:
 
     def _timed(self, call: Callable[[], Result]) -> Result:
         result, seconds = timed(call)
-        self.seconds += seconds
-        self.calls += 1
+        self.count.seconds += seconds
+        self.count.calls += 1
         return result
 
     def _counted(self, result: Result, grid: Grid, lanes: int, nodes: int | None = None) -> Result:
         last = grid.t.size if nodes is None else nodes
-        self.steps += int(grid.steps[: last - 1].sum()) * lanes
+        self.count.steps += int(grid.steps[: last - 1].sum()) * lanes
         return result
 
 
+@dataclass(eq=False)
+class MeteredMethods(Methods):
+    """The kernels of a model by method, all of one count."""
+
+    count: Count = field(default_factory=Count)
+
+    def kernels(self, method: str) -> Any:
+        """Return the kernels that integrate by a method and count."""
+        return Meter(super().kernels(method), self.count)
+
+
 class MeteredSolver(Solver):
-    """A solver on kernels that count."""
+    """A solver on kernels that count, those that check how exact its steps are as well."""
+
+    @functools.cached_property
+    def count(self) -> Count:
+        """The count of all its kernels."""
+        return Count()
 
     @functools.cached_property
     def kernels(self) -> Any:
         """The kernels that count, always the same."""
-        return Meter(super().kernels)
+        return Meter(super().kernels, self.count)
+
+    @functools.cached_property
+    def integration(self) -> Integration:
+        """See `Solver.integration`."""
+        plain = super().integration
+        methods = MeteredMethods(plain.methods.model, plain.methods.backend, count=self.count)
+        return replace(plain, methods=methods)
 
 
 @dataclass(frozen=True)
@@ -124,4 +164,5 @@ def spent(model: Model, record: Record, seed: int, **settings: Any) -> Spent:
         estimate, seconds = timed(
             lambda: solver.solve(record, random_generator(seed, 0), Deadline())
         )
-    return Spent(seconds, meter.seconds, meter.calls, meter.steps, estimate)
+    count = solver.count
+    return Spent(seconds, count.seconds, count.calls, count.steps, estimate)

@@ -92,6 +92,8 @@ def normalised(given: Any, trial: Trial) -> Callable[..., Any]:
     something else than one number for each entry, or is finite nowhere.
     """
     given = getattr(given, 'py_func', given)  # as written, where its author compiled it
+    if isinstance(given, PerCandidate):  # of another model, whose reason names the author's line
+        given = given.function
     code = underlying(given)
     if code is None:
         raise ValueError(f'must be a function of (t, x, u, p), not {quoted(given)}')

@@ -1,5 +1,6 @@
 """Tests of obs_ros.core.prior_knowledge."""
 
+import math
 import re
 from dataclasses import replace
 from typing import Any
@@ -22,9 +23,10 @@ def test_what_is_given_takes_the_place_of_the_models() -> None:
 
 def test_without_anything_given_it_is_the_same_model() -> None:
     assert with_knowledge(LAG) is LAG and with_knowledge(LAG, {}, {}) is LAG
-    assert without_knowledge(LAG) is LAG
+    plain = replace(LAG, max_step=math.inf)
+    assert without_knowledge(plain) is plain
     known = with_knowledge(LAG, {'k': 0.1}, {'x': (0.0, 1.0)})
-    assert without_knowledge(known) == LAG
+    assert without_knowledge(known) == without_knowledge(LAG) == plain
 
 
 @pytest.mark.parametrize(
