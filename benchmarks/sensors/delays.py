@@ -181,7 +181,7 @@ def measured(runs: int, seed: int) -> tuple[list[Requirement], str]:
     for kind in KINDS[1:]:
         attempted(estimated, kind, 1.0, seed)  # compiles here, so that workers find it cached
         attempted(given, kind, 1.0, seed)
-    seeds = range(seed, seed + runs)
+    seeds, many = range(seed, seed + runs), range(seed, seed + 4 * runs)
     # Each cell has noise of its own: an unlucky draw counts once, not once for every offset.
     found = carried_out(
         estimated, {(kind, offset): [(kind, offset, each + runs * place) for each in seeds]
@@ -192,12 +192,11 @@ def measured(runs: int, seed: int) -> tuple[list[Requirement], str]:
                 for offset in (0.0, 2.5)}, 'known offsets',
     )  # fmt: skip
     told = carried_out(
-        undeclared, {delay: [(delay, each) for each in range(seed, seed + 4 * runs)]
-                     for delay in (0.0, LATE)}, 'suggestions',
+        undeclared, {delay: [(delay, each) for each in many] for delay in (0.0, LATE)},
+        'suggestions',
     )  # fmt: skip
     carts = carried_out(
-        cart, {'estimated': [(each, {'delay': (-0.2, 0.2)}) for each in seeds],
-               'not declared': [(each, {}) for each in seeds]}, 'carts',
+        cart, {'estimated': [(each, {'delay': (-0.2, 0.2)}) for each in many]}, 'carts',
     )  # fmt: skip
     times = {kind: [attempted(paired, kind, each) for each in seeds] for kind in KINDS[1:]}
     rows = [

@@ -39,6 +39,8 @@ class StepSettings:
     - `rounds`: in which steps are spread anew; each needs about six rollouts of a few candidates;
     - `patience`: rounds in a row that bring errors down by less than half, after which they are
       taken for what no steps can lower;
+    - `natural`: the same for candidates that diverge all along, where no mode dies out: they do so
+      by nature;
     - `attempts`: times that an answer is found anew in finer steps;
     - `growth`: by which steps in an interval change in one round;
     - `safety`: share of the error allowed at which the steps aim.
@@ -53,6 +55,7 @@ class StepSettings:
     steps: int = 100_000
     rounds: int = 12
     patience: int = 4
+    natural: int = 3
     attempts: int = 2
     growth: float = 8.0
     safety: float = 0.5
@@ -133,8 +136,8 @@ def chosen(
         return Choice(first, base, verdict.error, worst, verdict.largest)
     if len(methods) == 1:
         return _refined(trial, first, base, base, limit, settings)
-    if not trial.decays():  # what diverges by explicit steps does so by nature
-        return _refined(trial, first, base, base, limit, settings)
+    if not trial.decays():
+        return _refined(trial, first, base, base, limit, settings, natural=settings.natural)
     second = methods[1]
     ratio = settings.cheaper * cost(second) / cost(first)
     short = min(limit, int(ratio * base.sum()))
@@ -158,10 +161,12 @@ def _refined(
     limit: int,
     settings: StepSettings,
     doubtful: str | None = None,
+    natural: int | None = None,
 ) -> Choice:
     """Return the steps (N,), `limit` in all at most, that suffice; else those that err least.
 
-    They grow from `steps`, and are `base` (N,) at least.
+    They grow from `steps`, and are `base` (N,) at least; for `natural` rounds, if given, where too
+    many candidates diverge.
 
     Candidates that diverge by the `doubtful` method too, at the first steps, diverge by nature:
     where they alone are too many, that method is returned.
@@ -184,7 +189,8 @@ def _refined(
             return _halved(trial, now, base, exempt, settings)
         vain = 0 if worst < settings.safety * best.worst else vain + 1
         best = best if vain else now
-        if last or vain >= settings.patience:
+        patience = settings.patience if natural is None or np.isfinite(worst) else natural
+        if last or vain >= patience:
             break
         order = observed_order(order, before, (worst, int(steps.sum())), ORDERS[method])
         before = worst, int(steps.sum())

@@ -206,10 +206,10 @@ def test_recordings_are_spiked_by_their_noise(board: Path) -> None:
 
 
 def test_errors_of_forecasts_are_compared_over_all_outputs() -> None:
-    def forecasts(scale: float, seed: int = 1) -> list[spiked.Forecasts]:
+    def forecasts(scale: float, seed: int = 1) -> list[list[spiked.Forecasts]]:
         sizes = np.random.default_rng(seed).uniform(1.0, 2.0, (41, 2)) * (1.0, scale)
         sizes[-1] = np.nan  # beyond the recording
-        return [spiked.Forecasts({'a window': row}, 'converged') for row in sizes]
+        return 2 * [[spiked.Forecasts({'a window': row}, 'converged') for row in sizes]]
 
     ratio, low, high = spiked.error_ratio(forecasts(16.0), forecasts(1.0), 'a window')
     assert ratio == pytest.approx(2.0) and low == pytest.approx(high) == pytest.approx(2.0)
@@ -221,7 +221,7 @@ def test_errors_of_forecasts_are_compared_over_all_outputs() -> None:
 def test_recordings_are_solved_clean_and_spiked(board: Path) -> None:
     rows, text = spiked.measured(board, most=2)
     assert len(rows) == 4 and all('forecast over' in row.asked for row in rows)
-    assert text.count('| heater board |') == 4 and '| 2 alone |' in text
+    assert text.count('| heater board |') == 4 and '| 2 alone |' in text and '| 8 alone |' in text
 
 
 def test_recordings_that_are_not_there_are_told(board: Path, tmp_path: Path) -> None:

@@ -29,11 +29,12 @@ class Known:
     sizes: dict[str, Array]
     stable: dict[str, int] = field(default_factory=dict)
     dead: int = 0  # candidates that diverge however
+    dying: bool = True  # whether a mode dies out within an interval
     judged: list[tuple[str, int]] = field(default_factory=list)
     order: float | None = None
 
     def decays(self) -> bool:
-        return True
+        return self.dying
 
     def judge(self, method: str, steps: IntArray) -> Verdict:
         self.judged.append((method, int(steps.sum())))
@@ -44,7 +45,7 @@ class Known:
         return Verdict(float(STEPPING.aimed * excess[0]), excess)
 
     def shares(self, method: str, steps: IntArray, verdict: Verdict) -> Array:
-        if np.isinf(verdict.excess[0]):
+        if np.isinf(verdict.worst()):
             return np.full(steps.size, 1e6)
         return self.errors(method, steps)
 
@@ -120,6 +121,17 @@ def test_candidates_that_diverge_by_every_method_do_not_count() -> None:
     trial = Known({'rk4': 0.001 * ONE, 'rosenbrock': 0.001 * ONE}, dead=8)
     found = chosen(trial, ('rk4', 'rosenbrock'), BASE, COST)
     assert found.method == 'rk4' and found.fine and found.steps.max() == 1
+
+
+def test_what_explodes_by_nature_is_not_followed_for_long() -> None:
+    trial = Known({'rk4': 0.001 * ONE}, dead=8, dying=False)
+    found = chosen(trial, ('rk4', 'rosenbrock'), BASE, COST)
+    assert found.method == 'rk4' and not found.fine and found.steps.max() == 1
+    assert max(steps for _, steps in trial.judged) == 50 * 8**2
+    # What an explicit method only cannot follow in few steps is followed.
+    swinging = Known({'rk4': 1e-9 * ONE}, stable={'rk4': 40}, dying=False)
+    found = chosen(swinging, ('rk4', 'rosenbrock'), BASE, COST)
+    assert found.fine and 40 <= found.steps.max() <= 64
 
 
 def test_the_limit_of_steps_holds_and_the_least_error_is_told() -> None:

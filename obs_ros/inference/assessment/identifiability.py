@@ -194,7 +194,7 @@ def _known_words(names: tuple[str, ...], relative: Array, structural: Sequence[C
     support = np.flatnonzero(np.abs(relative) > LIMITS.support * np.abs(relative).max())
     members = {names[i] for i in support}
     for each in structural:
-        if each.quantity and members == set(each.names):
+        if each.quantity and members <= set(each.names):
             return f'only {each.quantity} is determined'
     return ''
 

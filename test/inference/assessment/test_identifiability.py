@@ -162,8 +162,9 @@ def hopeless(*p: float) -> tuple[Any, ...]:
     return best, z, unseparated(objective)
 
 
-def test_a_sum_that_no_input_tells_is_named_as_one() -> None:
-    best, z, structural = hopeless(3.3, 2.5)
+@pytest.mark.parametrize('p', [(3.3, 2.5), (3.9, 0.1), (0.1, 3.9)])
+def test_a_sum_that_no_input_tells_is_named_as_one(p: tuple[float, float]) -> None:
+    best, z, structural = hopeless(*p)  # of unequal ones, relative changes leave one alone
     information = marginal_information(best, 1)
     words = weak_directions(
         best.problem.objective, z[1:], information, best.covariance[1:, 1:], structural
