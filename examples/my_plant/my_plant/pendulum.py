@@ -26,5 +26,4 @@ PENDULUM = Model(
     ),
     dynamics=dynamics,
     output=output,
-    max_step=0.02,  # s
 )
