@@ -12,7 +12,7 @@ import numpy as np
 
 from benchmarks.play import followed
 from benchmarks.report import Requirement, table
-from benchmarks.runner import ROOT, progress
+from benchmarks.sensors import clean_cost
 from benchmarks.sensors.attempts import attempted, carried_out, failures, judged
 from benchmarks.sensors.scores import (
     accepted,
@@ -27,7 +27,6 @@ from benchmarks.sensors.scores import (
 from benchmarks.sensors.solved import Solved, alone, in_sequence
 from benchmarks.sensors.spikes import BY_RATE, CLEAN, FAULTS, IN_RUN, spoiled
 from benchmarks.sensors.spring import NOISE, SAMPLES, SPRING, run
-from benchmarks.trees import Tree
 from obs_ros import Sample
 from obs_ros.core.typing import Array
 from obs_ros.observers.base import load_observer
@@ -35,7 +34,6 @@ from obs_ros.observers.base import load_observer
 WAYS = ('given, alone', 'given, in sequence', 'learned, alone', 'learned, in sequence')  # noise
 WORST, LEAST_ACCEPTED, RMS, COVERED = 1.3, 0.9, 1.15, (0.92, 0.97)
 EFFICIENT, COST = 0.95, 1.1
-REPEATS = 5  # of a timed solve, of which the least counts
 FILTERS = ('ekf', 'ukf')
 
 
@@ -69,39 +67,6 @@ def filtered(kind: str, name: str, seed: int) -> Array:
     return np.asarray(positions - drawn.x[:, 0])[SAMPLES * IN_RUN // 2 :]
 
 
-def least_seconds(options: Mapping[str, Any], seed: int) -> float:
-    """Return the process time (s) of a clean window, the least of some."""
-    drawn = run(seed)
-    return min(
-        alone(SPRING, drawn.record, drawn.truth, seed, noise={'y': NOISE}, **options).seconds
-        for _ in range(REPEATS)
-    )
-
-
-def paired(options: Mapping[str, Any], others: Mapping[str, Any], seed: int) -> tuple[float, float]:
-    """Return the process times of a clean window with either options, in turns."""
-    for each in (options, others):
-        least_seconds(each, seed)  # warm
-    pair = [least_seconds(each, seed) for each in (options, others)]
-    return pair[0], pair[1]
-
-
-def against(other: Path, seeds: Sequence[int]) -> list[Any]:
-    """Return the process times (s) of clean windows by this tree and by another, in turns."""
-
-    def pairs() -> list[tuple[float, float]]:
-        with Tree(ROOT) as own, Tree(other) as theirs:
-            for tree in (own, theirs):
-                tree.call(least_seconds, {}, seeds[0])  # compiles
-            return [
-                (own.call(least_seconds, {}, seed), theirs.call(least_seconds, {}, seed))
-                for seed in progress(seeds, 'clean windows', len(seeds))
-            ]
-
-    found = attempted(pairs)
-    return found if isinstance(found, list) else [found]
-
-
 def measured(runs: int, seed: int, other: Path | None) -> tuple[list[Requirement], str]:
     """Solve so many runs of each kind; return the rows asked and the table of all cells."""
     attempted(windows, CLEAN, WAYS[0], seed)  # compiles here, so that workers find it cached
@@ -122,8 +87,10 @@ def measured(runs: int, seed: int, other: Path | None) -> tuple[list[Requirement
                    for name in FILTERS}, 'filters',
     )  # fmt: skip
     times = {
-        '`loss: squares`': [attempted(paired, {}, {'loss': 'squares'}, each) for each in seeds],
-        **({'the other tree': against(other, seeds)} if other else {}),
+        '`loss: squares`': [
+            attempted(clean_cost.paired, {}, {'loss': 'squares'}, each) for each in seeds
+        ],
+        **({'the other tree': clean_cost.against(other, seeds)} if other else {}),
     }
     rows = [*_faults(cells), *_rates(cells), *_clean(losses, times), *_filters(filters)]
     return rows, _table(cells)

@@ -6,7 +6,8 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from obs_ros import Model, Record, Variable
+from benchmarks.sensors.spring_model import SPRING
+from obs_ros import Model, Record
 from obs_ros.core.typing import Array
 from plant_sim.actuators import Actuator
 from plant_sim.scenario import Scenario
@@ -19,34 +20,6 @@ NOISE = 0.004  # m: 40 dB below the positions
 FORCE = 8.0  # m/s2, at most
 HELD = (0.2, 0.8)  # s that a force stays
 STIFFNESS, DAMPING = (10.0, 30.0), (0.4, 1.5)  # 1/s2, 1/s
-
-
-def dynamics(t: Any, x: Any, u: Any, p: Any) -> tuple[Any, Any]:
-    """Return the rates of position and speed."""
-    return x[1], u[0] - p[0] * x[0] - p[1] * x[1]
-
-
-def output(t: Any, x: Any, u: Any, p: Any) -> tuple[Any]:
-    """Return the position."""
-    return (x[0],)
-
-
-SPRING = Model(
-    name='benchmark_spring',
-    states=(
-        Variable('position', 'm', lower=-3.0, upper=3.0),
-        Variable('speed', 'm/s', lower=-12.0, upper=12.0),
-    ),
-    inputs=(Variable('force', 'm/s2'),),
-    outputs=(Variable('y', 'm'),),
-    parameters=(
-        Variable('stiffness', '1/s2', lower=1.0, upper=100.0),
-        Variable('damping', '1/s', lower=0.0, upper=5.0),
-    ),
-    dynamics=dynamics,
-    output=output,
-    max_step=0.02,
-)
 
 
 class Run(NamedTuple):
@@ -92,7 +65,7 @@ def run(
     p = rng.uniform(*zip(STIFFNESS, DAMPING, strict=True))
     scenario = Scenario(
         name='spring',
-        model=f'{__name__}:SPRING',
+        model='benchmarks.sensors.spring_model:SPRING',
         initial_state=tuple(rng.uniform((-0.5, -1.0), (0.5, 1.0)).tolist()),
         inputs=forces(rng, INTERVAL * samples),
         parameters=constant(*p.tolist()),
