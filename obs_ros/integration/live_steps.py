@@ -7,9 +7,9 @@ Nørsett & Wanner 1993, section II.4):
     error = |y_h - y_(h/2)| / noise
 
 in every output y and candidate. Where that exceeds its tolerance, the candidates go the way again
-in finer steps, or by a linearly implicit method where that is stiff, before anything is corrected
-by the output at its end. Ways are compared at first, then ever more rarely, and again at once where
-a candidate leaves the region that was compared.
+in finer steps, or by a linearly implicit method where that is stiff, before they are corrected by
+its output. Ways are compared at first, then ever more rarely, and at once where a candidate leaves
+the region compared or an input leaps farther than there: at rest a stiff state needs no steps.
 """
 
 import numpy as np
@@ -36,6 +36,7 @@ from obs_ros.integration.way_error import (
     Way,
     WayError,
     judged,
+    leapt,
     strayed,
     widened,
 )
@@ -56,13 +57,12 @@ class LiveStepper:
         self, model: Model, backend: Backend | None, noise: Array, stddev: Array | None = None,
         settings: LiveStepSettings = DEFAULT,
     ) -> None:  # fmt: skip
-        self.model = model
-        self.method: str = model.method
+        self.model, self.method = model, str(model.method)
         self.error = np.nan  # of the newest way compared, in deviations of the noise
         self.steps = 0  # that it took
         self._backend, self._settings = backend, settings
-        self._stepper = stepper_for(model, backend)
-        self.name, self.compile_time = self._stepper.name, self._stepper.compile_time
+        first = self._stepper = stepper_for(model, backend)
+        self.name, self.compile_time = first.name, first.compile_time
         self._base = self._longest = longest_step(model)  # s
         self._compared = 0.0  # longest step (s) that was compared
         self._within = True  # whether steps of some length were fine enough
@@ -89,6 +89,10 @@ class LiveStepper:
         self._strayed = bound(strayed, self._region, x, 1, one, one.astype(np.int64), 0.0)
         self._judged = bound(judged, self._way, self._scales, x)
         self._widened = bound(widened, self._region, self._margin, x, x)
+        # Leaps of inputs (m,) on the way and on ways compared, and where the way before ended.
+        self._leap, self._seen, self._last = u = np.zeros((3, len(self.model.inputs)))
+        self._last[:] = np.nan
+        self._leapt = bound(leapt, self._leap, self._seen, self._last, 1, one, u, u)
 
     def propagate(self, path: Path, x: Array, p: Array) -> None:
         """See `Stepper.propagate`."""
@@ -132,11 +136,13 @@ class LiveStepper:
 
     def _due(self, path: Path, x: Array) -> bool:
         """Whether the way to x (n, L) is to be compared."""
+        k, dt = path.pieces, path.dt
+        leapt = self._leapt(self._leap, self._seen, self._last, k, dt, path.u, path.slope)
         self._wait -= 1
         if self._wait <= 0:
             return True
-        return self._within and self._strayed(
-            self._region, x, path.pieces, path.dt, path.steps, self._compared
+        return self._within and (
+            leapt or self._strayed(self._region, x, k, dt, path.steps, self._compared)
         )
 
     def _compare(self, path: Path, x: Array, p: Array) -> Trial | None:
@@ -155,6 +161,7 @@ class LiveStepper:
         self._plan(best, float((path.dt[:k] / best.steps).max()), changed=best is not first)
         if best.error.within:
             self._widened(self._region, self._margin, self._way.start, x)
+            np.maximum(self._seen, self._settings.leap * self._leap, out=self._seen)
         return None if best is first else best
 
     def _best(self, first: Trial, path: Path, p: Array) -> Trial:
@@ -216,7 +223,7 @@ class LiveStepper:
 
     def _stiff(self, path: Path, x: Array, p: Array) -> bool:
         """Whether a mode decays so fast, where the way starts or ends, that RK4 may cost more."""
-        longest = float(path.dt[: path.pieces].max())
+        longest = path.dt[: path.pieces].max()
         for k, states in ((0, self._way.start), (path.pieces, x)):
             found = modes(self.model, path.t[k], states[:, 0], path.u[k], p[:, 0])
             if fastest_decay(found) * longest > STIFF.decay:
@@ -245,7 +252,7 @@ class LiveStepper:
         elif self._may_grow(error) and self._calm >= self._patience:
             self._longest = min(2.0 * self._longest, self._base)
             self._pause, self._calm, self._grown = 1, 0, True
-            self._region[:] = NOWHERE
+            self._region[:], self._seen[:] = NOWHERE, 0.0
         elif self._left > 0:
             self._left -= 1
         else:

@@ -35,6 +35,7 @@ class LiveStepSettings:
     - `most_steps`: steps over a gap, at most, as nothing can interrupt them; as the gate's.
     - `margin`: width around the region compared that is taken for the same, in units of the
       states' sizes (see `sizes`): a twentieth of their bounds' distance.
+    - `leap`: leaps of inputs, in those of ways compared, up to which they count for the same.
     """
 
     share: float = 0.01
@@ -48,6 +49,7 @@ class LiveStepSettings:
     most_halvings: int = 12
     most_steps: int = 100_000
     margin: float = 0.5
+    leap: float = 1.2
 
 
 DEFAULT = LiveStepSettings()
@@ -191,3 +193,24 @@ def strayed(
             if not (x[i, lane] >= region[0, i] and x[i, lane] <= region[1, i]):
                 return True
     return False
+
+
+@accelerated
+def leapt(
+    leap: Array, seen: Array, last: Array, pieces: int, dt: Array, u: Array, slope: Array
+) -> bool:
+    """Whether an input leaps by more than `seen` (m,) where a piece of the path begins.
+
+    The largest leaps become `leap` (m,). Where the path before ended inputs were `last` (m,), which
+    becomes the end of this one's last piece; NaN there counts for no leap.
+    """
+    beyond = False
+    for i in range(leap.size):
+        leap[i] = 0.0
+        for k in range(pieces):
+            off = abs(u[k, i] - last[i])
+            if off > leap[i]:
+                leap[i] = off
+            last[i] = u[k, i] + dt[k] * slope[k, i]
+        beyond = beyond or leap[i] > seen[i]
+    return beyond

@@ -8,7 +8,7 @@ import pytest
 from plants import BLOW_UP, OSCILLATOR
 from sampled_stiff_plants import MOTOR, by_radau, chain, van_der_pol
 
-from obs_ros.core.model import Model
+from obs_ros.core.model import Model, Variable
 from obs_ros.core.typing import Array
 from obs_ros.integration.filter_step import LiveFilter
 from obs_ros.integration.live_steps import LiveStepper, figures_of, live_stepper, prepare
@@ -109,6 +109,28 @@ def test_steps_shrink_before_the_way_is_over_and_grow_again() -> None:
             assert abs(x[1, 0] - exact[1]) < 0.01
     assert max(taken[20:25]) > taken[19]
     assert taken[-1] < max(taken)
+
+
+def test_an_input_leaps_while_the_plant_rests() -> None:
+    """Rest asks for no steps at all; the first way after a leap is exact all the same."""
+    cell = Model(
+        name='cell',
+        states=(Variable('quick', 'V', -0.3, 0.3), Variable('slow', 'V', -0.3, 0.3)),
+        inputs=(Variable('current', 'A'),),
+        outputs=(Variable('voltage', 'V'),),
+        dynamics=lambda t, x, u, p: ((0.05 * u[0] - x[0]) / 0.05, (0.1 * u[0] - x[1]) / 60.0),
+        output=lambda t, x, u, p: (x[0] + x[1],),
+    )
+    live, levels = stepper(cell, 1e-4), (0.2, -0.3, 1.6, 1.7, 1.5, 4.0)
+    x, p = spread((0.01, 0.0), 0.1), np.empty((0, LANES))
+    exact, off = x[:, 0].copy(), []
+    for k in range(len(levels) * 70):
+        u = np.array([levels[k // 70]])
+        live.propagate(path(1.0, u, float(k)), x, p)
+        exact = by_radau(cell, k, k + 1.0, exact, u, p[:, 0])
+        off.append(np.abs(x[:, 0] - exact).sum())
+    assert live.method == 'rosenbrock'
+    assert max(off) < 0.03e-4 and max(off[::70]) > 0.0
 
 
 def test_a_gap_is_no_single_step() -> None:

@@ -10,6 +10,7 @@ from obs_ros.integration.way_error import (
     Way,
     WayError,
     judged,
+    leapt,
     strayed,
     widened,
 )
@@ -125,3 +126,15 @@ def test_a_step_longer_than_those_compared_strays() -> None:
     assert not strayed(region, x, 2, dt, np.array([1, 4]), 0.1)
     assert strayed(region, x, 2, dt, np.array([1, 3]), 0.1)
     assert not strayed(region, x, 1, dt, np.array([1, 3]), 0.1)
+
+
+def test_inputs_leap_where_pieces_begin() -> None:
+    leap, seen, last = np.zeros(2), np.array([1.0, 0.1]), np.full(2, np.nan)
+    dt, slope = np.array([0.5, 0.5]), np.array([[2.0, 0.0], [0.0, 0.0], [0.0, 0.0]])
+    # The first input rises by a ramp and leaps by 0.5 at its end; the last row acts no more.
+    u = np.array([[1.0, 3.0], [2.5, 3.0], [9.0, 9.0]])
+    assert not leapt(leap, seen, last, 2, dt, u, slope)
+    np.testing.assert_allclose(leap, [0.5, 0.0])
+    np.testing.assert_allclose(last, [2.5, 3.0])
+    assert leapt(leap, seen, last, 1, dt, np.array([[2.5, 3.2], [0.0, 0.0]]), 0.0 * slope)
+    np.testing.assert_allclose(leap, [0.0, 0.2])
