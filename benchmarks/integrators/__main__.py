@@ -51,9 +51,9 @@ def main(arguments: list[str] | None = None) -> str:
     followed = monte_carlo(filters.solved, {'': runs}, 'filters')[''] if wanted('filters') else []
     shown = progress(curves.SHOWN, 'curves', len(curves.SHOWN)) if wanted('curves') else ()
     points = [point for name in shown for point in curves.points(name)]
-    pairs = []
+    costs: cost.Costs = {}
     if wanted('cost') and chosen.against:
-        pairs = cost.compared(chosen.against, list(CASES), chosen.timed, chosen.seed)
+        costs = cost.compared(chosen.against, list(CASES), chosen.timed, chosen.seed)
     drawn = {'integrators_curves.png': ('Error beside time', partial(pictures.errors, points))}
     text = filled(
         'integrators/report',
@@ -63,14 +63,14 @@ def main(arguments: list[str] | None = None) -> str:
         fine=run.FINE,
         lanes=curves.LANES,
         shown=report.SHOWN,
-        acceptance=requirements(report.rows(found, kinked, followed, pairs)),
+        acceptance=requirements(report.rows(found, kinked, followed, costs)),
         plants=report.plants(found),
         failures=report.failures(found),
         kinks=report.outcomes(one.outcome for one in kinked) or 'Not measured.',
         filters=report.filter_table(followed),
         curves=report.curves(points),
         pictures=saved(chosen.results, drawn) if points else '',
-        cost=report.cost(pairs),
+        cost=report.cost(costs),
     )
     return publish(chosen.results, 'integrators', 'Any plant, and no step to choose', text)
 

@@ -5,7 +5,7 @@ from collections.abc import Iterator, Mapping, Sequence
 
 import numpy as np
 
-from benchmarks.integrators.cost import Pair
+from benchmarks.integrators.cost import Costs
 from benchmarks.integrators.curves import Point
 from benchmarks.integrators.filters import Followed
 from benchmarks.integrators.kinks import Kinked
@@ -26,7 +26,7 @@ def rows(
     windows: Mapping[str, Sequence[Solved]],
     kinks: Sequence[Kinked],
     filters: Sequence[Followed],
-    pairs: Sequence[Pair],
+    costs: Costs,
 ) -> Iterator[Requirement]:
     """Yield the rows of what was measured."""
     every = [one for own in windows.values() for one in own]
@@ -63,7 +63,7 @@ def rows(
             f'filters within {FAR:g} deviations of fine steps',
             f'at most {far.difference:.2g} ({far.filter}, {far.plant})', far.difference <= FAR,
         )  # fmt: skip
-    if pairs:
+    if pairs := [pair for own in costs.values() for pair in own]:
         median, low, high = median_interval([pair.ratio for pair in pairs])
         yield Requirement(
             f'three tanks and zoo: time <= {SLOWER:g} x the other tree',
@@ -152,9 +152,9 @@ def filter_table(filters: Sequence[Followed]) -> str:
     )
 
 
-def cost(pairs: Sequence[Pair]) -> str:
+def cost(costs: Costs) -> str:
     """Return the table of times beside another tree."""
-    if not pairs:
+    if not costs:
         return 'Not measured: `--against PATH` gives the other tree.'
     return table(
         {
@@ -164,6 +164,5 @@ def cost(pairs: Sequence[Pair]) -> str:
             'same bits': f'{sum(pair.same for pair in own)} of {len(own)}',
             'ms': f'{1e3 * np.median([pair.own.seconds for pair in own]):.1f}',
         }
-        for case in dict.fromkeys(pair.case for pair in pairs)
-        if (own := [pair for pair in pairs if pair.case == case])
+        for (case,), own in costs.items()
     )

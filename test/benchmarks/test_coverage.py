@@ -8,12 +8,13 @@ import numpy as np
 import pytest
 
 from benchmarks.coverage.__main__ import main
-from benchmarks.coverage.cost import Pair, Solved, compared, ratio
+from benchmarks.coverage.cost import compared, ratio
 from benchmarks.coverage.reference import DELTA, Profile, profile
 from benchmarks.coverage.report import acceptance
 from benchmarks.coverage.run import IN_RUN, Track, likelihood_of, noise_of, tracked
 from benchmarks.coverage.scores import Share, coverage, far, matched, median_width
 from benchmarks.intervals import published_interval
+from benchmarks.pairs import Cost, Pair
 from benchmarks.runner import ROOT
 from benchmarks.zoo.experiments import EXPERIMENTS, run
 from obs_ros import solve_window
@@ -126,7 +127,7 @@ def met(tracks: list[Track], width: float = 1.0, seconds: float = 1.0) -> list[b
     for track in tracks[:50]:
         ends = np.column_stack([track.truth[0, :2] - 0.1 / width, track.truth[0, :2] + 0.1 / width])
         profiles.append(Profile(ends, track.truth[0, :2], 7.0))
-    pair = Pair(Solved(seconds, ('a',)), Solved(1.0, ('a',)))
+    pair = Pair(Cost(seconds, ('a',)), Cost(1.0, ('a',)))
     costs = {cell: [pair] * 5 for cell in cells}
     return [row.met for row in acceptance(cells, {'lag': profiles}, costs)]
 

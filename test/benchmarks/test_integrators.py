@@ -58,10 +58,10 @@ def _solved(excess: float, error: float, seconds: float = 1.0) -> run.Solved:
 
 def test_rows_are_judged_by_their_limits() -> None:
     good = {'motor': [_solved(0.1, 0.05)] * 50}
-    assert all(row.met for row in report.rows(good, [], [], []))
+    assert all(row.met for row in report.rows(good, [], [], {}))
     wrong = {'motor': [_solved(0.1, 0.05)] * 48 + [_solved(9.0, 0.4)] * 2}
-    assert [row.met for row in report.rows(wrong, [], [], [])] == [False, True, False]
+    assert [row.met for row in report.rows(wrong, [], [], {})] == [False, True, False]
     slow = {'motor': [_solved(0.1, 0.05, seconds=11.0)] * 50}
-    assert [row.met for row in report.rows(slow, [], [], [])] == [True, False, True]
+    assert [row.met for row in report.rows(slow, [], [], {})] == [True, False, True]
     assert 'window 48' in report.failures(wrong)
     assert 'window 47' not in report.failures(wrong)
