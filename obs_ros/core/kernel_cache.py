@@ -19,6 +19,8 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
+from obs_ros.core.deadline import uncounted
+
 DIGEST = hashlib.sha256().digest_size
 FOLDERS = ('obs_ros_kernels_*', 'obs_ros_accelerated_*')
 
@@ -63,7 +65,8 @@ def stored(dispatcher: Any, name: Callable[[], str], announce: Callable[[], None
     """Return the Numba function, with its compiled code kept in the folder `name` of the cache.
 
     The name, which must change with all that the code depends on, is asked for at the first
-    compilation; `announce` is called before each one that the cache cannot spare.
+    compilation; `announce` is called before each one that the cache cannot spare. No deadline
+    counts the time that compiling and loading take.
     """
     from numba.core.compiler_lock import global_compiler_lock
 
@@ -74,7 +77,7 @@ def stored(dispatcher: Any, name: Callable[[], str], announce: Callable[[], None
 
     def compile_once(signature: Any) -> Any:
         # Within Numba's own lock, so that no thread waits for a file that this one holds.
-        with global_compiler_lock:
+        with uncounted(), global_compiler_lock:
             path = cache.path(signature, dispatcher.targetctx)
             if signature in dispatcher.overloads or os.path.exists(path):
                 return compile_or_load(signature)

@@ -10,7 +10,6 @@ Rawlings & Lee 2001; Rawlings, Mayne & Diehl 2017, section 4.3). Parameters may 
 window.
 """
 
-import time
 from dataclasses import replace
 
 import numpy as np
@@ -117,7 +116,7 @@ class MovingHorizon:
 
     def _estimate(self, record: Record, rng: np.random.Generator, deadline: Deadline) -> Estimate:
         """Take a window through its stages: prior, explanation, uncertainty, report."""
-        begun = time.perf_counter()
+        begun = Deadline()
         solver = self._solver
         posed = self._posed(record)
         warm = solver.warm_start(record, self._previous, self._stepped.kernels)
@@ -128,8 +127,7 @@ class MovingHorizon:
             warm, self._explained, self._process_noise.pooled if usual else None,
             self._process_noise.settled, level, known, self._plain,
         )  # fmt: skip
-        found = self._stepped.solved(posed, earlier, self._given, rng, deadline)
-        solution, answer, deadline = found
+        solution, answer = self._stepped.solved(posed, earlier, self._given, rng, deadline)
         if solution is None or answer is None:
             return solver.diverged(posed)
         plain = solution.plain
@@ -144,7 +142,7 @@ class MovingHorizon:
         uncertainty = self._uncertainty(solution, beliefs, record, deadline)
         estimate = report(
             solution.window, solution.found, uncertainty, in_time=not deadline.passed,
-            solve_time=time.perf_counter() - begun,
+            solve_time=begun.elapsed,
         )  # fmt: skip
         estimate = answer.told(replace(estimate, figures=figures_of(uncertainty)))
         explained = alone = False

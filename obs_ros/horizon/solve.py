@@ -83,7 +83,6 @@ def solve_window(
     )
     solver = Solver.of(load_model(model), settings)
     rng = random_generator(seed)
-    solver.prepare()  # before the clock starts
     record, off = at_nodes(solver.model, at_own_times(solver.model, record))
     estimate = solver.solve(record, rng, Deadline(deadline), previous)
     return replace(estimate, message=f'{estimate.message}; {off}') if off else estimate

@@ -1,7 +1,8 @@
 """A model with its settings: poses windows, fits them, and solves them one by one."""
 
 import time
-from collections.abc import Mapping
+from collections import deque
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import Any
@@ -32,13 +33,13 @@ from obs_ros.horizon.unsolvable import TooFewSamples, Unsolvable, check_steps
 from obs_ros.horizon.warm_start import propagated
 from obs_ros.inference.assessment import profile_steps
 from obs_ros.inference.assessment.assemble import empty
-from obs_ros.inference.disturbed import prepare_process_noise
+from obs_ros.inference.disturbed import process_noise_rehearsed
 from obs_ros.inference.noise import noise_guess
 from obs_ros.inference.objective import Objective
 from obs_ros.inference.parameterisation import Unknowns
 from obs_ros.inference.prior import Posterior, Prior
 from obs_ros.inference.window_state import WindowState
-from obs_ros.integration.backends import Kernels, check_backend, kernels_for
+from obs_ros.integration.backends import Kernels, check_backend, kernels_for, rollouts_rehearsed
 from obs_ros.integration.grid import Grid
 from obs_ros.optimization.methods import Method, method_for
 from obs_ros.optimization.result import Found
@@ -81,9 +82,8 @@ class Solver:
 
     @cached_property
     def integration(self) -> Integration:
-        """The choice of method and steps, and what it has compiled."""
-        noisy = self.settings.process_noise != 'off'
-        return Integration.of(self.unknowns, self.settings.backend, process_noise=noisy)
+        """The choice of method and steps."""
+        return Integration.of(self.unknowns, self.settings.backend)
 
     @property
     def given_noise(self) -> Array:
@@ -92,19 +92,27 @@ class Solver:
 
     @property
     def kernels(self) -> Kernels:
-        """The model's rollouts; compiled at the first call, which may take some seconds."""
+        """The model's rollouts, each compiled at its first call, which may take a second."""
         return kernels_for(self.model, self.settings.backend)
 
     @np.errstate(all='ignore')
-    def prepare(self) -> float:
-        """Compile whatever is not compiled yet; return the seconds that it took."""
+    def prepare(self, *, process_noise: bool = True) -> float:
+        """Compile what every window needs, and what `process_noise` does; return the seconds.
+
+        What is not compiled here is at its first call, the time of which no deadline counts.
+        """
         begin = time.perf_counter()
-        _ = self.kernels
         self.unknowns.prepare()
         profile_steps.prepare()
-        if self.settings.process_noise != 'off':
-            prepare_process_noise(self.kernels, self.unknowns)
+        deque(rollouts_rehearsed(self.kernels), maxlen=0)
+        if process_noise:
+            deque(self.rehearsed(), maxlen=0)
         return time.perf_counter() - begin
+
+    def rehearsed(self) -> Iterator[None]:
+        """Compile, one thing at a time, what only some windows need."""
+        if self.settings.process_noise != 'off':
+            yield from process_noise_rehearsed(self.kernels, self.unknowns)
 
     @np.errstate(all='ignore')  # data or model may overflow: what is not finite says so itself
     def solve(
@@ -135,13 +143,11 @@ class Solver:
         previous: Estimate | None,
         first: bool,
     ) -> Estimate:
-        begun = time.perf_counter()
+        begun = Deadline()
         known = self.method.needs_squares and len(self.noise) == len(self.model.outputs)
         window = self.pose(record, prior=Prior.known(self.unknowns, start=first), noise_known=known)
         warm = self.warm_start(record, previous)
-        compiled = self.integration.seconds
         window = self.integration.begun(window, warm, None)
-        deadline = deadline.later(self.integration.seconds - compiled)
         estimate, answer = self._explained(window, rng, deadline, warm)
         for _ in range(self.integration.attempts):
             if answer.fine or deadline.passed:
@@ -151,8 +157,7 @@ class Solver:
                 break
             window = finer
             estimate, answer = self._explained(window, rng, deadline, answer.z)
-        begun += self.integration.seconds - compiled
-        estimate = replace(estimate, solve_time=time.perf_counter() - begun)
+        estimate = replace(estimate, solve_time=begun.elapsed)
         return answer.told(estimate)
 
     def _explained(

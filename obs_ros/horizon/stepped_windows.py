@@ -34,18 +34,17 @@ class SteppedWindows:
         given: Array,
         rng: np.random.Generator,
         deadline: Deadline,
-    ) -> tuple[Solution | None, Answer | None, Deadline]:
-        """Return a window's best explanation, its integration error, and the deadline.
+    ) -> tuple[Solution | None, Answer | None]:
+        """Return a window's best explanation and its integration error.
 
-        That is later by what compiling took. See `solution.solved`, and for the arguments too.
+        See `solution.solved`, and for the arguments too.
         """
-        integration, compiled = self._solver.integration, self._solver.integration.seconds
+        integration = self._solver.integration
         window = integration.begun(posed, earlier.warm, self._before)
-        deadline = deadline.later(integration.seconds - compiled)
         for left in reversed(range(1 + integration.attempts)):
             solution = solved(window, self._solver, earlier, given, rng, deadline)
             if solution is None:
-                return None, None, deadline
+                return None, None
             answer = answer_of(solution)
             self._before = Stepping.of(answer.objective)
             if answer.fine or deadline.passed or not left:
@@ -54,7 +53,7 @@ class SteppedWindows:
             if finer is window:
                 break
             window = finer
-        return solution, answer, deadline
+        return solution, answer
 
 
 def answer_of(solution: Solution) -> Answer:

@@ -6,8 +6,7 @@ spread of candidates over the box; after it, the optimum that it found.
 """
 
 import functools
-import time
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -15,7 +14,6 @@ from obs_ros.core.model import Model
 from obs_ros.core.rng import random_generator
 from obs_ros.core.typing import Array, IntArray
 from obs_ros.horizon.integration_error import Answer, error_at, noise_of
-from obs_ros.inference.disturbed import prepare_process_noise
 from obs_ros.inference.objective import Objective
 from obs_ros.inference.parameterisation import Unknowns
 from obs_ros.inference.window_state import WindowState
@@ -77,34 +75,22 @@ class Stepping:
         return np.maximum(grid.steps, np.ceil(np.diff(grid.t) / h - SAME).astype(np.int64))
 
 
-@dataclass(eq=False)
+@dataclass(frozen=True, eq=False)
 class Integration:
-    """The choice of method and steps for windows of one model, and the time it took to compile.
-
-    `process_noise`: whether windows may be explained by it, which takes more kernels.
-    """
+    """The choice of method and steps for windows of one model."""
 
     methods: Methods
     unknowns: Unknowns
-    process_noise: bool
-    prepared: dict[str, float] = field(default_factory=dict)  # s, by method
 
     @classmethod
-    def of(
-        cls, unknowns: Unknowns, backend: Backend | None, *, process_noise: bool
-    ) -> 'Integration':
+    def of(cls, unknowns: Unknowns, backend: Backend | None) -> 'Integration':
         """Return the choice for the unknowns' model."""
-        return cls(Methods(unknowns.model, backend), unknowns, process_noise)
+        return cls(Methods(unknowns.model, backend), unknowns)
 
     @property
     def attempts(self) -> int:
         """Times that an answer is found anew in finer steps, at most."""
         return STEPPING.attempts
-
-    @property
-    def seconds(self) -> float:
-        """Time (s) that kernels took to compile."""
-        return self.methods.seconds + sum(self.prepared.values())
 
     def begun(
         self, window: WindowState, warm: Array | None, before: Stepping | None
@@ -197,12 +183,7 @@ class Integration:
         """Return the window in the method and the steps chosen."""
         objective = window.objective
         if choice.method != objective.kernels.model.method:
-            kernels = self.methods.kernels(choice.method)
-            objective = replace(objective, kernels=kernels)
-            if self.process_noise and choice.method not in self.prepared:
-                begin = time.perf_counter()
-                prepare_process_noise(kernels, self.unknowns)
-                self.prepared[choice.method] = time.perf_counter() - begin
+            objective = replace(objective, kernels=self.methods.kernels(choice.method))
         if not np.array_equal(choice.steps, objective.grid.steps):
             objective = replace(objective, grid=objective.grid.stepped(choice.steps))
         exact = choice.fine and choice.largest < STEPPING.safety * STEPPING.aimed

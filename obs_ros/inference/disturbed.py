@@ -1,6 +1,6 @@
 """Windows explained by process noise: gains and candidate renewed by turns."""
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, field, replace
 
 import numpy as np
@@ -18,7 +18,7 @@ from obs_ros.inference.process_noise import (
     most_likely,
 )
 from obs_ros.inference.window_state import WindowState
-from obs_ros.integration.backends import Kernels, run_process_noise_once
+from obs_ros.integration.backends import Kernels, correction_rehearsed
 from obs_ros.integration.filter_pass import FilterPass
 from obs_ros.integration.linear_path import LinearPath
 from obs_ros.optimization.levenberg_marquardt import (
@@ -279,9 +279,9 @@ def corrected(window: WindowState, found: FilterPass) -> WindowState:
     return replace(window, objective=objective, noise_known=True, correlation=0.0)
 
 
-def prepare_process_noise(kernels: Kernels, unknowns: Unknowns) -> None:
-    """Compile all that process noise needs beside the plain rollouts."""
-    run_process_noise_once(kernels)
-    run_process_noise_once(kernels, estimated_parameters(unknowns))
+def process_noise_rehearsed(kernels: Kernels, unknowns: Unknowns) -> Iterator[None]:
+    """Compile, one kernel at a time, all that process noise needs beside the plain rollouts."""
+    yield from correction_rehearsed(kernels)
+    yield from correction_rehearsed(kernels, estimated_parameters(unknowns))
     if (walking := np.isfinite(unknowns.walks)).any():
-        run_process_noise_once(kernels, estimated_parameters(unknowns)[walking])
+        yield from correction_rehearsed(kernels, estimated_parameters(unknowns)[walking])

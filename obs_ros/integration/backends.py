@@ -7,12 +7,13 @@ import logging
 import os
 import re
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Literal, Protocol, TypeVar
 
 import numpy as np
 
+from obs_ros.core.deadline import uncounted
 from obs_ros.core.model import Model, inside
 from obs_ros.core.model_check import source_line
 from obs_ros.core.prior_knowledge import without_knowledge
@@ -92,15 +93,17 @@ class Kernels(Protocol):
 
 
 def kernels_for(model: Model, backend: Backend | None = None) -> Kernels:
-    """Return the model's rollouts, compiled and ready.
+    """Return the model's rollouts, each compiled when it is first called.
 
     `backend` None means $OBS_ROS_BACKEND if set, else Numba if it is there, else NumPy. Where Numba
-    does not work or cannot compile the model, NumPy is used with a warning that says why.
+    does not work or cannot compile the model, NumPy is used with a warning that says why: one
+    kernel is compiled here. No deadline counts the time of that.
 
     Raises ValueError for another backend; with backend `numba`, ImportError where Numba does not
     work and ValueError where it cannot compile the model.
     """
-    return _kernels(model, check_backend(backend))
+    with uncounted():
+        return _kernels(model, check_backend(backend))
 
 
 @functools.lru_cache(maxsize=64)
@@ -190,31 +193,42 @@ def check_backend(backend: str | None) -> str | None:
 
 
 def run_once(kernels: Kernels) -> float:
-    """Run every kernel once on a tiny window, which compiles it; return the seconds."""
+    """Run one kernel once on a tiny window, which compiles it; return the seconds."""
     begin = time.perf_counter()
     grid, x0, p = tiny_window(kernels.model)
     kernels.squares(grid, np.array([2]), x0, p)
-    kernels.grams(grid, 2, x0, p, 1)
-    kernels.trajectories(grid, x0, p)
     return time.perf_counter() - begin
 
 
-def run_process_noise_once(kernels: Kernels, moving: IntArray | None = None) -> float:
-    """Run once, which compiles it, what only process noise needs; return the seconds.
+def rollouts_rehearsed(kernels: Kernels) -> Iterator[None]:
+    """Run once, which compiles it, what every window needs: one kernel at a time."""
+    grid, x0, p = tiny_window(kernels.model)
+    kernels.trajectories(grid, x0, p)
+    yield
+    kernels.grams(grid, 2, x0, p, 1)
+    yield
+
+
+def correction_rehearsed(kernels: Kernels, moving: IntArray | None = None) -> Iterator[None]:
+    """Run once, which compiles it, what only process noise needs: one kernel at a time.
 
     `moving` (w,) are the parameters that will move: their number is compiled in.
     """
-    begin = time.perf_counter()
     grid, x0, p = tiny_window(kernels.model)
     walks, noise = np.zeros(len(x0) + len(p)), np.ones(grid.y.shape[1])
     found = kernels.filter(grid, x0[:, 0], p[:, 0], walks, noise, moving=moving)
+    yield
     smoothed(found)
+    yield
     LinearPath.of(found).neg2_log_likelihood(walks[:, None], noise[:, None])
+    yield
     corrected = grid.injected(found.injection, found.S)
     kernels.squares(corrected, np.array([2]), x0, p)
+    yield
     kernels.grams(corrected, 2, x0, p, 1)
+    yield
     kernels.paths(corrected, x0, p)
-    return time.perf_counter() - begin
+    yield
 
 
 def tiny_window(model: Model) -> tuple[Grid, Array, Array]:

@@ -1,8 +1,6 @@
 """Candidates through a window by several methods and steps, judged by the outputs measured."""
 
 import functools
-import time
-from collections.abc import Callable
 from dataclasses import dataclass, field, replace
 
 import numpy as np
@@ -11,7 +9,7 @@ from obs_ros.core.jit import accelerated
 from obs_ros.core.model import Integrator, Model
 from obs_ros.core.periods import shortest, shortest_way
 from obs_ros.core.typing import Array, IntArray
-from obs_ros.integration.backends import Backend, Kernels, kernels_for, tiny_window
+from obs_ros.integration.backends import Backend, Kernels, kernels_for
 from obs_ros.integration.grid import Grid
 from obs_ros.integration.step_choice import (
     LARGEST,
@@ -27,28 +25,16 @@ STILL = 1e-6  # of a state's size: what moves less counts as if it moved so much
 LOST = 1e-3  # of a state's range by which an interval errs as much as a candidate is allowed
 
 
-@dataclass(eq=False)
+@dataclass(frozen=True, eq=False)
 class Methods:
-    """The kernels of a model by method, and the time that they took to compile, in s."""
+    """The kernels of a model by method."""
 
     model: Model
     backend: Backend | None = None
-    seconds: float = 0.0
 
     def kernels(self, method: str) -> Kernels:
         """Return the kernels that integrate by a method."""
-        begin = time.perf_counter()
-        kernels = kernels_for(by_method(self.model, method), self.backend)
-        self.seconds += time.perf_counter() - begin
-        return kernels
-
-    def restarted(self, method: str) -> Callable[[Grid, Array, Array], Array]:
-        """Return `Kernels.restarted` of a method."""
-        kernels = self.kernels(method)
-        begin = time.perf_counter()
-        run_restarted_once(kernels.model, self.backend)
-        self.seconds += time.perf_counter() - begin
-        return kernels.restarted
+        return kernels_for(by_method(self.model, method), self.backend)
 
 
 @dataclass(frozen=True, eq=False)
@@ -105,11 +91,11 @@ class WindowTrial:
         leave the measurements altogether, it is in units of the states there: where such a one
         ends says nothing of the steps that it needed from the begin.
         """
-        grid, restarted = self.grid, self.methods.restarted(method)
+        grid, kernels = self.grid, self.methods.kernels(method)
         fine = grid.stepped(2 * steps)
-        states = self.methods.kernels(method).trajectories(fine, self.x0, self.p)[0]
+        states = kernels.trajectories(fine, self.x0, self.p)[0]
         with np.errstate(all='ignore'):
-            ends = [restarted(each, states, self.p) for each in (grid.stepped(steps), fine)]
+            ends = [kernels.restarted(each, states, self.p) for each in (grid.stepped(steps), fine)]
             size = np.maximum(np.ptp(states, axis=0), STILL * np.abs(states).max(axis=0))
             lost = ~(verdict.excess < LARGEST)
             here = np.maximum(np.abs(states[:-1]), np.abs(states[1:]))
@@ -132,13 +118,6 @@ def by_method(model: Model, method: str, longest: float | None = None) -> Model:
     if longest is not None and longest < model.max_step:
         changes['max_step'] = longest
     return replace(model, **changes) if changes else model  # type: ignore[arg-type]
-
-
-@functools.lru_cache(maxsize=64)
-def run_restarted_once(model: Model, backend: Backend | None) -> None:
-    """Run once, which compiles it, what only the choice of steps needs."""
-    grid, x0, p = tiny_window(model)
-    kernels_for(model, backend).restarted(grid, np.repeat(x0[None], 2, axis=0), p)
 
 
 def methods_of(integrator: Integrator) -> tuple[str, ...]:

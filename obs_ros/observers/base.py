@@ -37,7 +37,13 @@ class Observer(Protocol):
     model: Model
 
     def prepare(self) -> float:
-        """Do what takes long but once, such as compiling; return the seconds that it took."""
+        """Do what takes long but once, as compiling, for the first estimate; return the seconds."""
+
+    def prepare_more(self) -> bool:
+        """Do one more thing that some estimates need, in a second or so; False if nothing is left.
+
+        Results are the same without, but the first estimate that needs it takes longer.
+        """
 
     def absorb(self, sample: Sample) -> bool:
         """Take a sample, without blocking; return whether an estimate is due."""

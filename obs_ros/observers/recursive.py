@@ -160,6 +160,10 @@ class RecursiveObserver:
             twin.absorb(sample)
         return time.perf_counter() - begin
 
+    def prepare_more(self) -> bool:
+        """See `Observer.prepare_more`."""
+        return False
+
     def absorb(self, sample: Sample) -> bool:
         """Take a sample, and one step if it is an output; return whether an estimate is due."""
         if self._samples.push(sample):

@@ -5,6 +5,8 @@ import threading
 from collections.abc import Mapping
 from typing import Any, ClassVar
 
+import numpy as np
+
 from obs_ros.core.deadline import Deadline
 from obs_ros.core.estimate import Estimate
 from obs_ros.core.model import Model, names
@@ -20,6 +22,8 @@ from obs_ros.models import load_model
 from obs_ros.samples.delay_line import Shifts
 from obs_ros.samples.range_check import limits
 from obs_ros.samples.window import SlidingWindow
+
+END = object()
 
 log = logging.getLogger(__name__)
 
@@ -52,6 +56,7 @@ class SlidingWindowObserver:
     ) -> None:
         self._solver = Solver.of(load_model(model), EstimationSettings(**settings))
         self.model = self._solver.model
+        self._rehearsed = self._solver.rehearsed()
         self._learn_noise = learn_noise
         self._window = SlidingWindow(
             duration,
@@ -84,14 +89,19 @@ class SlidingWindowObserver:
         return self._solver.unknowns
 
     def prepare(self) -> float:
-        """Compile the model's kernels, unless they are; return the seconds that it took.
+        """Compile what every window needs, unless it is; return the seconds that it took.
 
         Parameters that no input can tell apart are looked for, and told in the log.
         """
-        seconds = self._solver.prepare()
+        seconds = self._solver.prepare(process_noise=False)
         for each in confounded(self._solver.kernels, self.unknowns, self._geometry[0]):
             log.warning('model %r: %s', self.model.name, each)
         return seconds
+
+    @np.errstate(all='ignore')
+    def prepare_more(self) -> bool:
+        """See `Observer.prepare_more`."""
+        return next(self._rehearsed, END) is not END
 
     def absorb(self, sample: Sample) -> bool:
         """Store a sample; return whether it closed a window. Never blocks for long."""

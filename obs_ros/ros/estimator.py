@@ -59,6 +59,7 @@ class Estimator(GuardedNode):
         self.observer: Observer
         self._break: str | None = None
         self._prepared = False
+        self._complete = False  # nothing is left to be prepared in idle times
         # Arrival (steady clock, s) of the sample that closed the newest window, until it is solved.
         self._due: float | None = None
         self._solving = 0.0  # the same of the window that is being solved
@@ -196,6 +197,8 @@ class Estimator(GuardedNode):
             deadline = self._settings['deadline']
             self._worker.start('estimate', partial(self.observer.estimate, deadline))
             self._solving, self._due = self._due, None
+        elif not self._complete:
+            self._worker.start('prepare more', self.observer.prepare_more)
 
     def _collect(self) -> None:
         finished = self._worker.collect()
@@ -209,7 +212,10 @@ class Estimator(GuardedNode):
             self._fail(finished)
         elif finished.kind == 'estimate' and finished.result is not None:
             self._publish(finished.result, self._solving)
+        if finished.kind == 'prepare more':
+            self._complete = not finished.result
         if finished.kind == 'prepare':
+            self._complete = False
             self._prepared = self.progress.ready = True
             if finished.error is None and not self.progress.compile_time:
                 self.progress.compile_time = float(finished.result)

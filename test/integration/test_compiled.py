@@ -12,8 +12,8 @@ from plants import BLOW_UP, OSCILLATOR
 
 pytest.importorskip('numba')
 
+from obs_ros.integration.backends import correction_rehearsed, rollouts_rehearsed
 from obs_ros.integration.backends import run_once as run_kernels_once
-from obs_ros.integration.backends import run_process_noise_once
 from obs_ros.integration.compiled import (
     CompiledKernels,
     CompiledStepper,
@@ -28,16 +28,30 @@ def test_equal_models_share_a_module_and_others_do_not() -> None:
     assert load_module(OSCILLATOR) is not load_module(replace(OSCILLATOR, integrator='euler'))
 
 
-def test_what_process_noise_needs_does_not_compile_before_it_is_used() -> None:
+KERNELS = {
+    kind + corrected
+    for kind in ('squares', 'grams', 'trajectories')
+    for corrected in ('', '_injected')
+}
+
+
+def test_kernels_compile_one_after_the_other_when_they_are_first_used() -> None:
     model = replace(BLOW_UP, dynamics=lambda t, x, u, p: (0.1 * x[0],))
-    kernels = CompiledKernels(model)
+    kernels, module = CompiledKernels(model), load_module(model)
+
+    def compiled() -> set[str]:
+        return {name for name, each in vars(module).items()
+                if name in KERNELS and each.signatures}  # fmt: skip
+
+    assert compiled() == set()
     run_kernels_once(kernels)
-    module = load_module(model)
-    assert module.squares.signatures and module.grams.signatures
-    injected = (module.squares_injected, module.grams_injected, module.trajectories_injected)
-    assert not any(kernel.signatures for kernel in injected)
-    run_process_noise_once(kernels)
-    assert all(kernel.signatures for kernel in injected)
+    assert compiled() == {'squares'}
+    steps = []
+    for rehearsed in (rollouts_rehearsed(kernels), correction_rehearsed(kernels)):
+        for _ in rehearsed:
+            steps.append(compiled())
+    assert [len(each) for each in steps] == [2, 3, 3, 3, 3, 4, 5, 6]
+    assert steps[-1] == KERNELS
 
 
 def own(gain: float) -> Any:

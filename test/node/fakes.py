@@ -59,6 +59,9 @@ class FakeObserver:
     def prepare(self) -> float:
         return 0.5
 
+    def prepare_more(self) -> bool:
+        return False
+
     def absorb(self, sample: Sample) -> bool:
         if sample.y is None:
             self.inputs.append(sample)

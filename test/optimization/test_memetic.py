@@ -87,7 +87,7 @@ def test_it_needs_fewer_rollouts_than_the_papers_search() -> None:
 
 def test_a_deadline_is_kept(monkeypatch: pytest.MonkeyPatch) -> None:
     clock = [0.0]
-    monkeypatch.setattr(Deadline, '_now', lambda _: clock[0])
+    monkeypatch.setattr(Deadline, '_now', staticmethod(lambda: clock[0]))
     problem = ripples_problem()
     quick = problem.curve
 
