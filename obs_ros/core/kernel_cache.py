@@ -155,6 +155,30 @@ class KernelCache:
             path.unlink(missing_ok=True)
 
 
+def remembered(folder: str, file: str, make: Callable[[], str]) -> str:
+    """Return the text of a file in the cache; if there is none, the one made, stored for later.
+
+    The folder's name must change with all that the text depends on.
+    """
+    path = cache_folder() / folder / file
+    try:
+        content = path.read_bytes()
+        if hashlib.sha256(content[DIGEST:]).digest() != content[:DIGEST]:
+            raise ValueError('damaged')
+        return content[DIGEST:].decode()
+    except (FileNotFoundError, NotADirectoryError):
+        pass
+    except (OSError, ValueError) as error:
+        note_unloadable(path, error)
+    text = make()
+    content = text.encode()
+    try:
+        write(path, hashlib.sha256(content).digest() + content)
+    except OSError as error:
+        note_cache_trouble(path.parent, error)
+    return text
+
+
 def note_cache_trouble(where: object, error: Exception) -> None:
     """Remember, and say once, that nothing can be stored there."""
     why = getattr(error, 'strerror', None) or error

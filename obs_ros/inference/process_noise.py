@@ -17,7 +17,6 @@ from dataclasses import dataclass
 from typing import Literal, get_args
 
 import numpy as np
-from scipy.optimize import minimize
 
 from obs_ros.core.model import Model, names
 from obs_ros.core.saturation import unsaturated
@@ -223,6 +222,8 @@ def most_likely(
     reach = np.log(SETTINGS.reach)
     bounds = [(t - reach, t + reach) for t in theta[:count]]
     bounds += [(np.log(low), np.log(low / SETTINGS.least_noise)) for low in least[free]]
+    from scipy.optimize import minimize  # which takes as long to import as most of the package
+
     solved = minimize(
         criterion, theta, jac=True, method='SLSQP', bounds=bounds, tol=SETTINGS.tolerance
     )

@@ -14,7 +14,7 @@ import numpy as np
 from obs_ros.core.estimated_delays import plain
 from obs_ros.core.fingerprint import fingerprint
 from obs_ros.core.jit import OPTIONS
-from obs_ros.core.kernel_cache import stored
+from obs_ros.core.kernel_cache import remembered, stored
 from obs_ros.core.model import Model
 from obs_ros.core.plant_function import PerCandidate
 from obs_ros.core.rebuild import Rebuilder
@@ -24,6 +24,7 @@ from obs_ros.integration.delayed_outputs import Delayed
 from obs_ros.integration.filter_pass import FilterPass, sizes
 from obs_ros.integration.filter_step import LiveFilter
 from obs_ros.integration.grid import Grid
+from obs_ros.integration.inlining import inlined
 from obs_ros.integration.kernel_source import FASTMATH, filter_source, source
 from obs_ros.integration.path import Path, Stretch, lanes
 from obs_ros.integration.rosenbrock_source import made_for
@@ -120,9 +121,7 @@ class CompiledKernels:
         found = FilterPass.blank(grid, x0, p, walks, P0, moving)
         index = found.index
         if index.size not in self._filters:
-            self._filters[index.size] = load_module(
-                self.model, filter_source(self.model, index.size)
-            )
+            self._filters[index.size] = load_filter(self.model, index.size)
         self._filters[index.size].filter_pass(
             *axis(grid), grid.y, found.measured, grid.measured, grid.period,
             np.ascontiguousarray(x0), found.given, walks[index] ** 2, noise**2, found.prior,
@@ -153,7 +152,7 @@ class CompiledStepper:
         """See `Stepper.filter`."""
         d = len(live.P)
         if d not in self._steps:
-            self._steps[d] = load_module(self.model, filter_source(self.model, d)).filter_step
+            self._steps[d] = load_filter(self.model, d).filter_step
         self._steps[d](
             path.t, path.dt, path.steps, path.u, path.slope, path.pieces, y, live.x, live.p, live.P,
             live.variances, live.noise, live.moving, live.corrected, *live.limits, live.innovation,
@@ -219,28 +218,37 @@ def filled(values: Array) -> Array:
     return np.ascontiguousarray(values[..., np.minimum(np.arange(width), count - 1)])
 
 
-def load_module(model: Model, text: str | None = None) -> ModuleType:
+def load_filter(model: Model, d: int) -> ModuleType:
+    """Return the module of a filter of d states and moving parameters; see `load_module`."""
+    return load_module(model, filter_source(model, d), load_module(model))
+
+
+def load_module(
+    model: Model, text: str | None = None, base: ModuleType | None = None
+) -> ModuleType:
     """Return the model's generated module, whose functions compile when they are first called.
 
     Its name is a hash of the model's code and constants, so another or edited model never meets a
     stale kernel. Without a writable cache folder everything works, but compiles in every process.
+    What kernels call they share with those of the `base`, whose text begins likewise.
     """
     for kind in ('dynamics', 'output'):
         if isinstance(function := plain(getattr(model, kind)), PerCandidate):
             raise ValueError(f'{kind}: {function.reason}')
     text = source(model) if text is None else text
     functions = model.dynamics, model.output, *SELECTS.values(), *made_for(model).values()
-    name = f'obs_ros_kernels_{fingerprint(text, *functions)}'
+    name = f'obs_ros_kernels_{fingerprint(text, inlined, *functions)}'
     with _lock:
         if name not in sys.modules:
             module = ModuleType(name, f'Kernels of model {model.name!r}.')
-            bind(module, model)
-            exec(compile(text, f'<{name}>', 'exec'), module.__dict__)
+            bind(module, model, base)
+            written = remembered(name, 'kernels.txt', lambda: inlined(text))
+            exec(compile(written, f'<{name}>', 'exec'), module.__dict__)
             sys.modules[name] = module
         return sys.modules[name]
 
 
-def bind(module: ModuleType, model: Model) -> None:
+def bind(module: ModuleType, model: Model, base: ModuleType | None) -> None:
     """Give the generated module its decorators and the model's functions."""
     # Inlining has to happen before the loop vectoriser runs, or lanes are computed one by one.
     inline = numba.njit(forceinline=True, fastmath=FASTMATH, **OPTIONS)
@@ -253,14 +261,21 @@ def bind(module: ModuleType, model: Model) -> None:
         compiled = numba.njit(fastmath=FASTMATH, **OPTIONS)(kernel)
         return stored(compiled, lambda: module.__name__, announce)
 
+    shared = {} if base is None else vars(base)
+
+    def jit(helper: Callable[..., Any]) -> Any:
+        return shared.get(helper.__name__) or inline(helper)
+
     rebuilder = Rebuilder(inline, module.__name__)
+    functions = {'dynamics': model.dynamics, 'output': model.output, **made_for(model)}
     module.__dict__.update(
-        jit=inline,
+        jit=jit,
         jit_sum=numba.njit(forceinline=True, fastmath=FASTMATH | {'reassoc'}, **OPTIONS),
         entry=entry,
-        dynamics=inline(rebuilder.copy(model.dynamics)),
-        output=inline(rebuilder.copy(model.output)),
-        **{name: inline(rebuilder.copy(made)) for name, made in made_for(model).items()},
+        **{
+            name: shared.get(name) or inline(rebuilder.copy(each))
+            for name, each in functions.items()
+        },
     )
     if rebuilder.slow:
         names = ', '.join(f'np.{name}' for name in sorted(rebuilder.slow))

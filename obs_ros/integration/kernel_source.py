@@ -62,7 +62,7 @@ def header(model: Model) -> str:
         lines = ''.join(f'    {line.replace("#", str(i))}\n' for i in range(count))
         return f'@jit\ndef {signature}:\n{lines or "    pass"}'
 
-    at = f'a[np.uint64(# * {LANES}) + lane]'
+    at = 'a[ROW# + lane]'
     clip = 'max(min(x[#], high[#]), low[#])'  # in this order NaN stays NaN
     late = 'u[k, #, lane] + s * slope[k, #, lane]'
     between = 'a * x[k, #, lane] + b * x[k + 1, #, lane] + c * v[k, #, lane] + d * w[k, #, lane]'
@@ -75,6 +75,7 @@ def header(model: Model) -> str:
             'import numpy as np\n',
             f'N_STATES, N_OUTPUTS, N_PARAMETERS, N_LANES = {n}, {r}, {q}, {LANES}',
             f'LANES, BLOCK_VALUES = np.uint64({LANES}), {BLOCK_VALUES}',
+            *(f'ROW{i} = np.uint64({i * LANES})' for i in range(max(n, m, r, q))),
             f'PERIODS, PERIODIC = {tuple(turns)}, {any(turns)}',
             f'RANGED, inf = {has_range(model.outputs)}, np.inf',
             f'LOW, HIGH = {low}, {high}',
@@ -129,7 +130,7 @@ def squared(i: int, wraps: bool) -> str:
     """Text that adds the squared scaled residual of output i to its sum."""
     residual = f'yhat[{i}] - y[k, {i}]'
     residual = f'shortest({residual}, period[{i}])' if wraps else residual
-    return f'a[np.uint64({i} * {LANES}) + lane] += (weight[k, {i}] * ({residual})) ** 2'
+    return f'a[ROW{i} + lane] += (weight[k, {i}] * ({residual})) ** 2'
 
 
 def corrections(model: Model) -> str:

@@ -20,7 +20,9 @@ def filter_pass(
     z, inverse = np.empty(N_JOINT), np.empty(N_JOINT)
     K, PC = np.empty(N_JOINT), np.empty(N_JOINT)
     P, FP = np.empty((N_JOINT, N_JOINT)), np.empty((N_STATES, N_JOINT))
-    P[:] = prior
+    for a in range(N_JOINT):  # assigning arrays compiles a message on their shapes, for seconds
+        for b in range(N_JOINT):
+            P[a, b] = prior[a, b]
     begin(x0, p, moving, z, q)
     spread(z, moving, size, low, high, x, q, inverse)
     for k in range(t.size):

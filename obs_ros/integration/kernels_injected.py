@@ -30,7 +30,7 @@ def squares_injected(
     for chunk in range(x0.shape[1] // N_LANES):
         load(x0, chunk, N_STATES, x)
         load(p, chunk, N_PARAMETERS, q)
-        k = 0
+        k = np.int64(0)
         for g in range(prefixes.size):
             total[:] = 0.0
             while k < prefixes[g]:
@@ -135,5 +135,5 @@ def grams_injected(
                     move(qc, errors, gain, moving, k)
                     row += N_OUTPUTS
         for s in range(starts):
-            add_gram(out[s], rows, targets, turns, n_rows, s * width, width, columns)
+            add_gram(out[s], rows, targets, turns, np.int64(n_rows), s * width, width, columns)
         first = last

@@ -103,17 +103,20 @@ def _likelihoods_in_loops(
     One array w holds all rows of lanes, so that the compiler sees which of them overlap: P (d, d),
     F P (n, d), delta (d,), F delta or P C' (d,), Q (d,), the product of S, the sum.
     """
+    # Number by number: assigning arrays compiles a message on their shapes, for seconds.
     d = len(joint)
     delta, walk = 2 * d * d, 2 * d * d + 2 * d
     product, total = walk + d, walk + d + 1
     w = np.empty((total + 1) * LANES)
     rows = w.reshape((total + 1, LANES))
     for first in range(0, out.size, LANES):
-        rows[walk : walk + d] = Q[:, first : first + LANES]
-        rows[delta : delta + d], rows[product], rows[total], factors = 0.0, 1.0, 0.0, 0
-        for a in range(d):
-            for b in range(d):
-                rows[a * d + b] = prior[a, b]
+        factors = 0
+        for lane in range(LANES):
+            rows[product, lane], rows[total, lane] = 1.0, 0.0
+            for a in range(d):
+                rows[walk + a, lane], rows[delta + a, lane] = Q[a, first + lane], 0.0
+                for b in range(d):
+                    rows[a * d + b, lane] = prior[a, b]
         for k in range(len(measured)):
             if k > 0:
                 predict(w, transition[k - 1], dt[k - 1], states, joint, discrete)
@@ -123,12 +126,14 @@ def _likelihoods_in_loops(
                     update(w, sensitivity[k, i], residuals[k, i], noise, joint)
                     factors += 1
                     if factors % 8 == 0:  # a logarithm costs more than all the rest
-                        rows[total] += np.log(rows[product])
-                        rows[product] = 1.0
+                        for lane in range(LANES):
+                            rows[total, lane] += np.log(rows[product, lane])
+                            rows[product, lane] = 1.0
             for a in range(d):
                 for lane in range(COUNT):
                     w[np.uint64(delta + a) * COUNT + lane] -= corrections[k, a]
-        out[first : first + LANES] = rows[total] + np.log(rows[product])
+        for lane in range(LANES):
+            out[first + lane] = rows[total, lane] + np.log(rows[product, lane])
 
 
 @accelerated

@@ -54,7 +54,7 @@ def lanes_of(linear: Linearisation, inputs: int) -> str:
             entry = c.get((i, j), '0.0')
             at = f'W[np.uint64({(i * n + j) * LANES}) + lane]'
             entries.append(f'{at} = ' + (f'c + {entry}' if i == j else entry))
-    inputs_at = [f'a[np.uint64({i} * {LANES}) + lane]' for i in range(inputs)]
+    inputs_at = [f'a[ROW{i} + lane]' for i in range(inputs)]
     put = [f'{each} = u[{i}]' for i, each in enumerate(inputs_at)]
     bodies = {
         'put_matrix(W, lane, found, c)': entries,

@@ -131,7 +131,8 @@ def back(F: Array, adjoint: Array, information: Array, row: Array) -> None:
         for c in range(n):
             for b in range(d):
                 row[b] += information[a, c] * F[c, b]
-        information[a] = row
+        for b in range(d):  # assigning arrays compiles a message on their shapes, for seconds
+            information[a, b] = row[b]
     for b in range(d):  # F' of that
         for a in range(d):
             row[a] = information[a, b] if a >= n else 0.0
@@ -143,7 +144,8 @@ def back(F: Array, adjoint: Array, information: Array, row: Array) -> None:
         row[a] = adjoint[a] if a >= n else 0.0
         for c in range(n):
             row[a] += F[c, a] * adjoint[c]
-    adjoint[:] = row
+    for a in range(d):
+        adjoint[a] = row[a]
 
 
 smooth = accelerated(_smooth_in_loops, _smooth_on_arrays)

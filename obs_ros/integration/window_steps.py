@@ -164,7 +164,9 @@ def _differences(
                     away = shortest_way(fine[k, i, lane] - y[k, i], period[i])
                     off[lane] += (weight[k, i] * away) ** 2
     share = 1.0 / max(1, count)
-    return worst, np.sqrt(share * sizes), np.sqrt(share * off)
+    for lane in range(lanes):
+        sizes[lane], off[lane] = np.sqrt(share * sizes[lane]), np.sqrt(share * off[lane])
+    return worst, sizes, off
 
 
 differences = accelerated(_differences, differences_on_arrays)

@@ -73,7 +73,7 @@ def damped_steps(
     count, d = z.shape
     step = np.zeros((count, d))
     gain, full_gain = np.zeros(count), np.zeros(count)
-    scale, free = np.zeros(d), np.zeros(d, dtype=np.bool_)
+    scale, downhill, free = np.zeros(d), np.zeros(d), np.zeros(d, dtype=np.bool_)
     for s in range(count):
         most = 0.0
         for i in range(d):
@@ -83,9 +83,9 @@ def damped_steps(
             outward = (z[s, i] <= limits[0, i] and gradient[s, i] > 0.0) or (
                 z[s, i] >= limits[1, i] and gradient[s, i] < 0.0
             )
-            free[i] = not outward
-        full = solved(hessian[s], scale, TINY_DAMPING, -gradient[s], free)
-        damped = solved(hessian[s], scale, damping[s], -gradient[s], free)
+            free[i], downhill[i] = not outward, -gradient[s, i]
+        full = solved(hessian[s], scale, TINY_DAMPING, downhill, free)
+        damped = solved(hessian[s], scale, damping[s], downhill, free)
         for i in range(d):
             step[s, i] = min(max(z[s, i] + damped[i], limits[0, i]), limits[1, i]) - z[s, i]
             full_gain[s] -= gradient[s, i] * full[i]
