@@ -1,7 +1,7 @@
-"""Time from the start of a new process to its first estimate, with a cold and a warm kernel cache.
+"""Time of a new process that makes one estimate, beside one that only imports NumPy and the like.
 
-Cold: an empty cache folder, as after installation or with a new model; Python's own byte code is
-there. Warm: the kernels that an earlier process left.
+Cold: an empty cache folder, as after installation; Python's own byte code is there. Warm: the
+kernels that an earlier process left.
 """
 
 from collections.abc import Mapping, Sequence
@@ -15,10 +15,9 @@ from benchmarks.start_up.run import Start, starts_of
 def main(arguments: list[str] | None = None) -> Mapping[str, Sequence[Start]]:
     """Measure, print, and write the report."""
     parser = options(__doc__)
-    parser.add_argument('--cold', type=int, default=3, help='starts with an empty cache')
-    parser.add_argument('--warm', type=int, default=5, help='starts with a filled cache')
+    parser.add_argument('--rounds', type=int, default=9, help='starts of each kind')
     chosen = parser.parse_args(arguments)
-    starts = starts_of(chosen.cold, chosen.warm)
+    starts = starts_of(chosen.rounds)
     publish(chosen.results, 'start_up', 'First estimate of a new process', report(starts))
     return starts
 

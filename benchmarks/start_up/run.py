@@ -1,4 +1,4 @@
-"""New processes that solve one window as the first thing they do, timed from their start."""
+"""New processes that solve one window as the first thing they do, timed as wholes."""
 
 import json
 import os
@@ -15,41 +15,40 @@ import numpy as np
 from benchmarks.runner import ROOT, progress
 from benchmarks.tanks import random_window
 
-PHASES = ('import', 'compile', 'solve')
+PHASES = ('import', 'solve')
+IMPORTS = 'import numpy, scipy, numba'  # which a first estimate needs whatever this package does
 
 Start = Mapping[str, float]  # seconds by name: wall, cpu and the phases
 
 
-def starts_of(cold: int, warm: int) -> Mapping[str, Sequence[Start]]:
-    """Return starts with an empty cache, and with the one that the first of them filled."""
+def starts_of(rounds: int) -> Mapping[str, Sequence[Start]]:
+    """Return starts by turns: of the imports alone, with a filled cache, and with an empty one."""
+    starts: dict[str, list[Start]] = {'imports': [], 'warm': [], 'cold': []}
     with tempfile.TemporaryDirectory() as name:
         folder = Path(name)
         record = random_window(1, 1000, 20.0).record
         np.savez(folder / 'window.npz', t=record.t, u=record.u, y=record.y)
-        caches = [folder / f'cache{number}' for number in range(cold)] + [folder / 'cache0'] * warm
-        starts = [started(folder, cache) for cache in progress(caches, 'start', cold + warm)]
-    return {'cold': starts[:cold], 'warm': starts[cold:]}
+        solve = ['-m', 'benchmarks.start_up.first_solve', str(folder / 'window.npz')]
+        started(solve, folder / 'filled')
+        for number in progress(range(rounds), 'round', rounds):
+            starts['imports'].append(started(['-c', IMPORTS], folder / 'filled'))
+            starts['warm'].append(started(solve, folder / 'filled'))
+            starts['cold'].append(started(solve, folder / f'empty{number}'))
+    return starts
 
 
-def started(folder: Path, cache: Path) -> Start:
-    """Solve the window in a new process and return its seconds."""
+def started(command: Sequence[str], cache: Path) -> Start:
+    """Run a new process to its end and return its seconds."""
     before = resource.getrusage(resource.RUSAGE_CHILDREN)
     begin = time.monotonic()
-    with subprocess.Popen(
-        [sys.executable, '-m', 'benchmarks.start_up.first_solve', str(folder / 'window.npz')],
-        cwd=ROOT,
-        env={**os.environ, 'OBS_ROS_CACHE': str(cache)},
-        stdout=subprocess.PIPE,
-        text=True,
-    ) as child:
-        assert child.stdout is not None
-        line = child.stdout.readline()
-        wall = time.monotonic() - begin
-    if child.returncode != 0:
-        raise RuntimeError(f'the new process ended with exit code {child.returncode}')
+    done = subprocess.run(
+        [sys.executable, *command], cwd=ROOT, env={**os.environ, 'OBS_ROS_CACHE': str(cache)},
+        stdout=subprocess.PIPE, text=True, check=True,
+    )  # fmt: skip
+    wall = time.monotonic() - begin
     after = resource.getrusage(resource.RUSAGE_CHILDREN)
     cpu = after.ru_utime + after.ru_stime - before.ru_utime - before.ru_stime
-    phases = json.loads(line)
-    if phases['outcome'] != 'converged':
+    phases = json.loads(done.stdout or '{}')
+    if phases and phases['outcome'] != 'converged':
         raise RuntimeError(f'the first estimate of the new process is {phases["outcome"]}')
-    return {'wall': wall, 'cpu': cpu, **{phase: phases[phase] for phase in PHASES}}
+    return {'wall': wall, 'cpu': cpu, **{phase: phases.get(phase, np.nan) for phase in PHASES}}
