@@ -58,8 +58,7 @@ class Estimator(GuardedNode):
         self._settings: Mapping[str, Any] = {}
         self.observer: Observer
         self._break: str | None = None
-        self._prepared = False
-        self._complete = False  # nothing is left to be prepared in idle times
+        self._prepared = self._complete = False  # for the first estimate, and for all others
         # Arrival (steady clock, s) of the sample that closed the newest window, until it is solved.
         self._due: float | None = None
         self._solving = 0.0  # the same of the window that is being solved
@@ -188,10 +187,8 @@ class Estimator(GuardedNode):
             return
         if not self._prepared:
             if not self.progress.compile_time:
-                self.get_logger().info(
-                    f'compiling model {quoted(self.model.name)}; '
-                    'the first time it takes several seconds'
-                )
+                name = quoted(self.model.name)
+                self.get_logger().info(f'compiling model {name}; the first time it takes seconds')
             self._worker.start('prepare', self._prepare)
         elif self._due is not None:
             deadline = self._settings['deadline']
@@ -201,8 +198,7 @@ class Estimator(GuardedNode):
             self._worker.start('prepare more', self.observer.prepare_more)
 
     def _collect(self) -> None:
-        finished = self._worker.collect()
-        if finished is not None:
+        if (finished := self._worker.collect()) is not None:
             self._conclude(finished)
         if rclpy.ok(context=self.context):
             self._proceed()
@@ -212,10 +208,9 @@ class Estimator(GuardedNode):
             self._fail(finished)
         elif finished.kind == 'estimate' and finished.result is not None:
             self._publish(finished.result, self._solving)
-        if finished.kind == 'prepare more':
-            self._complete = not finished.result
+        if finished.kind != 'estimate':
+            self._complete = finished.kind == 'prepare more' and not finished.result
         if finished.kind == 'prepare':
-            self._complete = False
             self._prepared = self.progress.ready = True
             if finished.error is None and not self.progress.compile_time:
                 self.progress.compile_time = float(finished.result)

@@ -31,6 +31,7 @@ from obs_ros.core.kernel_cache import (
     cache_trouble,
     locked,
     prune,
+    remembered,
     write,
 )
 from obs_ros.integration.compiled import CompiledKernels, load_module
@@ -138,6 +139,25 @@ def test_a_file_that_does_not_load_is_compiled_anew_and_overwritten(
     assert (hits(after), hits(last)) == (0, 1)
     assert [str(path) in message for message in caplog.messages] == [True]
     assert 'compiling anew' in caplog.text
+
+
+def test_a_text_is_made_once_and_anew_where_its_file_is_damaged(cache: Path, caplog: Any) -> None:
+    made: list[int] = []
+
+    def text() -> str:
+        made.append(len(made))
+        return f'text {len(made)}'
+
+    found = [remembered('obs_ros_kernels_x', 'kernels.txt', text) for _ in range(2)]
+    path = cache / 'obs_ros_kernels_x' / 'kernels.txt'
+    for damage in (b'', b'abc', content(b'\xff\xfe'), path.read_bytes()[:-1]):
+        write(path, damage)
+        found.append(remembered('obs_ros_kernels_x', 'kernels.txt', text))
+    path.unlink()
+    path.mkdir()
+    found.append(remembered('obs_ros_kernels_x', 'kernels.txt', text))
+    assert found == [f'text {n}' for n in (1, 1, 2, 3, 4, 5, 6)]
+    assert 'does not load' in caplog.text
 
 
 def test_files_that_may_not_be_read_are_said_once(
