@@ -106,7 +106,7 @@ class Meter:
         return result
 
 
-@dataclass(eq=False)
+@dataclass(frozen=True, eq=False)
 class MeteredMethods(Methods):
     """The kernels of a model by method, all of one count."""
 
