@@ -25,9 +25,7 @@ def main(arguments: list[str] | None = None) -> list[Row]:
     """Measure the parts that are chosen, print, and write the report."""
     parser = options(__doc__)
     parser.add_argument('--rounds', type=int, default=41, help='interleaved measurements')
-    parser.add_argument(
-        '--points', type=int, default=1_000_000, help='at which errors are measured'
-    )
+    parser.add_argument('--points', type=int, default=200_000, help='at which errors are measured')
     parser.add_argument('--starts', type=int, default=3, help='processes that compile a model')
     parser.add_argument('--seed', type=int, default=180_000, help='of the points')
     parser.add_argument(

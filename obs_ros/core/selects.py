@@ -13,7 +13,8 @@ from typing import Any
 import numpy as np
 from scipy import special
 
-from obs_ros.core import elementary
+from obs_ros.core.elementary import ELEMENTARY
+from obs_ros.core.float_bits import ONE, SIGN, bits, number
 
 
 def where(condition: Any, x: Any, y: Any) -> Any:
@@ -62,7 +63,7 @@ def lowered(a: Any, high: Any) -> Any:
 
 def sign(x: Any) -> Any:
     """Compute np.sign(x): -1, 0, 1 or NaN."""
-    one = elementary.number((elementary.bits(x) & elementary.SIGN) | elementary.ONE)
+    one = number((bits(x) & SIGN) | ONE)
     return one if (x > 0) | (x < 0) else x
 
 
@@ -112,7 +113,7 @@ def psi(x: Any) -> Any:
 
 
 SELECTS: dict[Callable[..., Any], Callable[..., Any]] = {
-    **{getattr(np, name): own for name, own in elementary.ELEMENTARY.items()},
+    **{getattr(np, name): own for name, own in ELEMENTARY.items()},
     np.where: where,
     np.minimum: minimum,
     np.maximum: maximum,

@@ -38,7 +38,7 @@ def of(functions: list[str], method: Any = 'rk4') -> Model:
 
     return Model(
         name='functions',
-        states=(Variable('a', lower=0.1, upper=0.9), Variable('b', lower=0.1, upper=0.9)),
+        states=(Variable('a', lower=0.2, upper=1.7), Variable('b', lower=0.2, upper=1.7)),
         outputs=tuple(map(Variable, functions)),
         parameters=(),
         dynamics=lambda t, x, u, p: (0.0, 0.0),
