@@ -1,4 +1,7 @@
-"""The bits of floats, by which elementary functions scale and turn numbers without branches."""
+"""The bits of floats, by which elementary functions scale and turn numbers without branches.
+
+Rounding by a sum needs a compiler that keeps the order of sums, as the kernels' options say.
+"""
 
 from typing import Any
 

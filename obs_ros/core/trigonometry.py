@@ -1,4 +1,8 @@
-"""Functions of angles of one candidate: neither branches nor calls; see `exponentials`."""
+"""Functions of angles of one candidate: neither branches nor calls; see `exponentials`.
+
+Where a machine does not fuse products with sums, angles beyond pi / 2 count as if they were off by
+their last place.
+"""
 
 import math
 from typing import Any
