@@ -4,6 +4,8 @@ import argparse
 import functools
 import multiprocessing
 import os
+import shutil
+import subprocess
 import sys
 import time
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
@@ -91,3 +93,11 @@ def _called(work: Callable[..., Result], arguments: tuple[Any, ...]) -> Result:
 def cores() -> int:
     """Number of cores that this process may use."""
     return len(os.sched_getaffinity(0))
+
+
+def gcc_version() -> str | None:
+    """Return gcc's version, or None where there is no gcc."""
+    if shutil.which('gcc') is None:
+        return None
+    command = ['gcc', '-dumpfullversion']
+    return subprocess.run(command, capture_output=True, text=True, check=True).stdout.strip()

@@ -6,9 +6,9 @@ a call takes 0.1 ms or more, so that the cost of the call itself does not show.
 """
 
 from benchmarks.kernel.report import report
-from benchmarks.kernel.run import C_OPTIONS, Row, filter_pass, gcc_version, rows_of
+from benchmarks.kernel.run import C_OPTIONS, Row, filter_pass, rows_of
 from benchmarks.report import publish
-from benchmarks.runner import options
+from benchmarks.runner import gcc_version, options
 
 
 def main(arguments: list[str] | None = None) -> list[Row]:

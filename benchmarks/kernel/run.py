@@ -1,7 +1,6 @@
 """The compiled three-tank rollout, hand-written C and NumPy, timed in turn; the Kalman filter."""
 
 import ctypes
-import shutil
 import subprocess
 import tempfile
 from collections.abc import Callable
@@ -11,7 +10,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from benchmarks.runner import cpu_seconds, repeats_for
+from benchmarks.runner import cpu_seconds, gcc_version, repeats_for
 from benchmarks.tanks import random_window
 from obs_ros.core.typing import Array
 from obs_ros.integration.backends import kernels_for
@@ -107,14 +106,6 @@ def allocations(call: Callable[[], None]) -> int:
     before = rtsys.get_allocation_stats().alloc
     call()
     return int(rtsys.get_allocation_stats().alloc - before)
-
-
-def gcc_version() -> str | None:
-    """Return gcc's version, or None where there is no gcc."""
-    if shutil.which('gcc') is None:
-        return None
-    command = ['gcc', '-dumpfullversion']
-    return subprocess.run(command, capture_output=True, text=True, check=True).stdout.strip()
 
 
 def c_rollout(grid: Grid, folder: Path) -> Rollout | None:

@@ -10,7 +10,7 @@ from typing import Any
 
 import numpy as np
 
-from obs_ros.core.symbols import arithmetic, select
+from obs_ros.core.symbols import POWER, arithmetic, select
 
 Partial = Callable[..., Any]  # of the operation's own value, and its operands
 
@@ -23,11 +23,13 @@ def _where(condition: Any, formula: Any) -> Any:
 
 def _power(own: Any, base: Any, exponent: Any) -> Any:
     """Return the derivative of base ** exponent by the base."""
-    if not isinstance(exponent, int | float):
-        return _where(base != 0.0, exponent * base ** (exponent - 1.0))
-    whole = int(exponent) if float(exponent).is_integer() else exponent
-    slope = whole * base ** (whole - 1)
-    return slope if whole >= 1 else _where(base != 0.0, slope)
+    return _where(base != 0.0, exponent * own / base)
+
+
+def _product(own: Any, base: Any, exponent: int) -> Any:
+    """Return the derivative of base ** exponent by the base, the exponent being whole."""
+    slope = exponent * base ** (exponent - 1)
+    return slope if exponent >= 1 else _where(base != 0.0, slope)
 
 
 def _sinc(own: Any, a: Any) -> Any:
@@ -90,7 +92,8 @@ PARTIALS: dict[str, tuple[Partial, ...]] = {
     '{} - {}': (lambda y, a, b: 1.0, lambda y, a, b: -1.0),
     '{} * {}': (lambda y, a, b: b, lambda y, a, b: a),
     '{} / {}': (lambda y, a, b: 1.0 / b, lambda y, a, b: -y * (1.0 / b)),
-    '{} ** {}': (_power, lambda y, a, b: _where(a > 0.0, y * np.log(a))),
+    '{} ** {}': (_product, lambda y, a, b: 0.0),
+    POWER: (_power, lambda y, a, b: _where(a > 0.0, y * np.log(a))),
     '{} % {}': (lambda y, a, b: 1.0, lambda y, a, b: -np.floor(a / b)),
     'np.fmod({}, {})': (lambda y, a, b: 1.0, lambda y, a, b: -np.trunc(a / b)),
     'np.hypot({}, {})': (

@@ -21,7 +21,7 @@ from obs_ros.core.model import Model, names
 from obs_ros.core.model_check import source_line
 from obs_ros.core.plant_function import PerCandidate
 from obs_ros.core.recorder import Operand, Recorder, Untraceable
-from obs_ros.core.symbols import Symbol
+from obs_ros.core.symbols import POWER, Symbol
 from obs_ros.core.tracing import compiled, recorded, written
 from obs_ros.core.typing import Array, BoolArray
 
@@ -141,7 +141,7 @@ def _switches(recorder: Recorder, number: int, words: '_Words') -> list[tuple[Op
         return [(recorder.record(_STEPS[template], places), f'{words.of(number)} jumps')]
     found: list[tuple[Operand, str]] = []
     if (
-        template == '{} ** {}'
+        template == POWER
         and _is_kinked_power(operands[1])
         and not _is_positive(recorder, operands[0])
     ):

@@ -73,8 +73,14 @@ class Rebuilder:
         """Return the module, or a twin with some of these attributes replaced."""
         if module in self._above:  # modules may name each other
             return module
-        self._above.append(module)
         inside = {name: getattr(module, name) for name in attributes if hasattr(module, name)}
+        # The attribute of another module may have a namesake here, even the function that uses it.
+        inside = {
+            name: value
+            for name, value in inside.items()
+            if not any(value is each for each in self._above)
+        }
+        self._above.append(module)
         new = {name: self.instead(value, attributes) for name, value in inside.items()}
         self._above.pop()
         if all(new[name] is inside[name] for name in new):

@@ -13,6 +13,9 @@ from typing import Any
 import numpy as np
 from scipy import special
 
+from obs_ros.core.elementary import ELEMENTARY
+from obs_ros.core.float_bits import ONE, SIGN, bits, number
+
 
 def where(condition: Any, x: Any, y: Any) -> Any:
     """Compute np.where(condition, x, y)."""
@@ -60,7 +63,8 @@ def lowered(a: Any, high: Any) -> Any:
 
 def sign(x: Any) -> Any:
     """Compute np.sign(x): -1, 0, 1 or NaN."""
-    return 1 if x > 0 else (-1 if x < 0 else x)
+    one = number((bits(x) & SIGN) | ONE)
+    return one if (x > 0) | (x < 0) else x
 
 
 def heaviside(x1: Any, x2: Any) -> Any:
@@ -109,6 +113,7 @@ def psi(x: Any) -> Any:
 
 
 SELECTS: dict[Callable[..., Any], Callable[..., Any]] = {
+    **{getattr(np, name): own for name, own in ELEMENTARY.items()},
     np.where: where,
     np.minimum: minimum,
     np.maximum: maximum,

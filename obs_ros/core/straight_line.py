@@ -5,11 +5,15 @@ import dis
 from types import CodeType, FunctionType
 from typing import Any
 
+import numpy as np
+
 from obs_ros.core.fingerprint import loaded, of_library, used_globals
 from obs_ros.core.selects import makes_arrays
 
 # Of Python's own functions, those that compile to arithmetic.
 _ARITHMETIC = {'abs', 'float'}
+# Slow as they are written; recorded, they become products, roots and `selects`.
+_POWERS = (np.power, np.float_power)
 # Loops, arrays and lists, matrix products.
 _MAKERS = {'BUILD_LIST', 'STORE_SUBSCR', 'FOR_ITER', 'MAKE_FUNCTION'}
 
@@ -21,17 +25,19 @@ def is_straight(function: FunctionType, seen: frozenset[FunctionType] = frozense
     """
     if function in seen:
         return True
-    for step in dis.get_instructions(function.__code__):
+    steps = list(dis.get_instructions(function.__code__))
+    for before, step in zip([None, *steps], steps, strict=False):
         if (
             step.opname in _MAKERS
             or 'JUMP_BACKWARD' in step.opname
             or (step.opname == 'BINARY_OP' and step.argrepr.startswith('@'))
+            or (step.opname == 'BINARY_OP' and step.argrepr.startswith('**') and not _whole(before))
             or (step.opname == 'LOAD_GLOBAL' and _is_foreign(step.argval, function))
         ):
             return False
     if any(isinstance(constant, CodeType) for constant in function.__code__.co_consts):
         return False
-    if any(map(_makes_arrays, loaded(function))):
+    if any(_makes_arrays(each) or any(each is one for one in _POWERS) for each in loaded(function)):
         return False
     used = [value for _, value in used_globals(function)]
     used += [cell.cell_contents for cell in function.__closure__ or ()]
@@ -42,6 +48,11 @@ def is_straight(function: FunctionType, seen: frozenset[FunctionType] = frozense
         for helper in helpers
         if isinstance(helper, FunctionType) and not of_library(helper)
     )
+
+
+def _whole(exponent: dis.Instruction | None) -> bool:
+    """Whether an instruction loads a whole number: the power by it compiles to products."""
+    return exponent is not None and 'LOAD' in exponent.opname and type(exponent.argval) is int
 
 
 def _makes_arrays(value: Any) -> bool:

@@ -65,6 +65,7 @@ def recorded(template: str, values: Sequence[Any], logical: bool = False) -> 'Sy
     return Symbol(recorder, recorder.record(template, tuple(map(operand, values))), logical)
 
 
+POWER = 'np.power({}, {})'  # of floats, as exponents that are whole but variable may be negative
 _SHORTCUTS = ('{} + {}', '{} - {}', '{} * {}', '{} / {}', '{} ** {}')
 
 
@@ -89,6 +90,21 @@ def _shortcut(template: str, a: Any, b: Any) -> Any:
         case '**' if zero[1]:
             return 1.0
     return None
+
+
+_GREATEST = 64  # whole exponents up to this become products
+
+
+def raised(base: Any, exponent: Any) -> Any:
+    """Return base ** exponent, which costs little where a few products, or a root, will do."""
+    if isinstance(exponent, Symbol):
+        return arithmetic(POWER, base, exponent)
+    if float(exponent).is_integer() and abs(exponent) <= _GREATEST:
+        return arithmetic('{} ** {}', base, int(exponent))
+    if exponent in (0.5, 1.5):
+        root = arithmetic('np.sqrt({})', base)
+        return root if exponent < 1.0 else base * root
+    return arithmetic(POWER, base, exponent)
 
 
 def _operator(
@@ -135,8 +151,15 @@ class Symbol:
     __rfloordiv__ = _operator(arithmetic, '{} // {}', turned=True)
     __mod__ = _operator(arithmetic, '{} % {}')
     __rmod__ = _operator(arithmetic, '{} % {}', turned=True)
-    __pow__ = _operator(arithmetic, '{} ** {}')
-    __rpow__ = _operator(arithmetic, '{} ** {}', turned=True)
+
+    def __pow__(self, exponent: Any) -> Any:
+        return (
+            raised(self, exponent) if isinstance(exponent, (Symbol, *NUMBERS)) else NotImplemented
+        )
+
+    def __rpow__(self, base: Any) -> Any:
+        return raised(base, self) if isinstance(base, NUMBERS) else NotImplemented
+
     __lt__ = _operator(compared, '{} < {}')
     __le__ = _operator(compared, '{} <= {}')
     __gt__ = _operator(compared, '{} > {}')

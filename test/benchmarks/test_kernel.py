@@ -3,7 +3,8 @@
 import numpy as np
 
 from benchmarks.kernel.__main__ import main as measure_kernel
-from benchmarks.kernel.run import filter_pass, gcc_version
+from benchmarks.kernel.run import filter_pass
+from benchmarks.runner import gcc_version
 
 
 def test_the_kernel_benchmark_compares_equal_work(tmp_path):

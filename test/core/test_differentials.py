@@ -14,7 +14,7 @@ OUTSIDE = {
     'np.arccosh({})': (1.1, 3.0), 'np.arcsin({})': (-0.9, 0.9), 'np.arccos({})': (-0.9, 0.9),
     'np.arctanh({})': (-0.9, 0.9),
 }  # fmt: skip
-POSITIVE = 'log', 'sqrt', '**', 'gamma', 'reciprocal', ' / ', 'cbrt'
+POSITIVE = 'log', 'sqrt', '**', 'power', 'gamma', 'reciprocal', ' / ', 'cbrt'
 NUMBERS = {'np': np, 'special': special}
 
 
@@ -83,6 +83,7 @@ def test_steps_and_conditions_do_not_change(template: str) -> None:
 @pytest.mark.parametrize(
     ('template', 'fixed'),
     [('{} ** {}', {1: 2}), ('{} ** {}', {1: 3.0}), ('{} ** {}', {1: -2}), ('{} ** {}', {1: 0.5}),
+     ('{} ** {}', {1: 1.5}), ('{} ** {}', {1: 1.3}), ('{} ** {}', {1: -0.7}), ('{} ** {}', {1: 70}),
      ('{} ** {}', {0: 2.0}), ('{} / {}', {0: 3.0}), ('np.maximum({}, {})', {1: 0.5}),
      ('np.clip({}, {}, {})', {1: -0.5, 2: 0.5}), ('{} % {}', {1: 0.7})],
 )  # fmt: skip

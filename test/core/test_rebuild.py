@@ -110,6 +110,18 @@ def test_a_function_may_be_called_like_an_attribute_that_it_uses() -> None:
     assert rebuilt(named, lambda function: function)(4.0) == 2.0
 
 
+def test_a_function_may_be_called_like_an_attribute_of_another_module_that_holds_it() -> None:
+    tools, plant = ModuleType('tools'), ModuleType('plant')
+    exec('def low(x): return x - 1.0', tools.__dict__)
+    exec(
+        'import numpy as np\ndef sign(x): return tools.low(np.sign(x))',
+        plant.__dict__,
+    )
+    plant.__dict__['tools'] = tools
+    tools.__dict__['sign'] = plant.__dict__['sign']
+    assert rebuilt(plant.__dict__['sign'], lambda function: function)(3.0) == 0.0
+
+
 def test_selects_replace_numpys_functions_by_whatever_way_they_are_reached() -> None:
     inner, package = ModuleType('inner'), ModuleType('package')
     exec('import numpy as np\ndef low(x): return np.minimum(x, 1.0)', inner.__dict__)

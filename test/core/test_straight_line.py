@@ -45,9 +45,12 @@ def test_numbers_helpers_and_tuples_are_straight(function: Any) -> None:
         lambda t, x, u, p: tuple(a for a in x),
         lambda t, x, u, p: (np.linalg.norm(x),),
         lambda t, x, u, p: (np.interp(x[0], (0, 1), (0, 1)),),
+        lambda t, x, u, p: (x[0] ** p[0],),
+        lambda t, x, u, p: (x[0] ** 0.5,),
+        lambda t, x, u, p: (np.power(x[0], 2),),
     ],
 )
-def test_loops_lists_arrays_and_matrices_are_not(function: Any) -> None:
+def test_loops_lists_arrays_matrices_and_powers_are_not(function: Any) -> None:
     assert not is_straight(function)
 
 
