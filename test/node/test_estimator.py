@@ -35,7 +35,7 @@ class Bench:
         self.solver = ros.listen(f'{prefix}/estimator/solver')
         self.output = ros.speak(f'{prefix}/plant/output')
         self.input = ros.speak(f'{prefix}/plant/input')
-        ros.spin_until(lambda: self.estimator.progress.ready)
+        ros.spin_until(lambda: self.estimator.progress.ready and self.estimator.idle)
 
     def feed(self, *times: float) -> None:
         for t in times:
