@@ -2,8 +2,9 @@
 
 import numpy as np
 
+from benchmarks.c_twin import gcc_version
 from benchmarks.kernel.__main__ import main as measure_kernel
-from benchmarks.kernel.run import filter_pass, gcc_version
+from benchmarks.kernel.run import filter_pass
 
 
 def test_the_kernel_benchmark_compares_equal_work(tmp_path):
