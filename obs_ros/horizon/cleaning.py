@@ -1,11 +1,11 @@
 """Windows in units of what their fit leaves, and without outliers."""
 
 from collections.abc import Callable
-from dataclasses import replace
 from operator import attrgetter
 
 import numpy as np
 
+from obs_ros.core.changes import replace
 from obs_ros.core.deadline import Deadline
 from obs_ros.core.residual_tests import like_noise
 from obs_ros.core.typing import Array

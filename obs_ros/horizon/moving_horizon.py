@@ -11,10 +11,10 @@ window.
 """
 
 import time
-from dataclasses import replace
 
 import numpy as np
 
+from obs_ros.core.changes import replace
 from obs_ros.core.deadline import Deadline
 from obs_ros.core.estimate import Estimate, Outcome
 from obs_ros.core.model import names

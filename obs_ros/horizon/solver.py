@@ -8,6 +8,7 @@ from typing import Any
 
 import numpy as np
 
+from obs_ros.core import residual_tests
 from obs_ros.core.deadline import Deadline
 from obs_ros.core.estimate import Estimate, Outcome
 from obs_ros.core.model import Model, checked_noise, names
@@ -33,6 +34,7 @@ from obs_ros.horizon.warm_start import propagated
 from obs_ros.inference.assessment import profile_steps
 from obs_ros.inference.assessment.assemble import empty
 from obs_ros.inference.disturbed import prepare_process_noise
+from obs_ros.inference.jumps.sensitivities import prepare_jumps
 from obs_ros.inference.noise import noise_guess
 from obs_ros.inference.objective import Objective
 from obs_ros.inference.parameterisation import Unknowns
@@ -90,7 +92,7 @@ class Solver:
         """Standard deviations (r,) of the outputs that are given, NaN for the others."""
         return np.array([self.noise.get(name, np.nan) for name in names(self.model.outputs)])
 
-    @property
+    @cached_property
     def kernels(self) -> Kernels:
         """The model's rollouts; compiled at the first call, which may take some seconds."""
         return kernels_for(self.model, self.settings.backend)
@@ -100,8 +102,10 @@ class Solver:
         """Compile whatever is not compiled yet; return the seconds that it took."""
         begin = time.perf_counter()
         _ = self.kernels
+        prepare_jumps(self.kernels)
         self.unknowns.prepare()
         profile_steps.prepare()
+        residual_tests.prepare()
         if self.settings.process_noise != 'off':
             prepare_process_noise(self.kernels, self.unknowns)
         return time.perf_counter() - begin

@@ -7,16 +7,17 @@ spread of candidates over the box; after it, the optimum that it found.
 
 import functools
 import time
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field
 
 import numpy as np
 
+from obs_ros.core.changes import replace
 from obs_ros.core.model import Model
 from obs_ros.core.rng import random_generator
 from obs_ros.core.typing import Array, IntArray
 from obs_ros.horizon.integration_error import Answer, error_at, noise_of
 from obs_ros.inference.disturbed import prepare_process_noise
-from obs_ros.inference.objective import Objective
+from obs_ros.inference.jumps.sensitivities import prepare_jumps
 from obs_ros.inference.parameterisation import Unknowns
 from obs_ros.inference.window_state import WindowState
 from obs_ros.integration.backends import Backend
@@ -38,7 +39,8 @@ SAME = 0.01  # of a step: stamps jitter by some share of the interval
 class Stepping:
     """Method and steps of one window: h (K - 1,) s in the intervals between t (K,) s.
 
-    `plain` are the steps that the model's `max_step` asks for.
+    `plain` are the steps that the model's `max_step` asks for; `error` is that of its answer, in
+    deviations of the noise.
     """
 
     model: Model
@@ -46,14 +48,16 @@ class Stepping:
     t: Array
     h: Array
     plain: bool
+    error: float
 
     @classmethod
-    def of(cls, objective: Objective) -> 'Stepping':
-        """Return the method and steps with which a window was solved."""
+    def of(cls, answer: Answer) -> 'Stepping':
+        """Return the method and steps with which a window was answered."""
+        objective = answer.objective
         model, grid = objective.unknowns.model, objective.grid
         plain = np.array_equal(grid.steps, steps_within(model, np.diff(grid.t)))
         h = np.diff(grid.t) / grid.steps
-        return cls(model, objective.kernels.model.method, grid.t, h, plain)
+        return cls(model, objective.kernels.model.method, grid.t, h, plain, answer.error)
 
     @property
     def usual(self) -> float:
@@ -63,8 +67,10 @@ class Stepping:
     @property
     def between(self) -> Model:
         """The model for what lies between windows; its step is one of a few, as it is compiled."""
+        if self.plain:
+            return by_method(self.model, self.method)
         step = 2.0 ** (np.floor(4.0 * np.log2(self.usual)) / 4.0)
-        return by_method(self.model, self.method, None if self.plain else float(step))
+        return by_method(self.model, self.method, float(step))
 
     def steps(self, grid: Grid) -> IntArray:
         """Return the steps (K - 1,) for another window: as before where that was, else as usual."""
@@ -111,20 +117,23 @@ class Integration:
     ) -> WindowState:
         """Return the window in the steps that its search needs, those `before` if they do.
 
-        `warm` (d,) is where the search is expected to end.
+        `warm` (d,) is where the search is expected to end. Steps that were exact where the window
+        before ended are not tried again at a start: the answer of this one tells.
         """
         if self.unknowns.model.period is not None:
             return replace(window, exact=True)  # a discrete model integrates nothing
-        reference = self.unknowns.point(nominal(self.unknowns)) if warm is None else warm
-        spread = spread_over_box(self.unknowns.dimension)
-        trial = self._trial(window, np.vstack([reference, spread]), None)
         if before is not None:
             steps = before.steps(window.objective.grid)
+            if warm is not None and before.error <= STEPPING.safety * STEPPING.aimed:
+                return self._with(window, Choice(before.method, steps, before.error, np.inf))
+            trial = self._spread(window, warm)
             verdict = trial.judge(before.method, steps)
             if (worst := verdict.worst()) <= 1.0:
                 choice = Choice(before.method, steps, verdict.error, worst, verdict.largest)
                 return self._with(window, choice)
-        return self._with(window, self._chosen(trial, window.objective.grid.steps))
+        return self._with(
+            window, self._chosen(self._spread(window, warm), window.objective.grid.steps)
+        )
 
     def refined(self, window: WindowState, z: Array) -> WindowState:
         """Return the window in finer steps where it errs too much at its optimum z (d,)."""
@@ -186,6 +195,12 @@ class Integration:
         methods = methods or methods_of(model.integrator)
         return chosen(trial, methods, base, functools.partial(cost_of_step, model))
 
+    def _spread(self, window: WindowState, warm: Array | None) -> WindowTrial:
+        """Return where a search is expected to end, and a spread over the box, to roll out."""
+        reference = self.unknowns.point(nominal(self.unknowns)) if warm is None else warm
+        spread = spread_over_box(self.unknowns.dimension)
+        return self._trial(window, np.vstack([reference, spread]), None)
+
     def _trial(self, window: WindowState, points: Array, noise: Array | None) -> WindowTrial:
         """Return points (B, d) to roll out through a window, errors in units of noise (r,)."""
         grid = window.objective.grid.uncorrected
@@ -199,9 +214,11 @@ class Integration:
         if choice.method != objective.kernels.model.method:
             kernels = self.methods.kernels(choice.method)
             objective = replace(objective, kernels=kernels)
-            if self.process_noise and choice.method not in self.prepared:
+            if choice.method not in self.prepared:
                 begin = time.perf_counter()
-                prepare_process_noise(kernels, self.unknowns)
+                prepare_jumps(kernels)
+                if self.process_noise:
+                    prepare_process_noise(kernels, self.unknowns)
                 self.prepared[choice.method] = time.perf_counter() - begin
         if not np.array_equal(choice.steps, objective.grid.steps):
             objective = replace(objective, grid=objective.grid.stepped(choice.steps))

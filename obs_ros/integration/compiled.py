@@ -25,7 +25,7 @@ from obs_ros.integration.filter_pass import FilterPass, sizes
 from obs_ros.integration.filter_step import LiveFilter
 from obs_ros.integration.grid import Grid
 from obs_ros.integration.kernel_source import FASTMATH, filter_source, source
-from obs_ros.integration.path import Path, Stretch, lanes
+from obs_ros.integration.path import LANES, Path, Stretch, lanes
 from obs_ros.integration.rosenbrock_source import made_for
 
 CompileError = numba.core.errors.NumbaError
@@ -83,6 +83,24 @@ class CompiledKernels:
         ends = np.empty((grid.t.size - 1, *x.shape[1:]))
         self.module.restarted(*axis(grid), x, q, ends)
         return ends[..., :count]
+
+    def one_step(
+        self, grid: Grid, states: tuple[Array, Array], moved: Array, sets: Array, along: IntArray,
+        there: IntArray,
+    ) -> tuple[Array, Array]:  # fmt: skip
+        """See `Kernels.one_step`."""
+        n, r = len(moved), len(self.model.outputs)
+        m, own = n + sets.shape[2] - 1, LANES - 1
+        lane = np.arange(-(-m // own) * LANES)
+        lane = lane % LANES + lane // LANES * own  # one more than the number of what is moved
+        lane[::LANES] = 0
+        lane = np.where((lane > n) & (lane <= m), lane - n, 0)
+        transition, sensitivity = np.empty((grid.t.size - 1, n, m)), np.empty((grid.t.size, r, m))
+        self.module.one_step(
+            *axis(grid), grid.y, grid.period, along, there, *map(np.ascontiguousarray, states),
+            moved, np.ascontiguousarray(sets[:, :, lane]), transition, sensitivity,
+        )  # fmt: skip
+        return transition, sensitivity
 
     def paths(self, grid: Grid, x0: Array, p: Array) -> tuple[Array, Array, Array]:
         """See `Kernels.paths`."""

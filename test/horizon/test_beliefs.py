@@ -21,7 +21,7 @@ DRIFT = float(STILL.point[2])
 
 def lineal(weight: float, drift: float, *jumps: JumpFound) -> Lineal:
     prior = Prior.of(STILL.problem.objective.unknowns, np.array([0.65, drift]), SPREAD)
-    return Lineal(weight, prior, jumps)
+    return Lineal(weight, lambda: prior, jumps)
 
 
 def beliefs(*lineages: Lineal) -> Beliefs:
