@@ -21,12 +21,13 @@ def replace(instance: Made, /, **changes: Any) -> Made:
     That sets the fields of a frozen class one by one, which takes 10 us of some 30 fields. What is
     cached beside the fields is not copied. Raises TypeError for what is no field.
     """
-    names = _names(type(instance))
+    kind: Any = type(instance)
+    names = _names(kind)
     if not changes.keys() <= set(names):
         wrong = sorted(changes.keys() - set(names))
-        raise TypeError(f'{type(instance).__name__} has no field {wrong[0]!r}')
+        raise TypeError(f'{kind.__name__} has no field {wrong[0]!r}')
     own = instance.__dict__
-    made: Made = object.__new__(type(instance))
+    made: Made = object.__new__(kind)
     made.__dict__.update({name: own[name] for name in names}, **changes)
     if (check := getattr(made, '__post_init__', None)) is not None:
         check()

@@ -88,16 +88,11 @@ class KnownJump:
 
 @dataclass(frozen=True)
 class Lineal:
-    """One lineage: its probability, the jumps that it believes in, and what tells its prior."""
+    """One lineage: its probability, its jumps, and the function that tells its prior."""
 
     weight: float
-    told: Callable[[], Prior]
+    prior: Callable[[], Prior]
     jumps: Lineage = ()
-
-    @property
-    def prior(self) -> Prior:
-        """The prior at the start of a window: only one of several is asked for it."""
-        return self.told()
 
 
 class ArrivalCost:

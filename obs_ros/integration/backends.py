@@ -66,6 +66,15 @@ class Kernels(Protocol):
         were measured those from which the innovations are: y - e.
         """
 
+    def scheduled(
+        self, grid: Grid, x0: Array, p: Array, along: IntArray, there: IntArray
+    ) -> tuple[Array, Array]:
+        """Return states (K, n, B) and outputs (K, r, B) under parameters that change.
+
+        Of the sets p (S, q, B) the one between two nodes is along[k] (K,), that at a node there[k]
+        (K,). There is no injection.
+        """
+
     def restarted(self, grid: Grid, states: Array, p: Array) -> Array:
         """Return the states (K - 1, n, B) to which each interval leads from its begin.
 

@@ -25,7 +25,7 @@ from obs_ros.integration.filter_pass import FilterPass, sizes
 from obs_ros.integration.filter_step import LiveFilter
 from obs_ros.integration.grid import Grid
 from obs_ros.integration.kernel_source import FASTMATH, filter_source, source
-from obs_ros.integration.path import LANES, Path, Stretch, lanes
+from obs_ros.integration.path import LANES, Path, Stretch, always, lanes
 from obs_ros.integration.rosenbrock_source import made_for
 
 CompileError = numba.core.errors.NumbaError
@@ -71,10 +71,17 @@ class CompiledKernels:
         if grid.injection is not None:
             states, _, outputs = self.paths(grid, x0, p)
             return states, outputs
-        x, q, count = *padded(x0, p), x0.shape[1]
+        return self.scheduled(grid, x0, p[None], *always(grid.t.size))
+
+    def scheduled(
+        self, grid: Grid, x0: Array, p: Array, along: IntArray, there: IntArray
+    ) -> tuple[Array, Array]:
+        """See `Kernels.scheduled`."""
+        count = x0.shape[1]
+        x, q = filled(x0), filled(p)
         states = np.empty((grid.t.size, *x.shape))
         outputs = np.empty((grid.t.size, len(self.model.outputs), x.shape[1]))
-        self.module.trajectories(*axis(grid), x, q, states, outputs)
+        self.module.trajectories(*axis(grid), x, q, along, there, states, outputs)
         return states[..., :count], outputs[..., :count]
 
     def restarted(self, grid: Grid, states: Array, p: Array) -> Array:
@@ -234,7 +241,12 @@ def filled(values: Array) -> Array:
     """Repeat the last candidate's values (..., B) until the lanes are full."""
     count = values.shape[-1]
     width = lanes(count)
-    return np.ascontiguousarray(values[..., np.minimum(np.arange(width), count - 1)])
+    if count == width:
+        return np.ascontiguousarray(values)
+    full = np.empty((*values.shape[:-1], width))
+    full[..., :count] = values
+    full[..., count:] = values[..., -1:]
+    return full
 
 
 def load_module(model: Model, text: str | None = None) -> ModuleType:

@@ -55,6 +55,22 @@ class NumpyKernels:
         states, _, outputs = self.paths(grid, x0, p)
         return states, outputs
 
+    def scheduled(
+        self, grid: Grid, x0: Array, p: Array, along: IntArray, there: IntArray
+    ) -> tuple[Array, Array]:
+        """See `Kernels.scheduled`."""
+        sets, x = [tuple(each) for each in p], tuple(x0)
+        states = np.empty((grid.t.size, *x0.shape))
+        outputs = np.empty((grid.t.size, len(self.model.outputs), x0.shape[1]))
+        with np.errstate(all='ignore'):
+            for k in range(grid.t.size):
+                if k > 0:
+                    x = self._advance(grid, k - 1, x, sets[along[k - 1]])
+                states[k] = _stacked(x, x0)
+                y = self.model.output(grid.clock[k], x, tuple(grid.u[k]), sets[there[k]])
+                outputs[k] = _stacked(y, x0)
+        return states, outputs
+
     def restarted(self, grid: Grid, states: Array, p: Array) -> Array:
         """See `Kernels.restarted`."""
         ends = np.empty((grid.t.size - 1, *states.shape[1:]))

@@ -40,6 +40,10 @@ class Counting:
         self._count(grid, grid.t.size, x0)
         return self.kernels.trajectories(grid, x0, p)
 
+    def scheduled(self, grid: Any, x0: Array, *rest: Any) -> Any:
+        self._count(grid, grid.t.size, x0)
+        return self.kernels.scheduled(grid, x0, *rest)
+
     def paths(self, grid: Any, x0: Array, p: Array) -> Any:
         self._count(grid, grid.t.size, x0)
         return self.kernels.paths(grid, x0, p)

@@ -19,7 +19,8 @@ from obs_ros.core.linear_algebra import log_determinant, scaled_inverse
 from obs_ros.core.residual_tests import inflation_by
 from obs_ros.core.typing import Array, IntArray
 from obs_ros.inference.jumps.layout import Layout
-from obs_ros.inference.jumps.piecewise import Linearisation, PiecewiseProblem
+from obs_ros.inference.jumps.linearisation import Linearisation
+from obs_ros.inference.jumps.piecewise import PiecewiseProblem
 from obs_ros.inference.parameterisation import BOX_VARIANCE
 from obs_ros.optimization.lm_linalg import TINY
 

@@ -13,6 +13,8 @@ from obs_ros.inference.jumps.piecewise import PiecewiseProblem
 from obs_ros.inference.jumps.screening import screen, screen_earlier, values_at, widened
 from obs_ros.optimization.lm_linalg import TINY
 
+HUGE = float(np.finfo(np.float64).max)
+
 
 class Start(NamedTuple):
     """A problem, the point (D,) from which it is solved, and the places of earlier jumps."""
@@ -50,9 +52,10 @@ class NewJump:
         times, gains, sizes = screen(base, parameters)
         if times.size < 2:
             return
-        best = gains.max(axis=0)
+        best = np.maximum(gains.max(axis=0), -HUGE)  # no gain at all: minus infinity
         parts = np.append(np.diff(times), times[-1] - times[-2])
-        scores = best + 2.0 * np.log(parts @ np.exp(0.5 * (gains - best)))
+        with np.errstate(divide='ignore'):
+            scores = best + 2.0 * np.log(parts @ np.exp(0.5 * (gains - best)))
         scores -= base.problem.settings.jump_penalty
         for j, parameter in enumerate(parameters):
             yield cls(float(scores[j]), parameter, times, gains[:, j], sizes[:, j])

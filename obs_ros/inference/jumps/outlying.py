@@ -262,12 +262,11 @@ def _may_be_jump(found: _Found) -> bool:
     be outliers as well as that they are none.
     """
     objective, settings = found.best.problem.objective, found.best.problem.settings
-    parameters, nodes = objective.unknowns.may_jump, _nodes_before(found.far)
+    parameters, nodes, t = objective.unknowns.may_jump, _nodes_before(found.far), objective.grid.t
     if not parameters:
         return False
-    t = objective.grid.t
-    times = (t[nodes] - t[0]) / (t[-1] - t[0])
     if nodes.size:
+        times = (t[nodes] - t[0]) / (t[-1] - t[0])
         beside = screen(_refitted(found.best), parameters, times).gains.max()
         if beside > settings.jump_penalty:
             return True

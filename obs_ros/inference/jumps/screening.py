@@ -44,7 +44,8 @@ class Screening(NamedTuple):
 def screen(base: Hypothesis, parameters: Sequence[int], times: Array | None = None) -> Screening:
     """Screen jumps of each parameter (J,) at each time (T,), a share of the window.
 
-    A jump begins at the nearest node and lasts to the end. Without times (None) all nodes are
+    A jump begins at the nearest node and lasts to the end. One right after the start is hardly told
+    from another value all along, and then has no gain. Without times (None) all nodes are
     screened, or `settings.times_rolled` of them where candidates must be rolled out.
     """
     problem, linear = base.problem, base.linearisation
@@ -65,8 +66,9 @@ def screen(base: Hypothesis, parameters: Sequence[int], times: Array | None = No
     weight = 1.0 / unknowns.box_variances[np.array(parameters) - unknowns.n_states]
     slope, cross = pulled[:, :, 0], pulled[:, :, 1:]
     height = squares + weight - ((cross @ base.covariance) * cross).sum(axis=2)
+    told = height > settings.least_share * squares
     height = np.maximum(height, weight)
-    gains = slope**2 / height - np.log(height / weight)
+    gains = np.where(told, slope**2 / height - np.log(height / weight), -np.inf)
     return Screening((t[nodes] - t[0]) / (t[-1] - t[0]), gains, -slope / height)
 
 

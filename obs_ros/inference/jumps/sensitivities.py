@@ -124,6 +124,22 @@ def prepare_jumps(kernels: Kernels) -> None:
 
 
 @accelerated
+def led(transition: Array, update: Array, step: Array) -> None:
+    """Write the derivatives (n, m) of the next states by z before a node's measurements, if any."""
+    n, m = step.shape
+    for i in range(n):
+        for j in range(m):
+            step[i, j] = transition[i, j]
+    if len(update) > 0:
+        for i in range(n):
+            for j in range(m):
+                total = transition[i, j] if j >= n else 0.0
+                for h in range(n):
+                    total += transition[i, h] * update[0, h, j]
+                step[i, j] = total
+
+
+@accelerated
 def _pulled_back(
     transition: Array, output: Array, update: Array, columns: Array
 ) -> tuple[Array, Array]:
@@ -137,16 +153,7 @@ def _pulled_back(
     step, product = np.zeros((n, m)), np.zeros((m, m))
     for k in range(nodes - 1, -1, -1):
         if k < nodes - 1:  # of the step to the next node the states alone change: others stay
-            for i in range(n):
-                for j in range(m):
-                    step[i, j] = transition[k, i, j]
-            if update.shape[0] > 0:
-                for i in range(n):
-                    for j in range(m):
-                        total = transition[k, i, j] if j >= n else 0.0
-                        for h in range(n):
-                            total += transition[k, i, h] * update[k, h, j]
-                        step[i, j] = total
+            led(transition[k], update[k : k + 1], step)
             for i in range(m):
                 for j in range(m):
                     total = gram[i, j] if j >= n else 0.0

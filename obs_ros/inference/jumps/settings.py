@@ -20,6 +20,8 @@ class JumpSettings:
     # Margins.
     times: int = 8  # parts of the window, in two of which starts of one jump are sought
     times_rolled: int = 32  # parts between which jumps are screened where each is rolled out
+    least_share: float = 1e-3  # of a jump's squares, that nothing else explains: below, errors of
+    # the two sets of differences in the squares, 1e-4 of them, are as large
     times_nearby: int = 17  # tried within a quarter of such a part, beside process noise
     rivals: int = 3  # moves solved exactly in one round
     rival_margin: float = 12.0  # by which their scores may lag the best: 400 times less likely
