@@ -1,5 +1,6 @@
 """Windows explained by process noise: gains and candidate renewed by turns."""
 
+import functools
 from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
 
@@ -281,7 +282,12 @@ def corrected(window: WindowState, found: FilterPass) -> WindowState:
 
 def prepare_process_noise(kernels: Kernels, unknowns: Unknowns) -> None:
     """Compile all that process noise needs beside the plain rollouts."""
-    run_process_noise_once(kernels)
-    run_process_noise_once(kernels, estimated_parameters(unknowns))
-    if (walking := np.isfinite(unknowns.walks)).any():
-        run_process_noise_once(kernels, estimated_parameters(unknowns)[walking])
+    estimated, walking = estimated_parameters(unknowns), np.isfinite(unknowns.walks)
+    for moving in (None, estimated, estimated[walking] if walking.any() else None):
+        _run_once(kernels, None if moving is None else tuple(moving.tolist()))
+
+
+@functools.lru_cache(maxsize=256)
+def _run_once(kernels: Kernels, moving: tuple[int, ...] | None) -> None:
+    """Compile what process noise needs with some parameters that move."""
+    run_process_noise_once(kernels, None if moving is None else np.array(moving, dtype=np.int64))

@@ -13,6 +13,7 @@ e the unit vector of the parameter in z. Its products with itself and with any c
 Where measurements correct the state, x and y are as predicted, and A_k includes the correction.
 """
 
+import functools
 from collections.abc import Sequence
 from typing import NamedTuple
 
@@ -113,6 +114,7 @@ def _corrected(grid: Grid, sensitivity: Array, n: int) -> tuple[Array, Array]:
     return sensitivity * grid.weight[:, :, None], update
 
 
+@functools.lru_cache(maxsize=64)
 def prepare_jumps(kernels: Kernels) -> None:
     """Compile, or load compiled, what screening needs."""
     if not isinstance(kernels, DelayedKernels):
