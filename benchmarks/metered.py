@@ -76,6 +76,21 @@ class Meter:
         found = self._timed(lambda: self.kernels.filter(grid, x0, p, walks, noise, P0, moving))
         return self._counted(found, grid, 1 + 2 * found.index.size)
 
+    def one_step(
+        self, grid: Grid, states: tuple[Array, Array], moved: Array, sets: Array, along: IntArray,
+        there: IntArray,
+    ) -> tuple[Array, Array]:  # fmt: skip
+        """See `Kernels.one_step`."""
+        found = self._timed(lambda: self.kernels.one_step(grid, states, moved, sets, along, there))
+        return self._counted(found, grid, 1 + found[0].shape[2])
+
+    def scheduled(
+        self, grid: Grid, x0: Array, p: Array, along: IntArray, there: IntArray
+    ) -> tuple[Array, Array]:
+        """See `Kernels.scheduled`."""
+        found = self._timed(lambda: self.kernels.scheduled(grid, x0, p, along, there))
+        return self._counted(found, grid, x0.shape[1])
+
     def restarted(self, grid: Grid, states: Array, p: Array) -> Array:
         """See `Kernels.restarted`."""
         found = self._timed(lambda: self.kernels.restarted(grid, states, p))

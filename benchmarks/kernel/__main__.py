@@ -5,8 +5,9 @@ called from Python, their arguments laid out anew (ours) or ready (C): with wind
 a call takes 0.1 ms or more, so that the cost of the call itself does not show.
 """
 
+from benchmarks.c_twin import C_OPTIONS
 from benchmarks.kernel.report import report
-from benchmarks.kernel.run import C_OPTIONS, Row, filter_pass, rows_of
+from benchmarks.kernel.run import Row, filter_pass, rows_of
 from benchmarks.report import publish
 from benchmarks.runner import gcc_version, options
 

@@ -1,7 +1,5 @@
 """The compiled three-tank rollout, hand-written C and NumPy, timed in turn; the Kalman filter."""
 
-import ctypes
-import subprocess
 import tempfile
 from collections.abc import Callable
 from functools import partial
@@ -10,7 +8,8 @@ from typing import NamedTuple
 
 import numpy as np
 
-from benchmarks.runner import cpu_seconds, gcc_version, repeats_for
+from benchmarks.c_twin import CHUNK, Rollout, c_rollout
+from benchmarks.runner import cpu_seconds, repeats_for
 from benchmarks.tanks import random_window
 from obs_ros.core.typing import Array
 from obs_ros.integration.backends import kernels_for
@@ -18,14 +17,10 @@ from obs_ros.integration.grid import Grid
 from obs_ros.models.three_tank import THREE_TANK
 
 LANES = (1, 16, 32, 64)
-CHUNK = 16
-C_OPTIONS = ('-O3', '-march=native', '-ffast-math')
 MEASUREMENT = 0.005  # s of process time
 NUMPY_ROUNDS = 3
 PLAIN_LANES = 32  # of the rollouts that a filter's pass is measured in
 WALK, NOISE = 0.05, 0.1  # cm per root of a second, cm
-
-Rollout = Callable[[Array, Array], Array]  # x0 (3, B), p (3, B) -> squares (2, B)
 
 
 class Row(NamedTuple):
@@ -106,32 +101,6 @@ def allocations(call: Callable[[], None]) -> int:
     before = rtsys.get_allocation_stats().alloc
     call()
     return int(rtsys.get_allocation_stats().alloc - before)
-
-
-def c_rollout(grid: Grid, folder: Path) -> Rollout | None:
-    """Compile kernel.c and return it as a function; None, with a message, where there is no gcc."""
-    if gcc_version() is None:
-        print('no gcc: the comparison with C is skipped')
-        return None
-    path, compiled = folder / 'kernel.so', folder / 'kernel.o'
-    source = Path(__file__).with_name('kernel.c')
-    subprocess.run(['gcc', *C_OPTIONS, '-fPIC', '-c', source, '-o', compiled], check=True)
-    # Linked without -ffast-math, which would turn denormals to zero in this whole process.
-    subprocess.run(['gcc', '-shared', compiled, '-o', path, '-lm'], check=True)
-    function = ctypes.CDLL(str(path)).squares
-    function.restype = None
-    pointer = ctypes.c_void_p
-    function.argtypes = [ctypes.c_long, ctypes.c_long, ctypes.c_double, *[pointer] * 5]
-    y, u = np.ascontiguousarray(grid.y), np.ascontiguousarray(grid.u)
-    h = float(grid.t[1] - grid.t[0])
-
-    def rollout(x0: Array, p: Array) -> Array:
-        out = np.empty((2, x0.shape[1]))
-        addresses = (array.ctypes.data for array in (y, u, x0, p, out))
-        function(len(y), x0.shape[1], h, *addresses)
-        return out
-
-    return rollout
 
 
 def measured(

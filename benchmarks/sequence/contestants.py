@@ -20,7 +20,7 @@ from obs_ros.inference.assessment.uncertainty import Uncertainty
 from obs_ros.inference.jumps.hypothesis import Hypothesis, hypothesis_at
 from obs_ros.inference.jumps.piecewise import PiecewiseProblem
 from obs_ros.inference.jumps.settings import JUMP_SETTINGS
-from obs_ros.inference.prior import Prior, box_variances
+from obs_ros.inference.prior import Prior
 from obs_ros.observers.base import OBSERVERS
 
 TIKHONOV = 0.02  # box, standard deviation about the previous estimate
@@ -66,7 +66,7 @@ class Chained:
         """Return the posterior of the window before, widened by ours's random walk."""
         unknowns = self.solver.unknowns
         n = unknowns.n_states
-        walked = np.diag(self.walk * box_variances(unknowns))
+        walked = np.diag(self.walk * unknowns.box_variances)
         return Prior.of(unknowns, best.point[n:], best.covariance[n:, n:] + walked)
 
     def solve(self, records: list[Record]) -> list[Estimate]:

@@ -6,7 +6,10 @@ not converge, makes deviations NaN, and those are withheld.
 
 import numpy as np
 
+from obs_ros.core.jit import accelerated
 from obs_ros.core.typing import Array, ComplexArray
+
+SOUND = 1e-6  # of a diagonal entry, that the others leave: below, eigenvalues tell better
 
 
 def eigen(matrix: Array) -> tuple[Array, Array]:
@@ -28,8 +31,68 @@ def inverted(matrix: Array) -> Array:
         return np.full(matrix.shape, np.nan)
 
 
+def _factored_on_arrays(matrix: Array) -> tuple[Array, float, bool]:
+    """Return the same by LAPACK."""
+    diagonal = np.diagonal(matrix)
+    if not (np.isfinite(matrix).all() and (diagonal > 0.0).all()):
+        return np.zeros_like(matrix), 0.0, False
+    scale = 1.0 / np.sqrt(diagonal)
+    root = cholesky(matrix * np.outer(scale, scale))
+    if not (np.diagonal(root) ** 2 > SOUND).all():
+        return np.zeros_like(matrix), 0.0, False
+    half = np.linalg.inv(root) * scale
+    return half.T @ half, float(2.0 * np.log(np.diagonal(root) / scale).sum()), True
+
+
+def _factored_looped(matrix: Array) -> tuple[Array, float, bool]:
+    """Return inverse and log determinant of a positive definite matrix (D, D) by Cholesky's method.
+
+    And whether it is one by far, whatever the scales; else these are 0.
+    """
+    d = len(matrix)
+    root, half, inverse = np.zeros((d, d)), np.zeros((d, d)), np.zeros((d, d))
+    scale, total = np.empty(d), 0.0
+    for i in range(d):
+        if not 0.0 < matrix[i, i] < np.inf:
+            return inverse, 0.0, False
+        scale[i] = 1.0 / np.sqrt(matrix[i, i])
+    for i in range(d):
+        for j in range(i + 1):
+            value = matrix[i, j] * scale[i] * scale[j]
+            for k in range(j):
+                value -= root[i, k] * root[j, k]
+            if i > j:
+                root[i, j] = value / root[j, j]
+            elif value > SOUND:  # false for NaN
+                root[i, i] = np.sqrt(value)
+            else:
+                return inverse, 0.0, False
+        total += 2.0 * np.log(root[i, i] / scale[i])
+    for j in range(d):  # the inverse of the root, column by column
+        half[j, j] = 1.0 / root[j, j]
+        for i in range(j + 1, d):
+            value = 0.0
+            for k in range(j, i):
+                value -= root[i, k] * half[k, j]
+            half[i, j] = value / root[i, i]
+    for i in range(d):
+        for j in range(i + 1):
+            value = 0.0
+            for k in range(i, d):
+                value += half[k, i] * half[k, j]
+            inverse[i, j] = value * scale[i] * scale[j]
+            inverse[j, i] = inverse[i, j]
+    return inverse, total, True
+
+
+factored = accelerated(_factored_looped, _factored_on_arrays)
+
+
 def scaled_inverse(information: Array) -> Array:
     """Return the inverse of a positive definite matrix (D, D), also where scales differ wildly."""
+    inverse, _, sound = factored(np.ascontiguousarray(information))
+    if sound:
+        return inverse
     scale = 1.0 / np.sqrt(np.diagonal(information))
     scaled = information * np.outer(scale, scale)
     values, vectors = eigen(scaled)
@@ -46,7 +109,13 @@ def cholesky(matrix: Array) -> Array:
 
 
 def log_determinant(matrix: Array) -> float:
-    """Return the logarithm of the absolute determinant of a matrix (D, D); -inf if singular."""
+    """Return the logarithm of the absolute determinant of a matrix (D, D); -inf if singular.
+
+    The matrix is symmetric.
+    """
+    _, found, sound = factored(np.ascontiguousarray(matrix))
+    if sound:
+        return float(found)
     with np.errstate(all='ignore'):
         return float(np.linalg.slogdet(matrix)[1])
 

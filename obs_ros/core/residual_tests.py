@@ -1,11 +1,13 @@
 """Tests of a window's residuals: whether they look like noise, and what it costs if not."""
 
+import functools
 from dataclasses import dataclass
 
 import numpy as np
 from scipy.special import chdtr, chdtri, fdtri
 
-from obs_ros.core.typing import Array
+from obs_ros.core.jit import accelerated
+from obs_ros.core.typing import Array, IntArray
 
 
 @dataclass(frozen=True)
@@ -18,6 +20,7 @@ class ResidualTestSettings:
     blocks: tuple[int, ...] = (8, 32)  # of a window, whose means tell what changes slowly
     slow: float = 0.01  # probability that blocks of noise vary more than those
     long_tail: float = 2.0  # times what lag 1 foretells of all lags; chance does not sum to that
+    lags: int = 32  # correlations that are summed product by product; more, by their spectrum
 
 
 LIMITS = ResidualTestSettings()
@@ -36,16 +39,68 @@ class Whiteness:
         return abs(self.deviations) < LIMITS.white
 
 
+@functools.cache
+def prepare() -> None:
+    """Compile what is below, or load it compiled."""
+    whiteness(np.ones((1, 1)))
+    inflation_by(np.ones((3, 1)))
+    changes_slowly(np.ones((2 * LIMITS.blocks[0], 1)))
+
+
 def whiteness(residuals: Array) -> Whiteness:
     """Return the lag-1 correlation of residuals (K, r; NaN = not measured) over all outputs."""
     product, square, count = 0.0, 0.0, 0
-    for column in residuals.T:
-        r = column[np.isfinite(column)]
-        product += float(r[1:] @ r[:-1])
-        square += float(r @ r)
-        count += r.size
+    sizes, squares, products = _head(np.ascontiguousarray(residuals), 1, np.inf)
+    for i, size in enumerate(sizes.tolist()):
+        product += float(products[i, 1])
+        square += float(squares[i])
+        count += size
     correlation = product / square if square else 0.0
     return Whiteness(correlation, correlation * float(np.sqrt(count)))
+
+
+def _head_on_arrays(residuals: Array, lags: int, limit: float) -> tuple[IntArray, Array, Array]:
+    """Return the same on whole arrays."""
+    sizes = np.zeros(residuals.shape[1], dtype=np.int64)
+    squares, products = np.zeros(sizes.size), np.full((sizes.size, lags + 1), np.nan)
+    for i, column in enumerate(residuals.T):
+        r = column[np.isfinite(column)]
+        sizes[i], squares[i] = r.size, r @ r
+        for lag in range(1, lags + 1):
+            products[i, lag] = r[lag:] @ r[:-lag]
+            if products[i, lag] * np.sqrt(r.size) < limit * squares[i]:
+                break
+    return sizes, squares, products
+
+
+def _head_looped(residuals: Array, lags: int, limit: float) -> tuple[IntArray, Array, Array]:
+    """Return the sizes (r,) and squares (r,) of columns of residuals, and products (r, 1 + lags).
+
+    The products are those of residuals so many samples apart, up to the first whose correlation is
+    below `limit` deviations of that of noise; NaN beyond.
+    """
+    nodes, outputs = residuals.shape
+    sizes, squares = np.zeros(outputs, dtype=np.int64), np.zeros(outputs)
+    products, r = np.full((outputs, lags + 1), np.nan), np.empty(nodes)
+    for i in range(outputs):
+        size, square = 0, 0.0
+        for k in range(nodes):
+            if np.isfinite(residuals[k, i]):
+                r[size] = residuals[k, i]
+                square += r[size] * r[size]
+                size += 1
+        sizes[i], squares[i] = size, square
+        for lag in range(1, lags + 1):
+            product = 0.0
+            for k in range(lag, size):
+                product += r[k] * r[k - lag]
+            products[i, lag] = product
+            if product * np.sqrt(size) < limit * square:
+                break
+    return sizes, squares, products
+
+
+_head = accelerated(_head_looped, _head_on_arrays)
 
 
 def inflation(correlation: float) -> float:
@@ -75,23 +130,36 @@ def inflation_by(residuals: Array, known: float = 0.0) -> float:
     The factor is against noise whose lag-1 correlation is `known`: 1 where r may well be that of
     such noise and the sum is not far above what that foretells.
     """
-    worst = 1.0
-    for column in residuals.T:
-        r = column[np.isfinite(column)]
-        square = float(r @ r)
-        if r.size < 3 or square == 0.0:
+    worst, expected = 1.0, inflation(known)
+    residuals = np.ascontiguousarray(residuals)
+    sizes, squares, products = _head(residuals, LIMITS.lags, LIMITS.white)
+    for i, (size, square) in enumerate(zip(sizes.tolist(), squares.tolist(), strict=True)):
+        if size < 3 or square == 0.0:
             continue
-        spectrum = np.abs(np.fft.rfft(r, 2 * r.size)) ** 2
-        correlations = np.fft.irfft(spectrum)[: r.size] / square
-        chance = LIMITS.white / np.sqrt(r.size)
-        lost = np.flatnonzero(correlations[1:] < chance)
-        upto = 1 + (int(lost[0]) if lost.size else r.size - 1)
-        summed = 1.0 + 2.0 * float(correlations[1:upto].sum())
-        as_known = correlations[1] - known < chance * np.sqrt(1.0 - known**2)
-        if as_known and summed <= LIMITS.long_tail * inflation(known):
+        correlations = [product / square for product in products[i, 1:].tolist()]
+        chance = LIMITS.white / size**0.5
+        first, summed = correlations[0], 0.0
+        for correlation in correlations:
+            if not correlation >= chance:  # NaN is beyond the first that is lost
+                break
+            summed += correlation
+        else:
+            summed = _summed(residuals[:, i], chance)
+        summed = 1.0 + 2.0 * summed
+        as_known = first - known < chance * (1.0 - known**2) ** 0.5
+        if as_known and summed <= LIMITS.long_tail * expected:
             continue
-        worst = max(worst, max(summed, inflation(float(correlations[1]))) / inflation(known))
+        worst = max(worst, max(summed, inflation(first)) / expected)
     return worst
+
+
+def _summed(column: Array, chance: float) -> float:
+    """Return the sum of the correlations of residuals (K,) up to the first below `chance`."""
+    r = column[np.isfinite(column)]
+    spectrum = np.abs(np.fft.rfft(r, 2 * r.size)) ** 2
+    correlations = np.fft.irfft(spectrum)[1 : r.size] / float(r @ r)
+    lost = np.flatnonzero(correlations < chance)
+    return float(correlations[: int(lost[0]) if lost.size else r.size].sum())
 
 
 def is_white(residuals: Array) -> bool:
@@ -105,20 +173,55 @@ def changes_slowly(residuals: Array) -> bool:
     That shows slow changes below the noise, of which neighbours tell little: the sum of squared
     means, in their deviations, is chi-square for noise.
     """
+    residuals = np.ascontiguousarray(residuals)
     for blocks in LIMITS.blocks:
-        total, freedom = 0.0, 0
-        for column in residuals.T:
-            r = column[np.isfinite(column)]
-            length = r.size // blocks
-            square = float(r @ r)
-            if length < 2 or square == 0.0:
-                continue
-            means = r[: length * blocks].reshape(blocks, length).mean(axis=1)
-            total += float(means @ means) * length * r.size / square
-            freedom += blocks
-        if freedom and total > float(chdtri(freedom, LIMITS.slow)):
+        total, freedom = _block_means(residuals, blocks)
+        if freedom and total > _largest(freedom, LIMITS.slow):
             return True
     return False
+
+
+def _block_means_on_arrays(residuals: Array, blocks: int) -> tuple[float, int]:
+    """Return the same on whole arrays."""
+    total, freedom = 0.0, 0
+    for column in residuals.T:
+        r = column[np.isfinite(column)]
+        length = r.size // blocks
+        square = float(r @ r)
+        if length < 2 or square == 0.0:
+            continue
+        means = r[: length * blocks].reshape(blocks, length).mean(axis=1)
+        total += float(means @ means) * length * r.size / square
+        freedom += blocks
+    return total, freedom
+
+
+def _block_means_looped(residuals: Array, blocks: int) -> tuple[float, int]:
+    """Return the sum of squared means over blocks of residuals, in deviations, and their number."""
+    nodes, outputs = residuals.shape
+    total, freedom, r = 0.0, 0, np.empty(nodes)
+    for i in range(outputs):
+        size, square = 0, 0.0
+        for k in range(nodes):
+            if np.isfinite(residuals[k, i]):
+                r[size] = residuals[k, i]
+                square += r[size] * r[size]
+                size += 1
+        length = size // blocks
+        if length < 2 or square == 0.0:
+            continue
+        sums = 0.0
+        for b in range(blocks):
+            mean = 0.0
+            for k in range(b * length, (b + 1) * length):
+                mean += r[k]
+            sums += (mean / length) ** 2
+        total += sums * length * size / square
+        freedom += blocks
+    return total, freedom
+
+
+_block_means = accelerated(_block_means_looped, _block_means_on_arrays)
 
 
 def like_noise(squares: float, freedom: float, told: float = np.inf) -> bool:
@@ -129,7 +232,13 @@ def like_noise(squares: float, freedom: float, told: float = np.inf) -> bool:
     freedom = max(1.0, freedom)
     if np.isfinite(told):
         return squares <= freedom * float(fdtri(freedom, max(1.0, told), 1.0 - LIMITS.tail))
-    return squares <= float(chdtri(freedom, LIMITS.tail))
+    return squares <= _largest(freedom, LIMITS.tail)
+
+
+@functools.lru_cache(maxsize=256)
+def _largest(freedom: float, tail: float) -> float:
+    """Return the squares that so many of noise exceed with this probability."""
+    return float(chdtri(freedom, tail))
 
 
 def too_small(squares: float, freedom: float) -> bool:

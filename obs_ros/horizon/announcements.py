@@ -8,12 +8,13 @@ Where the model lacks something, a jump in nearly every window stands for it: th
 
 from collections import Counter
 from collections.abc import Iterable, Iterator, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from enum import StrEnum
 from typing import NamedTuple
 
 import numpy as np
 
+from obs_ros.core.changes import replace
 from obs_ros.core.drifting import remedy
 from obs_ros.core.estimate import Estimate, Jump
 from obs_ros.horizon.arrival_cost import KEPT

@@ -6,12 +6,14 @@ with the time between; a jump adds the variance of its box. Where jumps are in d
 of a sum of normal distributions, see `gaussian_sum`.
 """
 
-from collections.abc import Iterable, Mapping
-from dataclasses import dataclass, replace
+from collections.abc import Callable, Iterable, Mapping
+from dataclasses import dataclass
+from functools import partial
 
 import numpy as np
 from scipy.special import chdtri
 
+from obs_ros.core.changes import replace
 from obs_ros.core.linear_algebra import log_determinant, scaled_inverse
 from obs_ros.core.typing import Array
 from obs_ros.horizon.found_jumps import JumpFound
@@ -20,7 +22,7 @@ from obs_ros.inference.assessment.informed_subspace import marginal_information
 from obs_ros.inference.jumps.hypothesis import Hypothesis
 from obs_ros.inference.jumps.settings import JUMP_SETTINGS, JumpSettings
 from obs_ros.inference.parameterisation import Unknowns
-from obs_ros.inference.prior import Prior, box_variances
+from obs_ros.inference.prior import Prior
 
 KEPT = 1000  # windows at most, a bound on memory; overlapping ones end close to each other
 FORGOTTEN = 1e6  # times the box's variance: a walk of infinite speed
@@ -86,10 +88,10 @@ class KnownJump:
 
 @dataclass(frozen=True)
 class Lineal:
-    """The prior of one lineage: its probability, and the jumps that it believes in."""
+    """One lineage: its probability, its jumps, and the function that tells its prior."""
 
     weight: float
-    prior: Prior
+    prior: Callable[[], Prior]
     jumps: Lineage = ()
 
 
@@ -203,7 +205,16 @@ class ArrivalCost:
         return tuple(
             Lineal(
                 weight,
-                self._prior(newest, one.mean, one.covariance, widened, start, duration, newest.end),
+                partial(
+                    self._prior,
+                    newest,
+                    one.mean,
+                    one.covariance,
+                    widened,
+                    start,
+                    duration,
+                    newest.end,
+                ),
                 one.jumps,
             )
             for weight, (one, widened) in zip(weights, parts, strict=True)
@@ -225,7 +236,7 @@ class ArrivalCost:
         """Return the variances (q,) of the boxes of parameters at `places`, 0 of all others."""
         jumped = [place - self._unknowns.n_states for place in places]
         variances = np.zeros_like(self.drifts)
-        variances[jumped] = box_variances(self._unknowns)[jumped]
+        variances[jumped] = self._unknowns.box_variances[jumped]
         return variances
 
     def _prior(
@@ -244,7 +255,7 @@ class ArrivalCost:
         through windows that abut as the newest one, that ended at `known` (s), does on this: age
         alone must not make a window more informative.
         """
-        variances = box_variances(self._unknowns)
+        variances = self._unknowns.box_variances
         gap = (start - known) / duration * (1.0 + (known - entry.end) / duration)
         walked = self._jumps.prior_probability * gap * variances + widened
         walks = self._unknowns.walks

@@ -214,7 +214,7 @@ def _jump(
 
 def _under(lineage: Lineal, one: Hypothesis, deadline: Deadline) -> Hypothesis:
     """Return a hypothesis solved anew under the prior of one lineage."""
-    prior = lineage.prior
+    prior = lineage.prior()
     if one.earlier:
         prior = widened(prior, one.problem.objective.unknowns, *one.earlier)
     return under(prior, one, deadline)

@@ -1,11 +1,11 @@
 """Windows in units of what their fit leaves, and without outliers."""
 
 from collections.abc import Callable
-from dataclasses import replace
 from operator import attrgetter
 
 import numpy as np
 
+from obs_ros.core.changes import replace
 from obs_ros.core.deadline import Deadline
 from obs_ros.core.residual_tests import like_noise
 from obs_ros.core.typing import Array
@@ -110,6 +110,8 @@ def polished(
 def rescaled_to_residuals(window: WindowState, found: Found) -> tuple[WindowState, Found]:
     """Scale the outputs by the residuals of a fit; return the fit with its cost in that."""
     objective = window.objective
-    left = variances_left(objective.residuals(found.z), objective.grid, objective.dimension)
-    window = window.rescaled(np.sqrt(left) / objective.grid.scale)
-    return window, replace(found, cost=float(window.objective.costs(found.z[None])[0]))
+    residuals = objective.residuals(found.z)
+    factors = np.sqrt(variances_left(residuals, objective.grid, objective.dimension))
+    factors /= objective.grid.scale
+    cost = float(np.nansum((residuals / factors) ** 2))
+    return window.rescaled(factors), replace(found, cost=cost)

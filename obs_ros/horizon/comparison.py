@@ -1,10 +1,10 @@
 """A window beside those before it: forecasts of its models, and scatter of what windows publish."""
 
 from collections.abc import Mapping
-from dataclasses import replace
 
 import numpy as np
 
+from obs_ros.core.changes import replace
 from obs_ros.horizon.bases import Bases, ends_of
 from obs_ros.horizon.forecasts import Basis, Forecasts
 from obs_ros.horizon.scatter import Alone, Scatter, raised, widened

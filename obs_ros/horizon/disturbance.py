@@ -1,14 +1,15 @@
 """The stage that explains a window by process noise, where the model alone does not."""
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 import numpy as np
 
+from obs_ros.core.changes import replace
 from obs_ros.core.deadline import Deadline
 from obs_ros.core.residual_tests import changes_slowly
 from obs_ros.core.typing import Array
 from obs_ros.inference.assessment.contradiction import contradictions
-from obs_ros.inference.assessment.fit import Fit
+from obs_ros.inference.assessment.fit import Fit, fit_at
 from obs_ros.inference.assessment.skill import forecast_skill
 from obs_ros.inference.assessment.structure import structure_of
 from obs_ros.inference.assessment.uncertainty import AtEnd, Uncertainty
@@ -280,10 +281,4 @@ def criterion_at(window: WindowState, best: Hypothesis) -> float:
 
 def fit_of(window: WindowState, best: Hypothesis) -> Fit:
     """Return the residual of a hypothesis beside the noise of its window."""
-    return Fit.of(
-        best.problem.objective,
-        best.squares,
-        best.trajectory[1],
-        noise_known=window.noise_known,
-        correlation=window.correlation,
-    )
+    return fit_at(best, noise_known=window.noise_known, correlation=window.correlation)

@@ -1,9 +1,10 @@
 """Knowledge of earlier windows, and a window explained by jumps with it."""
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 import numpy as np
 
+from obs_ros.core.changes import replace
 from obs_ros.core.deadline import Deadline
 from obs_ros.core.typing import Array
 from obs_ros.horizon.cleaning import refitted

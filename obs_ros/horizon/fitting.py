@@ -1,11 +1,11 @@
 """The fit of one window: searched, in steps that suffice for its optimum, and weighted anew."""
 
 from collections.abc import Callable
-from dataclasses import replace
 from functools import partial
 
 import numpy as np
 
+from obs_ros.core.changes import replace
 from obs_ros.core.deadline import Deadline
 from obs_ros.core.typing import Array, BoolArray
 from obs_ros.horizon.settings import POSING

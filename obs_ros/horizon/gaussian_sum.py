@@ -9,10 +9,11 @@ whole are those of the one normal distribution that a fit takes for it.
 """
 
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 import numpy as np
 
+from obs_ros.core.changes import replace
 from obs_ros.core.typing import Array
 from obs_ros.horizon.found_jumps import JumpFound
 

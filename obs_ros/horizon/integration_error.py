@@ -1,9 +1,10 @@
 """The integration error of an answer, in standard deviations of the noise."""
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 import numpy as np
 
+from obs_ros.core.changes import replace
 from obs_ros.core.estimate import Estimate, Outcome
 from obs_ros.core.periods import shortest
 from obs_ros.core.typing import Array

@@ -1,7 +1,6 @@
 """The stage that finds two-sided intervals, where deviations are given."""
 
-from dataclasses import replace
-
+from obs_ros.core.changes import replace
 from obs_ros.core.deadline import Deadline
 from obs_ros.horizon.disturbance import DisturbedWindow
 from obs_ros.inference.assessment.informed_subspace import marginal_information

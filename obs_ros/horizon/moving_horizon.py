@@ -10,10 +10,9 @@ Rawlings & Lee 2001; Rawlings, Mayne & Diehl 2017, section 4.3). Parameters may 
 window.
 """
 
-from dataclasses import replace
-
 import numpy as np
 
+from obs_ros.core.changes import replace
 from obs_ros.core.deadline import Deadline
 from obs_ros.core.estimate import Estimate, Outcome
 from obs_ros.core.model import names

@@ -1,10 +1,11 @@
 """Probation: sensors that are stuck, and windows that follow one that the model cannot explain."""
 
 from collections.abc import Mapping
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field
 
 import numpy as np
 
+from obs_ros.core.changes import replace
 from obs_ros.core.estimate import Estimate, Outcome
 from obs_ros.core.model import Model, names
 from obs_ros.core.record import Record
@@ -62,7 +63,7 @@ def without_stuck(
     values = unsaturated(model.outputs, record.y)
     steps: Mapping[str, float] = {}
     if resolutions is not None:
-        resolutions.note(values)
+        resolutions.note_window(record.t, values)
         resolutions.learn()
         steps = resolutions.figures
     noise = np.array([given.get(name, np.nan) for name in names(model.outputs)])

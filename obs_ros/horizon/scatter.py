@@ -20,7 +20,7 @@ from obs_ros.core.typing import Array, IntArray
 from obs_ros.inference.assessment.identifiability import undetermined
 from obs_ros.inference.assessment.interval import Interval
 from obs_ros.inference.assessment.uncertainty import Uncertainty
-from obs_ros.inference.prior import BOX_VARIANCE
+from obs_ros.inference.parameterisation import BOX_VARIANCE
 
 
 @dataclass(frozen=True)

@@ -5,10 +5,11 @@ the states are found, and jumps sought beside them. A window that follows one wi
 begins with that noise, and is searched only if it does not explain this one.
 """
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 import numpy as np
 
+from obs_ros.core.changes import replace
 from obs_ros.core.deadline import Deadline
 from obs_ros.core.typing import Array
 from obs_ros.horizon.arrival_cost import contradicts_prior

@@ -9,6 +9,7 @@ from typing import Any
 
 import numpy as np
 
+from obs_ros.core import residual_tests
 from obs_ros.core.deadline import Deadline
 from obs_ros.core.estimate import Estimate, Outcome
 from obs_ros.core.model import Model, checked_noise, names
@@ -34,6 +35,7 @@ from obs_ros.horizon.warm_start import propagated
 from obs_ros.inference.assessment import profile_steps
 from obs_ros.inference.assessment.assemble import empty
 from obs_ros.inference.disturbed import process_noise_rehearsed
+from obs_ros.inference.jumps.sensitivities import jumps_rehearsed
 from obs_ros.inference.noise import noise_guess
 from obs_ros.inference.objective import Objective
 from obs_ros.inference.parameterisation import Unknowns
@@ -90,7 +92,7 @@ class Solver:
         """Standard deviations (r,) of the outputs that are given, NaN for the others."""
         return np.array([self.noise.get(name, np.nan) for name in names(self.model.outputs)])
 
-    @property
+    @cached_property
     def kernels(self) -> Kernels:
         """The model's rollouts, each compiled at its first call, which may take a second."""
         return kernels_for(self.model, self.settings.backend)
@@ -104,6 +106,7 @@ class Solver:
         begin = time.perf_counter()
         self.unknowns.prepare()
         profile_steps.prepare()
+        residual_tests.prepare()
         deque(rollouts_rehearsed(self.kernels), maxlen=0)
         if process_noise:
             deque(self.rehearsed(), maxlen=0)
@@ -111,6 +114,7 @@ class Solver:
 
     def rehearsed(self) -> Iterator[None]:
         """Compile, one thing at a time, what only some windows need."""
+        yield from jumps_rehearsed(self.kernels)
         if self.settings.process_noise != 'off':
             yield from process_noise_rehearsed(self.kernels, self.unknowns)
 

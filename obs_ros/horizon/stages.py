@@ -4,10 +4,11 @@ Each is a function of frozen data that returns new data; the deadline is all tha
 """
 
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 import numpy as np
 
+from obs_ros.core.changes import replace
 from obs_ros.core.deadline import Deadline
 from obs_ros.core.linear_algebra import scaled_inverse
 from obs_ros.core.residual_tests import independent_share, inflation
@@ -23,7 +24,7 @@ from obs_ros.inference.jumps.hypothesis import Hypothesis, hypothesis_at
 from obs_ros.inference.jumps.jump_search import JumpSearch
 from obs_ros.inference.jumps.mixture import Mixture
 from obs_ros.inference.jumps.outlying import without_outliers
-from obs_ros.inference.jumps.piecewise import PiecewiseProblem, may_jump
+from obs_ros.inference.jumps.piecewise import PiecewiseProblem
 from obs_ros.inference.noise import variances_left
 from obs_ros.inference.prior import Prior
 from obs_ros.inference.window_state import WindowState
@@ -105,7 +106,8 @@ def explain(
     A given prior that is contradicted counts for nothing in the search: no jump right after the
     start must stand for it.
     """
-    still = hypothesis_at(PiecewiseProblem(window.objective, window.prior), found.z)
+    problem = PiecewiseProblem(window.objective, window.prior)
+    still = hypothesis_at(problem, found.z, curvature=found.curvature)
     wrong = [contradiction.place for contradiction in contradictions(still)]
     first, known = still, continued
     if wrong:
@@ -149,7 +151,7 @@ def is_uninformative(uncertainty: Uncertainty) -> bool:
     if uncertainty.hypothesis.jumps:
         return False
     problem = uncertainty.hypothesis.problem
-    steady = may_jump(problem.objective.unknowns)
+    steady = problem.objective.unknowns.may_jump
     before = np.diagonal(scaled_inverse(problem.prior.precision))[steady]
     return bool((np.diagonal(uncertainty.covariance)[steady] > STAGES.nothing_new * before).all())
 

@@ -19,13 +19,17 @@ class SteppedWindows:
     def __init__(self, solver: Solver) -> None:
         self._solver = solver
         self._before: Stepping | None = None
+        self._kernels: tuple[Stepping, Kernels] | None = None  # rollouts after those steps
 
     @property
     def kernels(self) -> Kernels:
         """The rollouts from one window to the next."""
         if self._before is None:
             return self._solver.kernels
-        return kernels_for(self._before.between, self._solver.settings.backend)
+        if self._kernels is None or self._kernels[0] is not self._before:
+            found = kernels_for(self._before.between, self._solver.settings.backend)
+            self._kernels = self._before, found
+        return self._kernels[1]
 
     def solved(
         self,
@@ -46,7 +50,7 @@ class SteppedWindows:
             if solution is None:
                 return None, None
             answer = answer_of(solution)
-            self._before = Stepping.of(answer.objective)
+            self._before = Stepping.of(answer)
             if answer.fine or deadline.passed or not left:
                 break
             finer = integration.finer(window, answer)

@@ -6,15 +6,15 @@ spread of candidates over the box; after it, the optimum that it found.
 """
 
 import functools
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 import numpy as np
 
+from obs_ros.core.changes import replace
 from obs_ros.core.model import Model
 from obs_ros.core.rng import random_generator
 from obs_ros.core.typing import Array, IntArray
 from obs_ros.horizon.integration_error import Answer, error_at, noise_of
-from obs_ros.inference.objective import Objective
 from obs_ros.inference.parameterisation import Unknowns
 from obs_ros.inference.window_state import WindowState
 from obs_ros.integration.backends import Backend
@@ -36,7 +36,8 @@ SAME = 0.01  # of a step: stamps jitter by some share of the interval
 class Stepping:
     """Method and steps of one window: h (K - 1,) s in the intervals between t (K,) s.
 
-    `plain` are the steps that the model's `max_step` asks for.
+    `plain` are the steps that the model's `max_step` asks for; `error` is that of its answer, in
+    deviations of the noise.
     """
 
     model: Model
@@ -44,14 +45,16 @@ class Stepping:
     t: Array
     h: Array
     plain: bool
+    error: float
 
     @classmethod
-    def of(cls, objective: Objective) -> 'Stepping':
-        """Return the method and steps with which a window was solved."""
+    def of(cls, answer: Answer) -> 'Stepping':
+        """Return the method and steps with which a window was answered."""
+        objective = answer.objective
         model, grid = objective.unknowns.model, objective.grid
         plain = np.array_equal(grid.steps, steps_within(model, np.diff(grid.t)))
         h = np.diff(grid.t) / grid.steps
-        return cls(model, objective.kernels.model.method, grid.t, h, plain)
+        return cls(model, objective.kernels.model.method, grid.t, h, plain, answer.error)
 
     @property
     def usual(self) -> float:
@@ -61,8 +64,10 @@ class Stepping:
     @property
     def between(self) -> Model:
         """The model for what lies between windows; its step is one of a few, as it is compiled."""
+        if self.plain:
+            return by_method(self.model, self.method)
         step = 2.0 ** (np.floor(4.0 * np.log2(self.usual)) / 4.0)
-        return by_method(self.model, self.method, None if self.plain else float(step))
+        return by_method(self.model, self.method, float(step))
 
     def steps(self, grid: Grid) -> IntArray:
         """Return the steps (K - 1,) for another window: as before where that was, else as usual."""
@@ -97,30 +102,36 @@ class Integration:
     ) -> WindowState:
         """Return the window in the steps that its search needs, those `before` if they do.
 
-        `warm` (d,) is where the search is expected to end.
+        `warm` (d,) is where the search is expected to end. Steps that were exact where the window
+        before ended are not tried again at a start: the answer of this one tells.
         """
         if self.unknowns.model.period is not None:
             return replace(window, exact=True)  # a discrete model integrates nothing
-        reference = self.unknowns.point(nominal(self.unknowns)) if warm is None else warm
-        spread = spread_over_box(self.unknowns.dimension)
-        trial = self._trial(window, np.vstack([reference, spread]), None)
         if before is not None:
             steps = before.steps(window.objective.grid)
+            if warm is not None and before.error <= STEPPING.safety * STEPPING.aimed:
+                return self._with(window, Choice(before.method, steps, before.error, np.inf))
+            trial = self._spread(window, warm)
             verdict = trial.judge(before.method, steps)
             if (worst := verdict.worst()) <= 1.0:
                 choice = Choice(before.method, steps, verdict.error, worst, verdict.largest)
                 return self._with(window, choice)
-        return self._with(window, self._chosen(trial, window.objective.grid.steps))
+        return self._with(
+            window, self._chosen(self._spread(window, warm), window.objective.grid.steps)
+        )
 
     def refined(self, window: WindowState, z: Array) -> WindowState:
         """Return the window in finer steps where it errs too much at its optimum z (d,)."""
         objective = window.objective
         rolled = objective.trajectory(z)
         noise = noise_of(window, rolled[1])
-        if error_at(objective, z, noise, rolled) <= STEPPING.aimed:
+        method, trial = objective.kernels.model.method, self._trial(window, z[None], noise)
+        if method == 'rosenbrock' or objective.grid.injection is not None:
+            error = error_at(objective, z, noise, rolled)
+        else:  # which the choice of steps asks for too
+            error = trial.judge(method, objective.grid.steps).error
+        if error <= STEPPING.aimed:
             return window
-        method = objective.kernels.model.method
-        trial = self._trial(window, z[None], noise)
         methods = methods_of(self.unknowns.model.integrator)
         methods = methods[methods.index(method) :]
         base = objective.grid.steps
@@ -171,6 +182,12 @@ class Integration:
         model = self.unknowns.model
         methods = methods or methods_of(model.integrator)
         return chosen(trial, methods, base, functools.partial(cost_of_step, model))
+
+    def _spread(self, window: WindowState, warm: Array | None) -> WindowTrial:
+        """Return where a search is expected to end, and a spread over the box, to roll out."""
+        reference = self.unknowns.point(nominal(self.unknowns)) if warm is None else warm
+        spread = spread_over_box(self.unknowns.dimension)
+        return self._trial(window, np.vstack([reference, spread]), None)
 
     def _trial(self, window: WindowState, points: Array, noise: Array | None) -> WindowTrial:
         """Return points (B, d) to roll out through a window, errors in units of noise (r,)."""

@@ -44,12 +44,12 @@ class Noise:
         self._given = np.array(fixed)
         self._recent: deque[tuple[Array, Whiteness]] = deque(maxlen=LEARNING.remembered)
         self._odd: list[tuple[Array, Whiteness]] = []
+        self._told: tuple[Array, float] | None = None  # scale and correlation by the recent windows
 
     def scale(self) -> Array | None:
         """Return standard deviations (r,); None as long as one is neither given nor learned."""
         if self._recent:
-            learned = np.sqrt(np.median([left for left, _ in self._recent], axis=0))
-            return np.where(np.isfinite(self._given), self._given, learned)
+            return self._by_windows()[0]
         return self._given if np.isfinite(self._given).all() else None
 
     @property
@@ -60,18 +60,25 @@ class Noise:
     @property
     def correlation(self) -> float:
         """Lag-1 correlation of the noise; 0 unless the windows so far are not white by far."""
-        if not self._recent:
-            return 0.0
-        colours = [colour for _, colour in self._recent]
-        if np.median([colour.deviations for colour in colours]) < LIMITS.white:
-            return 0.0
-        return float(np.median([colour.correlation for colour in colours]))
+        return self._by_windows()[1] if self._recent else 0.0
+
+    def _by_windows(self) -> tuple[Array, float]:
+        """Return deviations (r,) and correlation by the windows accepted last."""
+        if self._told is None:
+            learned = np.sqrt(np.median([left for left, _ in self._recent], axis=0))
+            scale = np.where(np.isfinite(self._given), self._given, learned)
+            colours, correlation = [colour for _, colour in self._recent], 0.0
+            if not np.median([colour.deviations for colour in colours]) < LIMITS.white:
+                correlation = float(np.median([colour.correlation for colour in colours]))
+            self._told = scale, correlation
+        return self._told
 
     def accept(self, variances: Array, colour: Whiteness) -> None:
         """Learn from a window that its hypothesis explains, if its residuals have squares."""
         if not np.isfinite(variances).all():
             return
         self._recent.append((variances, colour))
+        self._told = None
         self._odd.clear()
 
     def doubt(self, variances: Array, colour: Whiteness) -> None:
@@ -82,6 +89,7 @@ class Noise:
         if len(self._odd) >= LEARNING.patience:
             self._recent.clear()
             self._recent.extend(self._odd)
+            self._told = None
             self._odd.clear()
 
 

@@ -1,11 +1,13 @@
 """The cost that a search minimises: how far a candidate's outputs are from the measured ones."""
 
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field
 from functools import cached_property
-from typing import Literal, get_args
+from typing import Literal, Protocol, get_args
 
 import numpy as np
 
+from obs_ros.core.changes import replace
+from obs_ros.core.jit import accelerated
 from obs_ros.core.periods import shortest
 from obs_ros.core.typing import Array, IntArray
 from obs_ros.inference.parameterisation import Unknowns
@@ -17,7 +19,20 @@ FITNESSES: tuple[str, ...] = get_args(Fitness)
 Loss = Literal['robust', 'squares']
 LOSSES: tuple[str, ...] = get_args(Loss)
 
+NOWHERE = np.empty((0, 0))  # precision of what is not known
 ROUNDING = 1e-9  # relative residual that counts as none
+
+
+class Normal(Protocol):
+    """A normal distribution of the unknowns, in boxes."""
+
+    @property
+    def mean(self) -> Array:
+        """Its mean (d,)."""
+
+    @property
+    def precision(self) -> Array:
+        """The inverse (d, d) of its covariance."""
 
 
 @dataclass
@@ -126,19 +141,20 @@ class Objective:
         """Return squared residuals (G, B), summed between rising numbers of nodes (G,)."""
         return _finite(self._squares(z, prefixes).sum(axis=1))
 
-    def linearise(self, z: Array, h: Array, nodes: int) -> tuple[Array, Array, Array]:
+    def linearise(
+        self, z: Array, h: Array, nodes: int, prior: 'Normal | None' = None
+    ) -> tuple[Array, Array, Array]:
         """Return squares (P,), gradients J'r (P, d) and J'J (P, d, d) at points z (P, d).
 
         The Jacobians J of the residuals r are forward differences with steps h (P, d), taken
-        towards the middle of the box.
+        towards the middle of the box. The residuals of a `prior` are added to them.
         """
         starts, d = z.shape
         self.counter.candidates += starts * (d + 1)
         x0, p, steps = self.unknowns.perturbed(z, np.where(z > 0.5, -h, h))
         gram = self.kernels.grams(self.grid, nodes, x0, p, d + 1)
-        gradient = gram[:, 0, 1:] / steps
-        hessian = gram[:, 1:, 1:] / (steps[:, :, None] * steps[:, None, :])
-        return gram[:, 0, 0], gradient, hessian
+        known = (z[0], NOWHERE) if prior is None else (prior.mean, prior.precision)
+        return _normal_equations(gram, steps, z, *known)
 
     def residuals(self, z: Array) -> Array:
         """Return scaled residuals (K, r) of one point (d,); NaN where nothing contradicts it."""
@@ -174,6 +190,34 @@ class Objective:
                 cost += 1.0 - measured @ candidate / norm
                 compared += 1
         return _finite(cost) if compared else np.full(len(z), np.inf)
+
+
+@accelerated
+def _normal_equations(
+    gram: Array, steps: Array, z: Array, mean: Array, precision: Array
+) -> tuple[Array, Array, Array]:
+    """Return squares (P,), gradients (P, d) and Hessians (P, d, d) of Gram matrices.
+
+    Of the precision (d, d), if not empty, and its mean the squares are added.
+    """
+    starts, d = z.shape
+    squares, gradient = np.empty(starts), np.empty((starts, d))
+    hessian = np.empty((starts, d, d))
+    for s in range(starts):
+        squares[s] = gram[s, 0, 0]
+        for i in range(d):
+            gradient[s, i] = gram[s, 0, 1 + i] / steps[s, i]
+            for j in range(d):
+                hessian[s, i, j] = gram[s, 1 + i, 1 + j] / (steps[s, i] * steps[s, j])
+        if precision.size > 0:
+            for i in range(d):
+                pull = 0.0
+                for j in range(d):
+                    pull += precision[i, j] * (z[s, j] - mean[j])
+                    hessian[s, i, j] += precision[i, j]
+                gradient[s, i] += pull
+                squares[s] += (z[s, i] - mean[i]) * pull
+    return squares, gradient, hessian
 
 
 def _centred(values: Array) -> Array:

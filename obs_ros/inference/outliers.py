@@ -7,6 +7,7 @@ wrong model leaves are none: they do not come and go at once.
 """
 
 import math
+from collections.abc import Iterator
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -98,8 +99,11 @@ def suspects(residuals: Array, y: Array, *, noise_known: bool) -> BoolArray:
     NaN = not measured. They are in units of the noise, or in any if it is not known; y (K, r) are
     the measured values.
     """
+    found = np.zeros(residuals.shape, dtype=np.bool_)
+    near = noise_known and not (np.abs(residuals) > OUTLIERS.limit).any()  # NaN is not
+    if near and not any(map(repeated, _known(y))):
+        return found
     scaled = residuals / spread(residuals, noise_known=noise_known)
-    found = np.zeros(scaled.shape, dtype=np.bool_)
     for column, (e, values) in enumerate(zip(scaled.T, y.T, strict=True)):
         known = np.flatnonzero(np.isfinite(e))
         if known.size >= OUTLIERS.values:
@@ -125,8 +129,16 @@ def repeated(y: Array) -> list[tuple[int, int]]:
 
     There are none where shorter ones are found: then the sensor rounds.
     """
-    found = [(first, end + 1) for first, end in _stretches(np.diff(y) == 0.0)]
+    same = y[1:] == y[:-1]
+    if not same.any():
+        return []
+    found = [(first, end + 1) for first, end in _stretches(same)]
     return found if all(end - first >= OUTLIERS.few for first, end in found) else []
+
+
+def _known(y: Array) -> Iterator[Array]:
+    """Yield the measured values (M,) of each output of y (K, r)."""
+    return (column[np.isfinite(column)] for column in y.T)
 
 
 def left_out(window: WindowState, found: BoolArray, residuals: Array) -> WindowState:

@@ -7,6 +7,7 @@ from functools import cached_property
 
 import numpy as np
 
+from obs_ros.core.estimated_delays import is_delay
 from obs_ros.core.jit import accelerated
 from obs_ros.core.model import Model, Variable, check_bounds, names
 from obs_ros.core.periods import nearest, periods
@@ -15,6 +16,8 @@ from obs_ros.core.texts import quoted
 from obs_ros.core.typing import Array, IntArray
 from obs_ros.inference.scale import Scale
 
+BOX_VARIANCE = 1.0 / 12.0  # of a uniform distribution over the box
+STATE_SD = 10.0  # boxes: next to nothing is known of an initial state
 REACH = 10.0  # of the nominal value, or units: where a search begins that has no bound
 SMALLEST_STEP = 16  # units in the last place: smaller ones would be rounding
 EPSILON = float(np.finfo(np.float64).eps)
@@ -113,12 +116,36 @@ class Unknowns:
         relative = sd / np.where(self.scale.growth > 0.0, mean, 1.0)
         return self.scale.places(mean), relative / self.scale.unit
 
-    @property
+    @cached_property
+    def box_variances(self) -> Array:
+        """Variances (q,) of estimated parameters of which only the bounds are known."""
+        bounded = np.isfinite(self.limits[:, self.n_states :]).all(axis=0)
+        found = np.where(bounded, BOX_VARIANCE, STATE_SD**2)
+        found.flags.writeable = False
+        return found
+
+    @cached_property
+    def box_precisions(self) -> tuple[Array, Array]:
+        """Precision (d, d) of unknowns anywhere in their boxes, and the parameters' part of it."""
+        parameters, states = 1.0 / self.box_variances, np.zeros(self.n_states)
+        boxes = np.diag(np.append(states, parameters))
+        return np.diag(np.append(states + 1.0 / STATE_SD**2, parameters)), boxes
+
+    @cached_property
+    def may_jump(self) -> list[int]:
+        """Places of the parameters that may jump: not disturbances, which wander anyway.
+
+        Nor do delays: what goes off in time is a clock or a queue, and drifts.
+        """
+        places = (self.n_states + np.flatnonzero(np.isnan(self.walks))).tolist()
+        return [place for place in places if not is_delay(self.names[place])]
+
+    @cached_property
     def names(self) -> tuple[str, ...]:
         """Names of the unknowns, states first."""
         return names(self._variables)
 
-    @property
+    @cached_property
     def _variables(self) -> tuple[Variable, ...]:
         return tuple(self.model.variables[i] for i in self.index)
 
@@ -155,8 +182,10 @@ class Unknowns:
         z_i, of h (P, d). Rounding changes the steps.
         """
         n = len(self.model.states)
-        places = self.scale.values(z), self.scale.slopes(z), self.scale.growth
-        lanes, steps = _perturbed(h, *places, self.index, self.given)
+        scale = self.scale
+        lanes, steps = _perturbed(
+            z, h, scale.lower, scale.upper, scale.growth, self.index, self.given
+        )
         return lanes[:n], lanes[n:], steps
 
     def point(self, values: Mapping[str, float]) -> Array:
@@ -172,9 +201,9 @@ class Unknowns:
 
 @accelerated
 def _perturbed(
-    h: Array, points: Array, slopes: Array, growth: Array, index: IntArray, given: Array
+    z: Array, h: Array, lower: Array, upper: Array, growth: Array, index: IntArray, given: Array
 ) -> tuple[Array, Array]:
-    starts, d = points.shape
+    starts, d = z.shape
     lanes = np.empty((given.size, starts * (d + 1)))
     steps = np.empty((starts, d))
     for row in range(given.size):
@@ -182,13 +211,17 @@ def _perturbed(
     for s in range(starts):
         first = s * (d + 1)
         for i in range(d):
-            point = points[s, i]
+            slope = upper[i] - lower[i]
+            point = lower[i] + z[s, i] * slope
+            if growth[i] > 0.0:
+                point = min(lower[i] * math.exp(z[s, i] * growth[i]), upper[i])
+                slope = growth[i] * point
             for lane in range(first, first + d + 1):
                 lanes[index[i], lane] = point
             # In a very narrow box a step must still change the value.
-            step = max(abs(h[s, i]) * slopes[s, i], SMALLEST_STEP * EPSILON * abs(point))
+            step = max(abs(h[s, i]) * slope, SMALLEST_STEP * EPSILON * abs(point))
             lanes[index[i], first + 1 + i] = point + (step if h[s, i] > 0.0 else -step)
-            steps[s, i] = (lanes[index[i], first + 1 + i] - point) / slopes[s, i]
+            steps[s, i] = (lanes[index[i], first + 1 + i] - point) / slope
             if growth[i] > 0.0:
                 steps[s, i] = math.log1p(growth[i] * steps[s, i]) / growth[i]
     return lanes, steps

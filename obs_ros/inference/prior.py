@@ -5,17 +5,16 @@ constant: with the residuals' squares they make -2 log posterior.
 """
 
 from collections.abc import Collection
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 import numpy as np
 
+from obs_ros.core.changes import replace
 from obs_ros.core.linear_algebra import eigen
 from obs_ros.core.typing import Array, IntArray
 from obs_ros.inference.objective import Objective
-from obs_ros.inference.parameterisation import Unknowns
+from obs_ros.inference.parameterisation import STATE_SD, Unknowns
 
-BOX_VARIANCE = 1.0 / 12.0  # of a uniform distribution over the box
-STATE_SD = 10.0  # boxes: next to nothing is known of an initial state
 LEAST_VARIANCE = 1e-12  # against that of the box: below is rounding
 NOWHERE = np.zeros(0, dtype=np.int64)
 
@@ -47,7 +46,7 @@ class Prior:
         No direction is known less than that it lies in its box.
         """
         n = unknowns.n_states
-        width = np.sqrt(box_variances(unknowns))
+        width = np.sqrt(unknowns.box_variances)
         values, vectors = eigen(covariance / np.outer(width, width))
         if not np.isfinite(values).all():  # nothing is known
             return replace(cls.box(unknowns), gap=gap)
@@ -62,11 +61,8 @@ class Prior:
     @classmethod
     def box(cls, unknowns: Unknowns) -> 'Prior':
         """Return the prior of parameters that may lie anywhere in their boxes."""
-        n, variances = unknowns.n_states, box_variances(unknowns)
-        states = np.full(n, 1.0 / STATE_SD**2)
-        boxes = np.diag(np.append(np.zeros(n), 1.0 / variances))
-        precision = np.diag(np.append(states, 1.0 / variances))
-        return cls(np.full(unknowns.dimension, 0.5), precision, boxes=boxes)
+        precision, boxes = unknowns.box_precisions
+        return cls(np.full(unknowns.dimension, 0.5), precision.copy(), boxes=boxes.copy())
 
     @classmethod
     def known(cls, unknowns: Unknowns, *, start: bool, jumped: IntArray = NOWHERE) -> 'Prior':
@@ -87,7 +83,7 @@ class Prior:
         places = places[np.isfinite(means[places])]
         if not places.size:
             return self
-        boxes = np.append(np.full(unknowns.n_states, STATE_SD**2), box_variances(unknowns))
+        boxes = np.append(np.full(unknowns.n_states, STATE_SD**2), unknowns.box_variances)
         variances = np.clip(deviations**2, LEAST_VARIANCE * boxes, boxes)
         mean, precision = self.mean.copy(), self.precision.copy()
         given = np.zeros_like(mean) if self.given is None else self.given.copy()
@@ -146,12 +142,6 @@ class Prior:
     def gradient(self, z: Array) -> Array:
         """Return half the gradient (B, d) of the squares at points z (B, d)."""
         return np.asarray((z - self.mean) @ self.precision)
-
-
-def box_variances(unknowns: Unknowns) -> Array:
-    """Return the variances (q,) of estimated parameters of which only the bounds are known."""
-    bounded = np.isfinite(unknowns.limits[:, unknowns.n_states :]).all(axis=0)
-    return np.where(bounded, BOX_VARIANCE, STATE_SD**2)
 
 
 class Posterior:
@@ -219,12 +209,7 @@ class Posterior:
 
     def linearise(self, z: Array, h: Array, nodes: int) -> tuple[Array, Array, Array]:
         """See `Objective.linearise`."""
-        squares, gradient, hessian = self.objective.linearise(z, h, nodes)
-        return (
-            squares + self.prior.squares(z),
-            gradient + self.prior.gradient(z),
-            hessian + self.prior.precision,
-        )
+        return self.objective.linearise(z, h, nodes, self.prior)
 
     def residuals(self, z: Array) -> Array:
         """See `Objective.residuals`."""

@@ -30,6 +30,11 @@ class Scale:
         return self.upper - self.lower
 
     @cached_property
+    def logarithmic(self) -> bool:
+        """Whether any unknown is on a log scale."""
+        return bool((self.growth > 0.0).any())
+
+    @cached_property
     def unit(self) -> Array:
         """Widths (d,) of the boxes, on a log scale those of the logarithms."""
         return np.where(self.growth > 0.0, self.growth, self.width)
@@ -37,12 +42,16 @@ class Scale:
     def values(self, z: Array, i: int | slice = EVERY) -> Array:
         """Return the values of unknown i at places z of its box, or of all at points z (..., d)."""
         linear = self.lower[i] + z * self.width[i]
+        if not self.logarithmic:
+            return np.asarray(linear)
         # Rounding must not leave the upper bound behind.
         powers = np.minimum(self.lower[i] * np.exp(z * self.growth[i]), self.upper[i])
         return np.where(self.growth[i] > 0.0, powers, linear)
 
     def slopes(self, z: Array, i: int | slice = EVERY) -> Array:
         """Return d value / d z there, in the unknowns' units per box."""
+        if not self.logarithmic:
+            return np.broadcast_to(self.width[i], np.shape(z))
         return np.where(self.growth[i] > 0.0, self.growth[i] * self.values(z, i), self.width[i])
 
     def places(self, values: Array) -> Array:
@@ -53,6 +62,8 @@ class Scale:
         """Return the places (..., m) of the unknowns from the `first` on with these values."""
         some = slice(first, first + values.shape[-1])
         lower, growth = self.lower[some], self.growth[some]
+        if not self.logarithmic:
+            return np.asarray((values - lower) / self.width[some])
         log = growth > 0.0
         ratio = np.where(log, np.maximum(values, TINY) / np.where(log, lower, 1.0), 1.0)
         logarithmic = np.log(ratio) / np.where(log, growth, 1.0)

@@ -1,9 +1,10 @@
 """One window with all that is known before it is fitted."""
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 import numpy as np
 
+from obs_ros.core.changes import replace
 from obs_ros.core.record import Record
 from obs_ros.core.typing import Array, BoolArray
 from obs_ros.inference.objective import Objective

@@ -67,10 +67,32 @@ class Kernels(Protocol):
         were measured those from which the innovations are: y - e.
         """
 
+    def scheduled(
+        self, grid: Grid, x0: Array, p: Array, along: IntArray, there: IntArray
+    ) -> tuple[Array, Array]:
+        """Return states (K, n, B) and outputs (K, r, B) under parameters that change.
+
+        Of the sets p (S, q, B) the one between two nodes is along[k] (K,), that at a node there[k]
+        (K,). There is no injection.
+        """
+
     def restarted(self, grid: Grid, states: Array, p: Array) -> Array:
         """Return the states (K - 1, n, B) to which each interval leads from its begin.
 
         There they are states (K, n, B); no measurement corrects them.
+        """
+
+    def one_step(
+        self, grid: Grid, states: tuple[Array, Array], moved: Array, sets: Array, along: IntArray,
+        there: IntArray,
+    ) -> tuple[Array, Array]:  # fmt: skip
+        """Return differences at the ends of intervals, by moved states and parameters at the begin.
+
+        They are differences (K - 1, n, n + J) of the states at the end, and (K, r, n + J) of the
+        outputs at the node itself. Two sets of states (K, n) at the nodes, those that are measured
+        and those that intervals begin with, are moved (n,), one at a time. Of the sets of
+        parameters (S, q, 1 + J), the first not moved and the others one at a time, the one along[k]
+        (K,) holds between two nodes, that there[k] at a node. Nothing corrects them.
         """
 
     def paths(self, grid: Grid, x0: Array, p: Array) -> tuple[Array, Array, Array]:

@@ -26,7 +26,7 @@ from obs_ros.integration.filter_step import LiveFilter
 from obs_ros.integration.grid import Grid
 from obs_ros.integration.inlining import inlined
 from obs_ros.integration.kernel_source import FASTMATH, filter_source, source
-from obs_ros.integration.path import Path, Stretch, lanes
+from obs_ros.integration.path import LANES, Path, Stretch, always, lanes
 from obs_ros.integration.rosenbrock_source import made_for
 
 CompileError = numba.core.errors.NumbaError
@@ -72,10 +72,17 @@ class CompiledKernels:
         if grid.injection is not None:
             states, _, outputs = self.paths(grid, x0, p)
             return states, outputs
-        x, q, count = *padded(x0, p), x0.shape[1]
+        return self.scheduled(grid, x0, p[None], *always(grid.t.size))
+
+    def scheduled(
+        self, grid: Grid, x0: Array, p: Array, along: IntArray, there: IntArray
+    ) -> tuple[Array, Array]:
+        """See `Kernels.scheduled`."""
+        count = x0.shape[1]
+        x, q = filled(x0), filled(p)
         states = np.empty((grid.t.size, *x.shape))
         outputs = np.empty((grid.t.size, len(self.model.outputs), x.shape[1]))
-        self.module.trajectories(*axis(grid), x, q, states, outputs)
+        self.module.trajectories(*axis(grid), x, q, along, there, states, outputs)
         return states[..., :count], outputs[..., :count]
 
     def restarted(self, grid: Grid, states: Array, p: Array) -> Array:
@@ -84,6 +91,24 @@ class CompiledKernels:
         ends = np.empty((grid.t.size - 1, *x.shape[1:]))
         self.module.restarted(*axis(grid), x, q, ends)
         return ends[..., :count]
+
+    def one_step(
+        self, grid: Grid, states: tuple[Array, Array], moved: Array, sets: Array, along: IntArray,
+        there: IntArray,
+    ) -> tuple[Array, Array]:  # fmt: skip
+        """See `Kernels.one_step`."""
+        n, r = len(moved), len(self.model.outputs)
+        m, own = n + sets.shape[2] - 1, LANES - 1
+        lane = np.arange(-(-m // own) * LANES)
+        lane = lane % LANES + lane // LANES * own  # one more than the number of what is moved
+        lane[::LANES] = 0
+        lane = np.where((lane > n) & (lane <= m), lane - n, 0)
+        transition, sensitivity = np.empty((grid.t.size - 1, n, m)), np.empty((grid.t.size, r, m))
+        self.module.one_step(
+            *axis(grid), grid.y, grid.period, along, there, *map(np.ascontiguousarray, states),
+            moved, np.ascontiguousarray(sets[:, :, lane]), transition, sensitivity,
+        )  # fmt: skip
+        return transition, sensitivity
 
     def paths(self, grid: Grid, x0: Array, p: Array) -> tuple[Array, Array, Array]:
         """See `Kernels.paths`."""
@@ -215,7 +240,12 @@ def filled(values: Array) -> Array:
     """Repeat the last candidate's values (..., B) until the lanes are full."""
     count = values.shape[-1]
     width = lanes(count)
-    return np.ascontiguousarray(values[..., np.minimum(np.arange(width), count - 1)])
+    if count == width:
+        return np.ascontiguousarray(values)
+    full = np.empty((*values.shape[:-1], width))
+    full[..., :count] = values
+    full[..., count:] = values[..., -1:]
+    return full
 
 
 def load_filter(model: Model, d: int) -> ModuleType:

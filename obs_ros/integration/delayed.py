@@ -146,6 +146,10 @@ class DelayedKernels:
         """
         return self._rolled(grid, grid.t.size, x0, p, everywhere=True, order=(along, there))
 
+    def one_step(self, *_: Any) -> Any:
+        """Refuse: one step does not lead from sample to sample."""
+        raise ValueError(f'model {self.model.name!r}: its samples are off in time')
+
     def filter(self, *_: Any) -> Any:
         """Refuse: a filter goes from sample to sample, and these are off in time."""
         raise ValueError(f'model {self.model.name!r}: no filter takes a delay that is estimated')

@@ -2,11 +2,12 @@
 
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
 
+from obs_ros.core.changes import replace
 from obs_ros.core.interpolation import segments
 from obs_ros.core.model import Interpolation, Model, Variable
 from obs_ros.core.periods import nearest, periods

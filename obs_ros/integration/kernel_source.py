@@ -34,7 +34,7 @@ def shortest(difference, period):
 def source(model: Model) -> str:
     """Text of the generated module: sizes and tuple functions of the model, then the kernels."""
     more = 'kernels_delayed.py' if delay_names(model) else 'kernels_injected.py'
-    return text_of(model, 'kernels.py', more)
+    return text_of(model, 'kernels.py', 'kernels_one_step.py', more)
 
 
 def filter_source(model: Model, d: int) -> str:

@@ -81,16 +81,27 @@ def squares(t, steps, u, slope, y, weight, measured, period, prefixes, x0, p, ou
 
 
 @entry
-def trajectories(t, steps, u, slope, x0, p, states, outputs):
-    """States (K, n, lanes) and outputs (K, r, lanes) at every node."""
+def trajectories(t, steps, u, slope, x0, sets, along, there, states, outputs):
+    """States (K, n, lanes) and outputs (K, r, lanes) at every node.
+
+    Of the sets of parameters (S, q, lanes) the one along[k] holds between two nodes, that there[k]
+    at a node.
+    """
     x = np.empty(N_STATES * N_LANES)
     q = np.empty(max(1, N_PARAMETERS) * N_LANES)
     for chunk in range(x0.shape[1] // N_LANES):
         load(x0, chunk, N_STATES, x)
-        load(p, chunk, N_PARAMETERS, q)
+        number = there[0]
+        load(sets[number], chunk, N_PARAMETERS, q)
         for k in range(t.size):
             if k > 0:
+                if along[k - 1] != number:
+                    number = along[k - 1]
+                    load(sets[number], chunk, N_PARAMETERS, q)
                 advance(x, q, t[k - 1], t[k] - t[k - 1], steps[k - 1], u, slope, k - 1)
+            if there[k] != number:
+                number = there[k]
+                load(sets[number], chunk, N_PARAMETERS, q)
             uk = input_at(u, slope, k, 0.0)
             for lane in range(LANES):
                 xs = gather_x(x, lane)

@@ -55,6 +55,22 @@ class NumpyKernels:
         states, _, outputs = self.paths(grid, x0, p)
         return states, outputs
 
+    def scheduled(
+        self, grid: Grid, x0: Array, p: Array, along: IntArray, there: IntArray
+    ) -> tuple[Array, Array]:
+        """See `Kernels.scheduled`."""
+        sets, x = [tuple(each) for each in p], tuple(x0)
+        states = np.empty((grid.t.size, *x0.shape))
+        outputs = np.empty((grid.t.size, len(self.model.outputs), x0.shape[1]))
+        with np.errstate(all='ignore'):
+            for k in range(grid.t.size):
+                if k > 0:
+                    x = self._advance(grid, k - 1, x, sets[along[k - 1]])
+                states[k] = _stacked(x, x0)
+                y = self.model.output(grid.clock[k], x, tuple(grid.u[k]), sets[there[k]])
+                outputs[k] = _stacked(y, x0)
+        return states, outputs
+
     def restarted(self, grid: Grid, states: Array, p: Array) -> Array:
         """See `Kernels.restarted`."""
         ends = np.empty((grid.t.size - 1, *states.shape[1:]))
@@ -62,6 +78,31 @@ class NumpyKernels:
             for k in range(grid.t.size - 1):
                 ends[k] = _stacked(self._advance(grid, k, tuple(states[k]), tuple(p)), states[k])
         return ends
+
+    def one_step(
+        self, grid: Grid, states: tuple[Array, Array], moved: Array, sets: Array, along: IntArray,
+        there: IntArray,
+    ) -> tuple[Array, Array]:  # fmt: skip
+        """See `Kernels.one_step`."""
+        n, r = len(moved), len(self.model.outputs)
+        m = n + sets.shape[2] - 1
+        lanes = np.concatenate([np.repeat(sets[:, :, :1], n, axis=2), sets], axis=2)
+        transition, sensitivity = np.empty((grid.t.size - 1, n, m)), np.empty((grid.t.size, r, m))
+        with np.errstate(all='ignore'):
+            for k, pair in enumerate(zip(*states, strict=True)):
+                both = [np.repeat(state[:, None], 1 + m, axis=1) for state in pair]
+                for around in both:
+                    around[np.arange(n), np.arange(n)] += moved
+                x = tuple(both[0])
+                y = self.model.output(grid.clock[k], x, tuple(grid.u[k]), tuple(lanes[there[k]]))
+                rows = _stacked(shown(grid, k, y), around)
+                off = np.delete(rows, n, axis=1) - rows[:, n : n + 1]
+                sensitivity[k] = shortest(off, grid.period[:, None])
+                if k + 1 < grid.t.size:
+                    x = tuple(both[1])
+                    ends = _stacked(self._advance(grid, k, x, tuple(lanes[along[k]])), around)
+                    transition[k] = np.delete(ends, n, axis=1) - ends[:, n : n + 1]
+        return transition, sensitivity
 
     def paths(self, grid: Grid, x0: Array, p: Array) -> tuple[Array, Array, Array]:
         """See `Kernels.paths`."""

@@ -52,8 +52,20 @@ class WindowTrial:
     p: Array
     settings: StepSettings = field(default=STEPPING)
 
+    @functools.cached_property
+    def _judged(self) -> dict[tuple[str, bytes], Verdict]:
+        """The verdicts so far, by method and steps: those who choose ask for some again."""
+        return {}
+
     def judge(self, method: str, steps: IntArray) -> Verdict:
         """See `Trial.judge`."""
+        key = method, steps.tobytes()
+        if key not in self._judged:
+            self._judged[key] = self._rolled_out(method, steps)
+        return self._judged[key]
+
+    def _rolled_out(self, method: str, steps: IntArray) -> Verdict:
+        """Return the verdict on a method and steps by rollouts."""
         kernels, grid = self.methods.kernels(method), self.grid
         coarse, fine = (
             grid.shown(kernels.trajectories(grid.stepped(n * steps), self.x0, self.p)[1])

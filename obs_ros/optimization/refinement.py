@@ -6,10 +6,11 @@ start. Gauss-Newton steps, which converge fast there (Nocedal & Wright 2006, sec
 one fit that is believed a function of the data.
 """
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 import numpy as np
 
+from obs_ros.core.changes import replace
 from obs_ros.core.deadline import Deadline
 from obs_ros.core.typing import Array
 from obs_ros.optimization.levenberg_marquardt import (
@@ -51,7 +52,8 @@ def refined(
 
     It never costs more than at the start of these steps.
     """
-    z, squares = refined_point(problem, found.z, problem.nodes, deadline, settings)
+    z, squares, hessian = _refined(problem, found.z, problem.nodes, deadline, settings)
+    found = replace(found, curvature=np.diagonal(hessian))
     return found if z is found.z else replace(found, z=z, cost=squares)
 
 
@@ -64,6 +66,18 @@ def refined_point(
     local: LMSettings = LM_DEFAULTS,
 ) -> tuple[Array, float]:
     """Return the optimum (d,) near a start (d,), and its squares; the start where no step helps."""
+    return _refined(problem, start, nodes, deadline, settings, local)[:2]
+
+
+def _refined(
+    problem: Linearised,
+    start: Array,
+    nodes: int,
+    deadline: Deadline,
+    settings: RefinementSettings,
+    local: LMSettings = LM_DEFAULTS,
+) -> tuple[Array, float, Array]:
+    """Return the optimum (d,), its squares, and their Hessian (d, d)."""
     z, damping = start, np.array([TINY_DAMPING])
     least, freedom = problem.floor(nodes), max(1, problem.count(nodes) - z.size)
     at = problem.linearise(z[None], np.full((1, z.size), settings.difference), nodes)
@@ -83,4 +97,4 @@ def refined_point(
             break
         z = z + step[0]
         squares, gradient, hessian = at
-    return z, float(squares[0])
+    return z, float(squares[0]), hessian[0]

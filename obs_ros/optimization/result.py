@@ -28,7 +28,8 @@ class Found:
     """Best point z (d,) of the unit box and its cost.
 
     `converged`: the last local search saw nothing left to gain; `accepted`: the rule by which the
-    point is believed to be the optimum, None if none holds.
+    point is believed to be the optimum, None if none holds. `curvature` (d,) is the diagonal of the
+    squares' Hessian J'J about there, None if that is not known.
     """
 
     z: Array
@@ -36,3 +37,4 @@ class Found:
     converged: bool
     accepted: Acceptance | None
     effort: Effort
+    curvature: Array | None = None

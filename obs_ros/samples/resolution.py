@@ -83,6 +83,7 @@ class Resolutions:
         self._unknown = [i for i, v in enumerate(self._outputs) if v.resolution is None]
         self._noises = [0.0] * len(self._outputs)  # as last told from enough values
         self._waiting: list[Array] = []  # what no step was sought in yet
+        self._newest = -math.inf  # time (s) of the newest sample of a window noted
 
     def note(self, y: Array) -> None:
         """Take measured outputs (K, r) or (r,), NaN = not measured, to learn from."""
@@ -90,6 +91,14 @@ class Resolutions:
             self._waiting.append(y)
             if len(self._waiting) >= self._settings.waiting:
                 self.learn()
+
+    def note_window(self, t: Array, y: Array) -> None:
+        """Take outputs (K, r) at t (K,) s, but for those that an overlapping window had already."""
+        if t[-1] < self._newest:  # another recording
+            self._newest = -math.inf
+        if (fresh := t > self._newest).any():
+            self.note(y[fresh])
+        self._newest = float(t[-1])
 
     def learn(self) -> None:
         """Seek steps in all values so far; a sensor with very many values is given up."""

@@ -78,9 +78,10 @@ def long_runs(column: Array, repeats: int) -> list[tuple[int, int]]:
     may be longer than is seen.
     """
     rows = np.flatnonzero(np.isfinite(column))
-    if rows.size < repeats:
+    known = column[rows]
+    if rows.size < repeats or not (known[1:] == known[:-1]).any():
         return []
-    begins = np.flatnonzero(np.diff(column[rows], prepend=np.nan) != 0.0)
+    begins = np.flatnonzero(np.diff(known, prepend=np.nan) != 0.0)
     ends = np.append(begins[1:], rows.size) - 1
     lengths = ends - begins + 1
     inner = lengths[1:-1]

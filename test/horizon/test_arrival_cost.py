@@ -232,9 +232,9 @@ def test_a_doubtful_jump_widens_by_its_probability_and_makes_lineages() -> None:
     jumped, still = sequence.lineages(25.0, DURATION)
     assert (jumped.weight, still.weight) == pytest.approx((0.7, 0.3))
     assert (jumped.jumps, still.jumps) == ((FOUND,), ())
-    assert covariance(jumped.prior)[0, 0] == pytest.approx(BOX, rel=1e-3)
-    assert covariance(still.prior)[0, 0] == pytest.approx(4e-4 + walked)
-    np.testing.assert_array_equal(jumped.prior.mean, still.prior.mean)
+    assert covariance(jumped.prior())[0, 0] == pytest.approx(BOX, rel=1e-3)
+    assert covariance(still.prior())[0, 0] == pytest.approx(4e-4 + walked)
+    np.testing.assert_array_equal(jumped.prior().mean, still.prior().mean)
 
 
 def test_lineages_of_a_window_go_on() -> None:
@@ -246,7 +246,7 @@ def test_lineages_of_a_window_go_on() -> None:
     sequence.add(WindowPosterior(24.0, *moments(parts), components=parts))
     one, other = sequence.lineages(24.0, DURATION)
     assert (one.weight, other.weight) == pytest.approx((0.8, 0.2))
-    assert (one.prior.mean[1], other.prior.mean[1]) == (0.6, 0.2)
+    assert (one.prior().mean[1], other.prior().mean[1]) == (0.6, 0.2)
     prior = sequence.prior(24.0, DURATION)
     assert prior is not None
     assert prior.mean[1] == pytest.approx(0.52)

@@ -21,12 +21,12 @@ DRIFT = float(STILL.point[2])
 
 def lineal(weight: float, drift: float, *jumps: JumpFound) -> Lineal:
     prior = Prior.of(STILL.problem.objective.unknowns, np.array([0.65, drift]), SPREAD)
-    return Lineal(weight, prior, jumps)
+    return Lineal(weight, lambda: prior, jumps)
 
 
 def beliefs(*lineages: Lineal) -> Beliefs:
     """What a window adds up to that was fitted under the first lineage's prior."""
-    best = still(WINDOW, lineages[0].prior)
+    best = still(WINDOW, lineages[0].prior())
     return believed(Mixture.only(best), lineages, 0.0, 10.0, Deadline())
 
 
@@ -36,7 +36,7 @@ def test_a_window_multiplies_the_odds_of_lineages() -> None:
     found = beliefs(wrong, right)
     neg2_log = []
     for lineage in (right, wrong):
-        one = still(WINDOW, lineage.prior)
+        one = still(WINDOW, lineage.prior())
         neg2_log.append(one.neg2_log_evidence - 2.0 * np.log(lineage.weight))
     odds = np.exp(-0.5 * (neg2_log[0] - neg2_log[1]))
     chances = found.chances(EARLIER)
@@ -51,7 +51,7 @@ def test_a_lineage_that_the_window_contradicts_ends() -> None:
     found = beliefs(lineal(0.9, DRIFT + 0.3, EARLIER), lineal(0.1, DRIFT))
     (only,) = found.every
     assert (only.jumps, only.weight) == ((), 1.0)
-    alone = still(WINDOW, lineal(0.1, DRIFT).prior)
+    alone = still(WINDOW, lineal(0.1, DRIFT).prior())
     np.testing.assert_allclose(only.hypothesis.point, alone.point, atol=5e-4)  # of 0.01, its sd
     assert found.components(1.0) == []
 

@@ -40,9 +40,18 @@ class Counting:
         self._count(grid, grid.t.size, x0)
         return self.kernels.trajectories(grid, x0, p)
 
+    def scheduled(self, grid: Any, x0: Array, *rest: Any) -> Any:
+        self._count(grid, grid.t.size, x0)
+        return self.kernels.scheduled(grid, x0, *rest)
+
     def paths(self, grid: Any, x0: Array, p: Array) -> Any:
         self._count(grid, grid.t.size, x0)
         return self.kernels.paths(grid, x0, p)
+
+    def one_step(self, grid: Any, *rest: Any) -> Any:
+        found = self.kernels.one_step(grid, *rest)
+        self._count(grid, grid.t.size, np.empty((1, 1 + found[0].shape[2])))
+        return found
 
     def filter(self, grid: Any, x0: Array, *rest: Any) -> Any:
         found = self.kernels.filter(grid, x0, *rest)

@@ -9,6 +9,7 @@ from stiff_plants import KINKED, MOTOR, ROBERTSON, integration_error, measured, 
 
 from obs_ros import Record, solve_window
 from obs_ros.core.estimate import Outcome
+from obs_ros.horizon.integration_error import Answer
 from obs_ros.horizon.settings import EstimationSettings
 from obs_ros.horizon.solver import Solver
 from obs_ros.horizon.stepping import Stepping, nominal, spread_over_box
@@ -89,13 +90,13 @@ def test_windows_go_on_with_the_steps_of_the_one_before() -> None:
     grid = posed.objective.grid
     steps = np.where(np.arange(199) < 99, 4, 2)
     window = replace(posed, objective=replace(posed.objective, grid=grid.stepped(steps)))
-    before = Stepping.of(window.objective)
+    before = Stepping.of(Answer(window.objective, None))
     assert not before.plain and before.usual == pytest.approx(0.005)
     later = Record(record.t + 0.5, record.u, record.y)
     moved = solver.pose(later, prior=Prior.box(solver.unknowns), noise_known=False).objective.grid
     np.testing.assert_array_equal(before.steps(moved), np.where(np.arange(199) < 49, 4, 2))
     assert before.between.max_step == pytest.approx(0.005, rel=0.2)
-    plain = Stepping.of(posed.objective)
+    plain = Stepping.of(Answer(posed.objective, None))
     assert plain.plain and plain.steps(moved) is moved.steps and plain.between is MOTOR
 
 

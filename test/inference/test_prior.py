@@ -10,7 +10,7 @@ from obs_ros.core.linear_algebra import scaled_inverse
 from obs_ros.core.prior_knowledge import with_knowledge
 from obs_ros.core.typing import Array
 from obs_ros.inference.parameterisation import Unknowns
-from obs_ros.inference.prior import Posterior, Prior, box_variances
+from obs_ros.inference.prior import Posterior, Prior
 from obs_ros.optimization.levenberg_marquardt import levenberg_marquardt
 
 BOTH = Unknowns.of(INTEGRATOR)
@@ -66,7 +66,7 @@ def test_the_prior_of_a_box_has_its_variance() -> None:
 
 def test_where_there_is_no_bound_a_parameter_may_be_far_away() -> None:
     unknowns = Unknowns.of(INTEGRATOR, bounds={'drift': (0.0, np.inf)})
-    np.testing.assert_allclose(box_variances(unknowns), [1.0 / 12.0, 100.0])
+    np.testing.assert_allclose(unknowns.box_variances, [1.0 / 12.0, 100.0])
     np.testing.assert_allclose(np.diagonal(Prior.box(unknowns).precision), [0.01, 12.0, 0.01])
 
 

@@ -1,10 +1,11 @@
 """The Estimate of a window: its values by name, its standard deviations, its outcome and why."""
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 import numpy as np
 
+from obs_ros.core.changes import replace
 from obs_ros.core.estimate import UNKNOWN, Estimate, Outcome
 from obs_ros.core.model import Model, Variable, names
 from obs_ros.core.periods import periods, within
@@ -25,7 +26,7 @@ from obs_ros.inference.assessment.outcome import (
 from obs_ros.inference.assessment.uncertainty import Uncertainty
 from obs_ros.inference.objective import Objective
 from obs_ros.inference.outlier_count import newest, words
-from obs_ros.inference.prior import BOX_VARIANCE
+from obs_ros.inference.parameterisation import BOX_VARIANCE
 from obs_ros.inference.window_state import WindowState
 from obs_ros.optimization.result import Found
 

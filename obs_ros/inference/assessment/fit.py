@@ -1,6 +1,7 @@
 """The residual of a fit beside noise: its size, and its colour."""
 
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 
@@ -14,6 +15,7 @@ from obs_ros.core.residual_tests import (
     whiteness,
 )
 from obs_ros.core.typing import Array
+from obs_ros.inference.jumps.hypothesis import Hypothesis
 from obs_ros.inference.objective import Objective
 from obs_ros.optimization.memetic import MemeticSettings
 
@@ -84,7 +86,7 @@ class Fit:
         """Whether noise would leave no less, of no other colour; rounding may have any."""
         return not self.too_large and (self.colour.white or self.negligible)
 
-    @property
+    @cached_property
     def too_large(self) -> bool:
         """Whether noise of the known size would hardly leave so much."""
         return self.noise_known and not like_noise(self.squares, self.freedom)
@@ -94,6 +96,21 @@ class Fit:
         """Whether noise of the known size would hardly leave so little."""
         known = self.noise_known and not (self.trimmed or self.rounded)
         return known and too_small(self.squares, self.freedom)
+
+
+def fit_at(best: Hypothesis, *, noise_known: bool, correlation: float) -> Fit:
+    """Return the residual of a hypothesis beside noise of this lag-1 correlation, judged once."""
+    key = noise_known, correlation
+    if key not in best.judged:
+        best.judged[key] = Fit.of(
+            best.problem.objective,
+            best.squares,
+            best.trajectory[1],
+            noise_known=noise_known,
+            correlation=correlation,
+        )
+    found: Fit = best.judged[key]
+    return found
 
 
 def root_mean_square(residuals: Array) -> Array:

@@ -49,6 +49,8 @@ LIMITS = IdentifiabilitySettings()
 
 def undetermined(unknowns: Unknowns) -> Array:
     """Return the standard deviations (d,), in boxes, above which unknowns are not determined."""
+    if not unknowns.scale.logarithmic:
+        return np.full(unknowns.dimension, LIMITS.undetermined)
     with np.errstate(divide='ignore'):  # on a linear scale there is no such share
         return np.minimum(LIMITS.undetermined, LIMITS.largest_share / unknowns.scale.growth)
 

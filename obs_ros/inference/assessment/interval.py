@@ -11,10 +11,11 @@ no point z_e that is met on a profile, at which the cost has grown by g_e, lies 
     (z_e - z)' C^-1 (z_e - z) <= g_e.
 """
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 import numpy as np
 
+from obs_ros.core.changes import replace
 from obs_ros.core.deadline import Deadline
 from obs_ros.core.estimate import QUANTILE
 from obs_ros.core.linear_algebra import scaled_inverse
@@ -24,8 +25,8 @@ from obs_ros.inference.assessment.parabola import parabola_holds
 from obs_ros.inference.assessment.profile import PROFILE, Ends, profile_ends
 from obs_ros.inference.jumps.hypothesis import Hypothesis, hypothesis_at
 from obs_ros.inference.jumps.piecewise import PiecewiseProblem
-from obs_ros.inference.parameterisation import Unknowns
-from obs_ros.inference.prior import BOX_VARIANCE, Posterior
+from obs_ros.inference.parameterisation import BOX_VARIANCE, Unknowns
+from obs_ros.inference.prior import Posterior
 from obs_ros.optimization.levenberg_marquardt import Starts, levenberg_marquardt
 
 WIDEST = 2.0 * QUANTILE  # in the deviations above which a parameter is not determined

@@ -14,10 +14,11 @@ the Lagrange multiplier test of one more parameter (Engle 1984, Handbook of Econ
 import math
 from collections import deque
 from collections.abc import Iterator
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 import numpy as np
 
+from obs_ros.core.changes import replace
 from obs_ros.core.estimate import Estimate
 from obs_ros.core.model import names
 from obs_ros.core.typing import Array

@@ -248,10 +248,13 @@ def judged(findings: Findings) -> tuple[Outcome, str]:
 def states_at_bound(model: Model, states: Array) -> str:
     """Say which states (K, n) lie at a bound, or beyond it, for more than a moment."""
     found = []
-    for variable, path in zip(model.states, states.T, strict=True):
+    least, most = states.min(axis=0).tolist(), states.max(axis=0).tolist()  # NaN is at no bound
+    for i, (variable, path) in enumerate(zip(model.states, states.T, strict=True)):
         lower, upper = lasting_bounds(variable)
         reach = AT_BOUND * (upper - lower)
         margin = reach if np.isfinite(reach) else 0.0
+        if least[i] > lower + margin and most[i] < upper - margin:
+            continue
         for side, bound, beyond in (
             ('lower', lower, path <= lower + margin),
             ('upper', upper, path >= upper - margin),

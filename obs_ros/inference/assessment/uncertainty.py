@@ -14,7 +14,7 @@ import numpy as np
 from obs_ros.core.estimate import Jump
 from obs_ros.core.residual_tests import inflation
 from obs_ros.core.typing import Array, BoolArray
-from obs_ros.inference.assessment.fit import Fit
+from obs_ros.inference.assessment.fit import Fit, fit_at
 from obs_ros.inference.assessment.interval import Interval
 from obs_ros.inference.assessment.structure import Structure
 from obs_ros.inference.jumps.hypothesis import Hypothesis
@@ -128,11 +128,4 @@ class Uncertainty:
     @cached_property
     def fit(self) -> Fit:
         """The hypothesis's residual beside the noise, given or learned."""
-        best = self.hypothesis
-        return Fit.of(
-            best.problem.objective,
-            best.squares,
-            best.trajectory[1],
-            noise_known=True,
-            correlation=self.correlation,
-        )
+        return fit_at(self.hypothesis, noise_known=True, correlation=self.correlation)

@@ -16,9 +16,8 @@ from obs_ros.core.residual_tests import like_noise
 from obs_ros.core.typing import Array
 from obs_ros.inference.jumps.hypothesis import Hypothesis
 from obs_ros.inference.jumps.moves import Start
-from obs_ros.inference.jumps.piecewise import may_jump
 from obs_ros.inference.jumps.screening import at_nodes
-from obs_ros.inference.prior import Posterior, box_variances
+from obs_ros.inference.prior import Posterior
 from obs_ros.optimization.levenberg_marquardt import levenberg_marquardt
 
 
@@ -54,9 +53,9 @@ def dated(still: Hypothesis, deadline: Deadline) -> Iterator[Start]:
     hypothesis without jumps.
     """
     problem, unknowns = still.problem, still.problem.objective.unknowns
-    parameters, n = may_jump(unknowns), unknowns.n_states
+    parameters, n = unknowns.may_jump, unknowns.n_states
     variances = 1.0 / np.diagonal(problem.prior.precision)[n:]
-    if not parameters or not (variances < DATING.known * box_variances(unknowns)).any():
+    if not parameters or not (variances < DATING.known * unknowns.box_variances).any():
         return
     part, z = _explained(still, deadline)
     if part == 0:

@@ -11,6 +11,7 @@ in which the constant is the same for all hypotheses of a window. The least is t
 
 from dataclasses import dataclass
 from functools import cached_property
+from typing import Any
 
 import numpy as np
 
@@ -18,8 +19,9 @@ from obs_ros.core.linear_algebra import log_determinant, scaled_inverse
 from obs_ros.core.residual_tests import inflation_by
 from obs_ros.core.typing import Array, IntArray
 from obs_ros.inference.jumps.layout import Layout
-from obs_ros.inference.jumps.piecewise import Linearisation, PiecewiseProblem
-from obs_ros.inference.prior import BOX_VARIANCE
+from obs_ros.inference.jumps.linearisation import Linearisation
+from obs_ros.inference.jumps.piecewise import PiecewiseProblem
+from obs_ros.inference.parameterisation import BOX_VARIANCE
 from obs_ros.optimization.lm_linalg import TINY
 
 
@@ -63,7 +65,13 @@ class Hypothesis:
     @cached_property
     def trajectory(self) -> tuple[Array, Array]:
         """States (K, n) and scaled residuals (K, r); NaN where nothing contradicts the point."""
-        return self.problem.trajectory(self.point)
+        states, outputs = self.linearisation.path
+        return states, self.problem.objective.grid.residuals(outputs)
+
+    @cached_property
+    def judged(self) -> dict[Any, Any]:
+        """Judgements on the residual, by what the noise is taken for."""
+        return {}
 
     @property
     def residuals(self) -> Array:
@@ -93,10 +101,16 @@ class Hypothesis:
 
 
 def hypothesis_at(
-    problem: PiecewiseProblem, point: Array, earlier: tuple[int, ...] = ()
+    problem: PiecewiseProblem,
+    point: Array,
+    earlier: tuple[int, ...] = (),
+    curvature: Array | None = None,
 ) -> Hypothesis:
-    """Return the hypothesis whose optimum is `point` (D,), by Laplace's approximation there."""
-    linearisation = _linearised(problem, point)
+    """Return the hypothesis whose optimum is `point` (D,), by Laplace's approximation there.
+
+    The `curvature` (D,) of the squares, if it is known, tells steps that suit.
+    """
+    linearisation = _linearised(problem, point, curvature)
     precision = problem.precision(point)
     off = point - problem.mean(point)
     # A time lies anywhere in the window: as a normal prior, that is about the time found.
@@ -166,7 +180,7 @@ def _penalty(problem: PiecewiseProblem) -> float:
     return penalty
 
 
-def _linearised(problem: PiecewiseProblem, point: Array) -> Linearisation:
+def _linearised(problem: PiecewiseProblem, point: Array, curvature: Array | None) -> Linearisation:
     """Return the linearisation at a point (D,), by differences that suit the noise.
 
     At a kink, such as two levels that become equal, a much smaller step would see a slope that no
@@ -174,6 +188,9 @@ def _linearised(problem: PiecewiseProblem, point: Array) -> Linearisation:
     """
     settings = problem.settings
     steps = np.full(point.size, settings.first_step)
+    if curvature is not None and np.isfinite(curvature).all():
+        steps = settings.noise_step / np.sqrt(np.maximum(curvature, TINY))
+        steps = np.clip(steps, settings.smallest_step, settings.largest_step)
     for _ in range(settings.step_trials):
         linearisation = problem.linearisation(point, steps)
         slopes = np.sqrt((linearisation.jacobian**2).sum(axis=0))

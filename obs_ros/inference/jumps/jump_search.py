@@ -27,6 +27,7 @@ from obs_ros.inference.jumps.moves import (
     without_one,
 )
 from obs_ros.inference.jumps.piecewise import PiecewiseProblem
+from obs_ros.inference.jumps.screening import sees_every_node
 from obs_ros.optimization.levenberg_marquardt import Trail, levenberg_marquardt
 from obs_ros.optimization.refinement import refined_point
 
@@ -157,11 +158,12 @@ class JumpSearch:
     def _at_best_time(self, problem: PiecewiseProblem, point: Array) -> Array:
         """Return the point (D,) with its latest event where that fits best, of times nearby.
 
+        Where every node was screened, the event is there already.
         Measurements that correct a rollout make squares rugged in the times: each correction that
         comes before a jump, or after it, is another one.
         """
         grid = problem.objective.grid
-        if grid.injection is None or not problem.events:
+        if grid.injection is None or not problem.events or sees_every_node(problem):
             return point
         place = problem.layout.times[-1]
         shifts = np.linspace(-1.0, 1.0, self.settings.times_nearby) / (4 * self.settings.times)

@@ -44,6 +44,8 @@ class Layout:
 
     def jumped(self, point: Array) -> list[PlacedJump]:
         """Return the jumps of single parameters at a point (D,), in order of time."""
+        if not self.events:
+            return []
         latest: dict[int, int] = {}
         found = []
         times = self.times
@@ -58,6 +60,8 @@ class Layout:
     def final(self, point: Array) -> IntArray:
         """Return the places (d,) of the values that hold at the end of the window."""
         places = np.arange(self.dimension)
+        if not self.events:
+            return places
         for jump in self.jumped(point):
             places[jump.parameter] = jump.after
         return places

@@ -1,17 +1,19 @@
 """Moves from one hypothesis to others: one jump more, one less, or one of another parameter."""
 
-import math
 from collections.abc import Iterator
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from typing import NamedTuple
 
 import numpy as np
 
+from obs_ros.core.changes import replace
 from obs_ros.core.typing import Array
 from obs_ros.inference.jumps.hypothesis import Hypothesis
-from obs_ros.inference.jumps.piecewise import PiecewiseProblem, may_jump
+from obs_ros.inference.jumps.piecewise import PiecewiseProblem
 from obs_ros.inference.jumps.screening import screen, screen_earlier, values_at, widened
 from obs_ros.optimization.lm_linalg import TINY
+
+HUGE = float(np.finfo(np.float64).max)
 
 
 class Start(NamedTuple):
@@ -27,35 +29,47 @@ class Start(NamedTuple):
         return frozenset(self.earlier).union(*self.problem.events)
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class NewJump:
-    """One parameter jumps at a time of its own, near `time`, a share of the window.
+    """One parameter jumps at a time of its own.
 
-    The `score` of a move is its gain in -2 log evidence to first order, less its penalty.
+    The `score` of a move is its gain in -2 log evidence to first order, less its penalty. `gains`
+    (T,) and `sizes` (T,), in boxes, are those at `times` (T,), shares of the window.
     """
 
     score: float
     parameter: int
-    time: float
+    times: Array
+    gains: Array
+    sizes: Array
 
     @classmethod
     def screened(cls, base: Hypothesis, parameters: list[int]) -> Iterator['NewJump']:
-        """Yield the best new jump of each parameter; its time is one of so many."""
-        settings = base.problem.settings
-        times = np.arange(1, settings.times) / settings.times
-        gains = screen(base, times, parameters).gains
-        scores = gains - settings.jump_penalty - 2.0 * math.log(settings.times)
-        for parameter, i, score in zip(parameters, scores.argmax(0), scores.max(0), strict=True):
-            yield cls(float(score), parameter, float(times[i]))
+        """Yield the best new jump of each parameter.
+
+        Its time lies anywhere in the window: the evidence is the mean over all of them.
+        """
+        times, gains, sizes = screen(base, parameters)
+        if times.size < 2:
+            return
+        best = np.maximum(gains.max(axis=0), -HUGE)  # no gain at all: minus infinity
+        parts = np.append(np.diff(times), times[-1] - times[-2])
+        with np.errstate(divide='ignore'):
+            scores = best + 2.0 * np.log(parts @ np.exp(0.5 * (gains - best)))
+        scores -= base.problem.settings.jump_penalty
+        for j, parameter in enumerate(parameters):
+            yield cls(float(scores[j]), parameter, times, gains[:, j], sizes[:, j])
+
+    @property
+    def time(self) -> float:
+        """The most promising time."""
+        return float(self.times[np.argmax(self.gains)])
 
     def start(self, base: Hypothesis) -> Iterator[Start]:
-        """Yield a start at the best time nearby; one on either side, if an input steps between."""
-        times = base.problem.settings.times
-        fine = self.time + np.arange(-times + 1, times, 2) / times**2
-        fine = fine[(fine > 0.0) & (fine < 1.0)]
-        gains, sizes = screen(base, fine, [self.parameter])
-        for i in _peaks(gains[:, 0])[:2]:
-            yield with_jump(base, self.parameter, float(fine[i]), float(sizes[i, 0]))
+        """Yield a start at the best time; one on either side, if an input steps between."""
+        for i in _near(self.times, self.gains, base.problem.settings.times):
+            time, size = float(self.times[i]), float(self.sizes[i])
+            yield with_jump(base, self.parameter, time, size)
 
 
 @dataclass(frozen=True)
@@ -73,7 +87,7 @@ class JoinedJump:
         for event, place in enumerate(base.layout.times):
             others = [i for i in parameters if i not in base.problem.events[event]]
             if others:
-                gains, sizes = screen(base, base.point[[place]], others)
+                _, gains, sizes = screen(base, others, base.point[[place]])
                 scores = gains[0] - base.problem.settings.further_penalty
                 for parameter, score, size in zip(others, scores, sizes[0], strict=True):
                     yield cls(float(score), parameter, event, float(size))
@@ -116,7 +130,7 @@ def promising_moves(base: Hypothesis) -> list[Move]:
 
     They may count beside the base, and score not too much less than the best.
     """
-    parameters, settings = may_jump(base.problem.objective.unknowns), base.problem.settings
+    parameters, settings = base.problem.objective.unknowns.may_jump, base.problem.settings
     if not parameters:
         return []
     found: list[Move] = [
@@ -126,7 +140,12 @@ def promising_moves(base: Hypothesis) -> list[Move]:
     ]
     found.sort(key=lambda move: -move.score)
     worst = max(-settings.reach, found[0].score - settings.rival_margin)
-    return [move for move in found[: settings.rivals] if move.score > worst]
+    chosen = [move for move in found[: settings.rivals] if move.score > worst]
+    # To first order a second jump is seen at its own time, and not yet at that of a first one which
+    # has stood for both.
+    alone = {move.parameter for move in chosen if isinstance(move, NewJump)}
+    joined = [move for move in found if isinstance(move, JoinedJump) and move.parameter in alone]
+    return [*chosen, *(move for move in joined[:1] if move not in chosen)]
 
 
 def without_one(base: Hypothesis) -> Iterator[Start]:
@@ -143,7 +162,7 @@ def with_one_more(base: Hypothesis) -> Iterator[Start]:
     They score no less than a hypothesis that still counts beside the base.
     """
     settings = base.problem.settings
-    moves = JoinedJump.screened(base, may_jump(base.problem.objective.unknowns))
+    moves = JoinedJump.screened(base, base.problem.objective.unknowns.may_jump)
     for move in sorted(moves, key=lambda move: -move.score)[: settings.rivals]:
         if move.score > -settings.reach:
             yield from move.start(base)
@@ -155,7 +174,7 @@ def with_one_exchanged(base: Hypothesis) -> Iterator[Start]:
     Screening sees parameters beside those that jumped already. Of two that act alike, the second is
     not missed there, and would not be named.
     """
-    still = set(may_jump(base.problem.objective.unknowns)) - base.parameters
+    still = set(base.problem.objective.unknowns.may_jump) - base.parameters
     for event, jumped, before, after in base.layout.jumped(base.point):
         for other in sorted(still):
             both = _joined(base, other, event, 0.0)
@@ -201,8 +220,14 @@ def _without(start: Start, event: int, i: int) -> Start:
     return Start(replace(problem, events=tuple(events)), np.delete(point, gone), earlier)
 
 
-def _peaks(gains: Array) -> list[int]:
-    """Return where the gains (T,) are larger than beside them, the largest first."""
-    beside = np.concatenate([[-np.inf], gains, [-np.inf]])
-    peaks = np.flatnonzero((gains >= beside[:-2]) & (gains >= beside[2:]))
-    return sorted(peaks.tolist(), key=lambda i: -gains[i])
+def _near(times: Array, gains: Array, parts: int) -> list[int]:
+    """Return the place of the best of times (T,), and of another peak of the gains (T,) near it.
+
+    Near is within one of so many parts of the window; steps of a part of a part tell peaks apart.
+    """
+    best = int(np.argmax(gains))
+    near = times[best] + np.arange(1 - parts, parts) / parts**2
+    places = np.unique(np.append(np.searchsorted(times, near).clip(0, times.size - 1), best))
+    beside = np.concatenate([[-np.inf], gains[places], [-np.inf]])
+    peaks = places[(beside[1:-1] >= beside[:-2]) & (beside[1:-1] >= beside[2:])]
+    return sorted(peaks.tolist(), key=lambda i: -gains[i])[:2]

@@ -8,18 +8,19 @@ may stand for them, the search for jumps decides by evidence.
 """
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from operator import attrgetter
 from typing import NamedTuple
 
 import numpy as np
 
+from obs_ros.core.changes import replace
 from obs_ros.core.deadline import Deadline
 from obs_ros.core.linear_algebra import scaled_inverse
 from obs_ros.core.residual_tests import is_white, like_noise
 from obs_ros.core.typing import Array, BoolArray, IntArray
 from obs_ros.inference.jumps.hypothesis import Hypothesis, hypothesis_at
-from obs_ros.inference.jumps.piecewise import PiecewiseProblem, may_jump
+from obs_ros.inference.jumps.piecewise import PiecewiseProblem
 from obs_ros.inference.jumps.screening import screen
 from obs_ros.inference.noise import variances_left
 from obs_ros.inference.outliers import OUTLIERS, left_out, outliers_in, repeated, spread
@@ -118,12 +119,15 @@ def beside(window: WindowState, tried: Sequence[Hypothesis]) -> tuple[BoolArray,
 
 def _suspicious(window: WindowState, residuals: Array) -> bool:
     """Whether residuals (K, r) of the fit to all samples may hide outliers."""
+    if any(repeated(y[np.isfinite(y)]) for y in window.record.y.T):
+        return True
+    explained = _explained(window, residuals)
+    if explained and window.noise_known and not (np.abs(residuals) > OUTLIERS.limit).any():
+        return False
     sizes = np.abs(residuals) / spread(residuals, noise_known=window.noise_known)
     if np.nanmax(sizes, initial=0.0) > OUTLIERS.limit:
         return True
-    if any(repeated(y[np.isfinite(y)]) for y in window.record.y.T):
-        return True
-    return _tail(sizes) > OUTLIERS.tail and not _explained(window, residuals)
+    return not explained and _tail(sizes) > OUTLIERS.tail
 
 
 def _tail(sizes: Array) -> float:
@@ -258,18 +262,16 @@ def _may_be_jump(found: _Found) -> bool:
     be outliers as well as that they are none.
     """
     objective, settings = found.best.problem.objective, found.best.problem.settings
-    parameters, nodes = may_jump(objective.unknowns), _nodes_before(found.far)
+    parameters, nodes, t = objective.unknowns.may_jump, _nodes_before(found.far), objective.grid.t
     if not parameters:
         return False
-    t = objective.grid.t
-    times = (t[nodes] - t[0]) / (t[-1] - t[0])
     if nodes.size:
-        beside = screen(_refitted(found.best), times, parameters).gains.max()
+        times = (t[nodes] - t[0]) / (t[-1] - t[0])
+        beside = screen(_refitted(found.best), parameters, times).gains.max()
         if beside > settings.jump_penalty:
             return True
-    times = np.union1d(times, np.arange(1, settings.times) / settings.times)
     whole = _refitted(found.whole)
-    jump = whole.cost - screen(whole, times, parameters).gains.max() + settings.jump_penalty
+    jump = whole.cost - screen(whole, parameters).gains.max() + settings.jump_penalty
     return bool(jump < found.best.cost + OUTLIERS.penalty * found.far.sum())
 
 

@@ -13,16 +13,13 @@ from functools import cached_property
 
 import numpy as np
 
-from obs_ros.core.estimated_delays import is_delay
-from obs_ros.core.periods import shortest
 from obs_ros.core.typing import Array, BoolArray, IntArray
 from obs_ros.inference.jumps.layout import Layout
+from obs_ros.inference.jumps.linearisation import Linearisation, differences
 from obs_ros.inference.jumps.settings import JUMP_SETTINGS, JumpSettings
 from obs_ros.inference.objective import Objective
-from obs_ros.inference.parameterisation import Unknowns
-from obs_ros.inference.prior import Prior, box_variances
+from obs_ros.inference.prior import Prior
 from obs_ros.integration.backends import Kernels
-from obs_ros.integration.delayed import DelayedKernels
 from obs_ros.integration.grid import Grid
 
 
@@ -53,6 +50,11 @@ class PiecewiseProblem:
         return mask, weight[:, None], weight * grid.y[mask]
 
     @cached_property
+    def _last(self) -> int:
+        """The last node at which any output was measured."""
+        return int(np.flatnonzero(self.objective.grid.measured)[-1])
+
+    @cached_property
     def _t(self) -> Array:
         """Nodes (K,) in s from the start: seconds since 1970 would round small steps away."""
         return np.asarray(self.objective.grid.t - self.objective.grid.t[0])
@@ -61,6 +63,8 @@ class PiecewiseProblem:
     def limits(self) -> Array:
         """Least and largest values (2, D)."""
         z = self.objective.limits
+        if not self.events:
+            return z
         columns = [z]
         for event in self.events:
             columns += [np.array([[0.0], [1.0]]), z[:, list(event)]]
@@ -109,6 +113,8 @@ class PiecewiseProblem:
 
     def mean(self, point: Array) -> Array:
         """Return the prior's mean (D,): that of a value after a jump is the one before."""
+        if not self.events:
+            return self.prior.mean
         mean = np.zeros(self.layout.size)
         mean[: self.layout.dimension] = self.prior.mean
         mean[self.layout.times] = point[self.layout.times]
@@ -118,10 +124,12 @@ class PiecewiseProblem:
 
     def precision(self, point: Array) -> Array:
         """Return the prior's precision (D, D)."""
+        if not self.events:
+            return self.prior.precision.copy()
         d = self.layout.dimension
         precision = np.zeros((self.layout.size, self.layout.size))
         precision[:d, :d] = self.prior.precision
-        weight = 1.0 / box_variances(self.objective.unknowns)
+        weight = 1.0 / self.objective.unknowns.box_variances
         for jump in self.layout.jumped(point):
             before, after = jump.before, jump.after
             size = weight[jump.parameter - self.objective.unknowns.n_states]
@@ -131,7 +139,7 @@ class PiecewiseProblem:
             precision[after, before] -= size
         return precision
 
-    def linearisation(self, point: Array, steps: Array) -> 'Linearisation':
+    def linearisation(self, point: Array, steps: Array) -> Linearisation:
         """Return residual and Jacobian at a point (D,), by forward differences of `steps` (D,)."""
         points = np.repeat(point[None], point.size + 1, axis=0)
         steps = self._inward(point, steps)
@@ -139,22 +147,29 @@ class PiecewiseProblem:
         points[1 + columns, columns] += steps
         taken = points[1 + columns, columns] - point
         states, outputs = self.roll(points)
-        rows = self._rows(outputs)
-        base = rows[:, :1]
         grid = self.objective.grid
-        turns = (grid.weight * grid.period)[self._measured[0]][:, None]
-        end = states[np.flatnonzero(self.objective.grid.measured)[-1]]
+        shown = np.ascontiguousarray(grid.shown(outputs))
+        residual, jacobian = differences(shown, grid.y, grid.weight, grid.period, taken)
+        end = states[self._last]
         return Linearisation(
-            residual=rows[:, 0] - self._measured[2],
-            jacobian=shortest(rows[:, 1:] - base, turns) / taken,
+            residual=residual,
+            jacobian=jacobian,
             state=end[:, 0],
             state_jacobian=(end[:, 1:] - end[:, :1]) / taken,
+            path=(states[:, :, 0], outputs[:, :, 0]),
         )
 
     def trajectory(self, point: Array) -> tuple[Array, Array]:
         """Return states (K, n) and scaled residuals (K, r) of one point; NaN = not measured."""
         states, outputs = self.roll(point[None])
         return states[:, :, 0], self.objective.grid.residuals(outputs[:, :, 0])
+
+    def at_nodes(self, rows: Array) -> Array:
+        """Return rows (M, D) of measured values at their nodes (K, r, D), 0 where none was."""
+        mask = self._measured[0]
+        found = np.zeros((*mask.shape, rows.shape[1]))
+        found[mask] = rows
+        return found
 
     def rows(self, points: Array) -> Array:
         """Return the scaled outputs (M, B) of points (B, D) wherever one was measured."""
@@ -174,8 +189,8 @@ class PiecewiseProblem:
             states, outputs = kernels.trajectories(grid, x, p)
             return states, grid.nearest(outputs)
         first, times, intervals = 0, *self._times(points)
-        if isinstance(kernels, DelayedKernels):
-            schedule = self._schedule(points, times, intervals, p)
+        if grid.injection is None:
+            schedule = self._sets(points, times, intervals, p)
             states, outputs = kernels.scheduled(grid, x, *schedule)
             return states, grid.nearest(outputs)
         states = np.empty((grid.t.size, *x.shape))
@@ -211,7 +226,19 @@ class PiecewiseProblem:
                 after[row] = value
         return mixed, after
 
-    def _schedule(
+    def schedule(self, point: Array) -> tuple[Array, IntArray, IntArray]:
+        """Return the sets of parameters (S, q) of one point, and which hold where.
+
+        Those are the places of sets between nodes and at nodes (K,).
+        """
+        p = self.objective.unknowns.values(point[None, : self.layout.dimension])[1]
+        if not self.events:
+            always = np.zeros(self.nodes, dtype=np.int64)
+            return p.T, always, always
+        sets, along, there = self._sets(point[None], *self._times(point[None]), p)
+        return sets[:, :, 0], along, there
+
+    def _sets(
         self, points: Array, times: Array, intervals: IntArray, p: Array
     ) -> tuple[Array, IntArray, IntArray]:
         """Return all sets of parameters (S, q, B), and those between nodes and at nodes."""
@@ -243,6 +270,8 @@ class PiecewiseProblem:
 
     def _inward(self, point: Array, steps: Array) -> Array:
         """Return steps (D,) towards the middle of box and, for a time, of its interval."""
+        if not self.events:
+            return np.where(point > 0.5, -steps, steps)
         z, t = point.copy(), self._t
         times, intervals = self._times(point[None])
         # As if the interval were the box.
@@ -261,25 +290,6 @@ def _run(
     return states, outputs, [(int(row), parameters[-1, row]) for row in moving]
 
 
-@dataclass(frozen=True)
-class Linearisation:
-    """A window near one point: scaled residual (M,) and end state (n,), and their Jacobians."""
-
-    residual: Array
-    jacobian: Array  # (M, D)
-    state: Array
-    state_jacobian: Array  # (n, D)
-
-
 def interval_of(t: Array, times: Array) -> IntArray:
     """Return for each time the interval k with t[k] < time <= t[k + 1]; the nearest if none."""
     return np.clip(np.searchsorted(t, times, side='left') - 1, 0, t.size - 2)
-
-
-def may_jump(unknowns: Unknowns) -> list[int]:
-    """Return the places of the parameters that may jump: not disturbances, which wander anyway.
-
-    Nor do delays: what goes off in time is a clock or a queue, and drifts.
-    """
-    places = (unknowns.n_states + np.flatnonzero(np.isnan(unknowns.walks))).tolist()
-    return [place for place in places if not is_delay(unknowns.names[place])]

@@ -8,7 +8,8 @@ else has been fitted anew, and what the evidence charges for one more unknown ma
     gain = (s'r)^2 / h - log(h / w)    at    d = -s'r / h,    h = s's + w - s'J C J's
 
 with w the prior precision of the size, J the Jacobian and C the covariance of the hypothesis as it
-stands. All times and parameters share one rollout: the shapes are sums of forward differences.
+stands. One pass backward over one-step sensitivities gives the products of s for every sample as a
+candidate time, see `sensitivities`.
 """
 
 from collections.abc import Sequence
@@ -18,28 +19,69 @@ from typing import NamedTuple
 import numpy as np
 
 from obs_ros.core.linear_algebra import scaled_inverse
-from obs_ros.core.typing import Array
+from obs_ros.core.typing import Array, IntArray
 from obs_ros.inference.jumps.hypothesis import Hypothesis
+from obs_ros.inference.jumps.piecewise import PiecewiseProblem
+from obs_ros.inference.jumps.sensitivities import products
 from obs_ros.inference.parameterisation import Unknowns
-from obs_ros.inference.prior import Prior, box_variances
+from obs_ros.inference.prior import Prior
+from obs_ros.integration.delayed import DelayedKernels
 
 LEAST_LEFT = 1e-12  # of the determinant, that a wider prior leaves: below is rounding
 
 
 class Screening(NamedTuple):
-    """Gains (T, J) in -2 log evidence, penalties apart, and sizes (T, J) in boxes."""
+    """Gains (T, J) in -2 log evidence, penalties apart, and sizes (T, J) in boxes.
 
+    Jumps begin at times (T,), shares of the window.
+    """
+
+    times: Array
     gains: Array
     sizes: Array
 
 
-def screen(base: Hypothesis, times: Array, parameters: Sequence[int]) -> Screening:
+def screen(base: Hypothesis, parameters: Sequence[int], times: Array | None = None) -> Screening:
     """Screen jumps of each parameter (J,) at each time (T,), a share of the window.
 
-    A jump begins at the nearest node and lasts to the end.
+    A jump begins at the nearest node and lasts to the end. One right after the start is hardly told
+    from another value all along, and then has no gain. Without times (None) all nodes are
+    screened, or `settings.times_rolled` of them where candidates must be rolled out.
     """
+    problem, linear = base.problem, base.linearisation
+    settings, t = problem.settings, problem.objective.grid.t
+    columns = np.column_stack([linear.residual, linear.jacobian])
+    if sees_every_node(problem):
+        nodes = np.arange(1, t.size - 1) if times is None else nearest_nodes(t, times)
+        every = products(base, parameters, problem.at_nodes(columns))
+        squares, pulled = every.squares[nodes], every.columns[nodes]
+    else:
+        if times is None:
+            times = np.arange(1, settings.times_rolled) / settings.times_rolled
+        nodes = nearest_nodes(t, times)
+        shapes = _rolled_out(base, (t[nodes] - t[0]) / (t[-1] - t[0]), parameters)
+        squares = (shapes**2).sum(axis=0)
+        pulled = (shapes.reshape(len(shapes), -1).T @ columns).reshape(*squares.shape, -1)
+    unknowns = problem.objective.unknowns
+    weight = 1.0 / unknowns.box_variances[np.array(parameters) - unknowns.n_states]
+    slope, cross = pulled[:, :, 0], pulled[:, :, 1:]
+    height = squares + weight - ((cross @ base.covariance) * cross).sum(axis=2)
+    told = height > settings.least_share * squares
+    height = np.maximum(height, weight)
+    gains = np.where(told, slope**2 / height - np.log(height / weight), -np.inf)
+    return Screening((t[nodes] - t[0]) / (t[-1] - t[0]), gains, -slope / height)
+
+
+def sees_every_node(problem: PiecewiseProblem) -> bool:
+    """Whether every node is screened, not rollouts: not with delays, nor parameters that walk."""
+    injection = problem.objective.grid.injection
+    walking = injection is not None and injection.moving.size > 0
+    return not (walking or isinstance(problem.objective.kernels, DelayedKernels))
+
+
+def _rolled_out(base: Hypothesis, times: Array, parameters: Sequence[int]) -> Array:
+    """Return the shapes (M, T, J) of jumps by sums of forward differences, all in one rollout."""
     problem, d = base.problem, len(parameters)
-    times = at_nodes(problem.objective.grid.t, times)
     probe = replace(problem, events=(*problem.events, *[tuple(parameters)] * times.size))
     values = np.array([values_at(base, parameter, times) for parameter in parameters]).T
     point = np.concatenate([base.point, np.column_stack([times, values]).ravel()])
@@ -52,17 +94,7 @@ def screen(base: Hypothesis, times: Array, parameters: Sequence[int]) -> Screeni
         pieces = ((rows[:, 1:] - rows[:, :1]) / step).reshape(-1, times.size, d)
     pieces = np.nan_to_num(pieces, nan=0.0, posinf=0.0, neginf=0.0)
     # A piece lasts to the next time; a jump, to the end.
-    shapes = np.cumsum(pieces[:, ::-1], axis=1)[:, ::-1].reshape(-1, times.size * d)
-    unknowns = problem.objective.unknowns
-    variances = box_variances(unknowns)[np.array(parameters) - unknowns.n_states]
-    weight = np.tile(1.0 / variances, times.size)
-    cross = base.linearisation.jacobian.T @ shapes
-    height = (shapes**2).sum(axis=0) + weight
-    height -= (cross * (base.covariance @ cross)).sum(axis=0)
-    height = np.maximum(height, weight)
-    slope = shapes.T @ base.linearisation.residual
-    gains = slope**2 / height - np.log(height / weight)
-    return Screening(gains.reshape(times.size, d), (-slope / height).reshape(times.size, d))
+    return np.asarray(np.cumsum(pieces[:, ::-1], axis=1)[:, ::-1])
 
 
 def screen_earlier(base: Hypothesis, parameters: Sequence[int]) -> tuple[Array, Array]:
@@ -75,7 +107,7 @@ def screen_earlier(base: Hypothesis, parameters: Sequence[int]) -> tuple[Array, 
     prior, places = base.problem.prior, np.array(parameters)
     unknowns, d = base.problem.objective.unknowns, base.layout.dimension
     columns, own = prior.precision[:, places], prior.precision[places, places]
-    variances = box_variances(unknowns)[places - unknowns.n_states]
+    variances = unknowns.box_variances[places - unknowns.n_states]
     share = variances / (1.0 + variances * own)
     step = base.covariance[:d, :d] @ columns
     left = np.maximum(1.0 - share * (columns * step).sum(axis=0), LEAST_LEFT)
@@ -91,17 +123,22 @@ def widened(prior: Prior, unknowns: Unknowns, *places: int) -> Prior:
     """Return the prior with parameters that may since have jumped anywhere in their boxes."""
     covariance = scaled_inverse(prior.precision)
     n = unknowns.n_states
-    variances = box_variances(unknowns)
+    variances = unknowns.box_variances
     for place in places:
         covariance[place, place] += variances[place - n]
     wide = Prior.of(unknowns, prior.mean[n:], covariance[n:, n:], prior.gap)
     return replace(wide, given=prior.given)
 
 
+def nearest_nodes(t: Array, times: Array) -> IntArray:
+    """Return the nodes (T,) nearest to `times` (T,), shares of the window, at which jumps begin."""
+    nodes = np.searchsorted(t, t[0] + times * (t[-1] - t[0]))
+    return np.asarray(np.clip(nodes, 1, t.size - 2))
+
+
 def at_nodes(t: Array, times: Array) -> Array:
     """Return the shares of the window (T,) at which the nodes nearest to `times` (T,) lie."""
-    nodes = np.searchsorted(t, t[0] + times * (t[-1] - t[0]))
-    return np.asarray((t[np.clip(nodes, 1, t.size - 2)] - t[0]) / (t[-1] - t[0]))
+    return np.asarray((t[nearest_nodes(t, times)] - t[0]) / (t[-1] - t[0]))
 
 
 def values_at(base: Hypothesis, parameter: int, times: Array) -> Array:

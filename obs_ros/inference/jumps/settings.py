@@ -18,7 +18,10 @@ class JumpSettings:
     further_probability: float = 0.1  # that another one jumps at the same time
     most_jumps: int = 4  # of single parameters in one window: more would be a drift
     # Margins.
-    times: int = 8  # parts of the window between which jumps are screened, and parts of each part
+    times: int = 8  # parts of the window, in two of which starts of one jump are sought
+    times_rolled: int = 32  # parts between which jumps are screened where each is rolled out
+    least_share: float = 1e-3  # of a jump's squares, that nothing else explains: below, errors of
+    # the two sets of differences in the squares, 1e-4 of them, are as large
     times_nearby: int = 17  # tried within a quarter of such a part, beside process noise
     rivals: int = 3  # moves solved exactly in one round
     rival_margin: float = 12.0  # by which their scores may lag the best: 400 times less likely
@@ -29,7 +32,7 @@ class JumpSettings:
     trail: int = 6  # latest rollouts, whose mean gain foretells that of those to come
     out_of_reach: float = 60.0  # cost above the least: more than determinants can make up for
     least_gain: float = 0.01  # share of the squares, in the latest rollouts of a window unexplained
-    rollouts_per_unknown: int = 27  # of a window unexplained, again for each halving of its squares
+    rollouts_per_unknown: int = 20  # of a window unexplained, again for each halving of its squares
     # Difference steps.
     probe_step: float = 1e-7  # box, where the derivative is all that is wanted
     noise_step: float = 0.3  # standard deviations of the noise by which a step moves the outputs

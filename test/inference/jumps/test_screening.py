@@ -30,7 +30,7 @@ def test_gains_of_jumps_sought_to_first_order(jump: float) -> None:
     window = record(jump)
     base = still(window, TIGHT)
     times = np.array([0.125, 0.4237, 0.875])
-    gains, sizes = screen(base, times, [GAIN, DRIFT])
+    _, gains, sizes = screen(base, [GAIN, DRIFT], times)
     without = neg2_log_probability(window, prior=TIGHT)
     # Screened jumps begin at nodes.
     for i, time in enumerate(10.0 * at_nodes(T, times)):
@@ -49,7 +49,7 @@ def test_gains_of_jumps_sought_to_first_order(jump: float) -> None:
 
 def test_the_gain_of_a_second_jump_beside_one() -> None:
     base = with_a_drift_jump(record(0.6), TIGHT)
-    gains, _ = screen(base, np.array([0.8]), [GAIN])
+    _, gains, _ = screen(base, [GAIN], np.array([0.8]))
     # Its time is as free as its size: another column, of the slope there.
     h = 1e-6
     time = 10.0 * base.point[3]

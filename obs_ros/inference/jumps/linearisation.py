@@ -1,0 +1,66 @@
+"""A window near one point: its residual and end state, with their derivatives by differences."""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from obs_ros.core.jit import accelerated
+from obs_ros.core.periods import shortest, shortest_way
+from obs_ros.core.typing import Array
+
+
+@dataclass(frozen=True)
+class Linearisation:
+    """A window near one point: scaled residual (M,) and end state (n,), and their Jacobians.
+
+    `path` are the states (K, n) and outputs (K, r) of the point itself.
+    """
+
+    residual: Array
+    jacobian: Array  # (M, D)
+    state: Array
+    state_jacobian: Array  # (n, D)
+    path: tuple[Array, Array]
+
+
+def _differences_on_arrays(
+    outputs: Array, y: Array, weight: Array, period: Array, taken: Array
+) -> tuple[Array, Array]:
+    """Return the same on whole arrays."""
+    known = weight > 0.0
+    factor = weight[known][:, None]
+    rows = factor * outputs[known]
+    turns = np.broadcast_to(period, known.shape)[known][:, None] * factor
+    residual = rows[:, 0] - weight[known] * y[known]
+    return residual, shortest(rows[:, 1:] - rows[:, :1], turns) / taken
+
+
+def _differences(
+    outputs: Array, y: Array, weight: Array, period: Array, taken: Array
+) -> tuple[Array, Array]:
+    """Return the scaled residual (M,) of the first candidate, and differences (M, D) by the others.
+
+    Of outputs (K, r, 1 + D), wherever one was measured, those of candidate j less the first one's
+    are divided by taken[j]; all by the shortest way round the periods (r,).
+    """
+    nodes, count, lanes = outputs.shape
+    rows = 0
+    for k in range(nodes):
+        for i in range(count):
+            if weight[k, i] > 0.0:
+                rows += 1
+    residual, jacobian = np.empty(rows), np.empty((rows, lanes - 1))
+    row = 0
+    for k in range(nodes):
+        for i in range(count):
+            if weight[k, i] > 0.0:
+                base = weight[k, i] * outputs[k, i, 0]
+                residual[row] = base - weight[k, i] * y[k, i]
+                for j in range(lanes - 1):
+                    off = weight[k, i] * outputs[k, i, 1 + j] - base
+                    jacobian[row, j] = shortest_way(off, weight[k, i] * period[i]) / taken[j]
+                row += 1
+    return residual, jacobian
+
+
+differences = accelerated(_differences, _differences_on_arrays)
