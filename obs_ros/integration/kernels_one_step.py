@@ -4,7 +4,7 @@
 
 
 @jit
-def spread(states, k, moved, first, last, x):
+def in_lanes(states, k, moved, first, last, x):
     """Put the state of node k in all lanes, moved in those of the entries from first to last."""
     for i in range(N_STATES):
         for lane in range(LANES):
@@ -45,7 +45,7 @@ def one_step(
         first = chunk * own
         last = min(first + own, transition.shape[2])
         for k in range(t.size):
-            spread(states, k, moved, first, last, x)
+            in_lanes(states, k, moved, first, last, x)
             load(sets[there[k]], chunk, N_PARAMETERS, q)
             uk = input_at(u, slope, k, 0.0)
             for lane in range(LANES):
@@ -56,7 +56,7 @@ def one_step(
                     off = shows[i, 1 + j - first] - shows[i, 0]
                     sensitivity[k, i, j] = shortest(off, period[i])
             if k < t.size - 1:
-                spread(begins, k, moved, first, last, x)
+                in_lanes(begins, k, moved, first, last, x)
                 load(sets[along[k]], chunk, N_PARAMETERS, q)
                 advance(x, q, t[k], t[k + 1] - t[k], steps[k], u, slope, k)
                 for i in range(N_STATES):

@@ -34,7 +34,9 @@ from obs_ros.core.kernel_cache import (
     remembered,
     write,
 )
-from obs_ros.integration.compiled import CompiledKernels, load_module
+from obs_ros.integration.compiled import CompiledKernels
+from obs_ros.integration.grid import Grid
+from obs_ros.integration.kernel_modules import load_module
 
 PATIENCE = patience(50.0)  # s for a process that compiles
 
@@ -194,11 +196,9 @@ def fresh(model: obs_ros.Model) -> CompiledKernels:
 
 def trajectory(kernels: CompiledKernels) -> float:
     """Return the state of BLOW_UP after 0.1 s, from 0.5."""
-    t, none = np.array([0.0, 0.1]), np.empty((2, 0))
-    states, outputs = np.empty((2, 1, 16)), np.empty((2, 1, 16))
-    kernels.module.trajectories(
-        t, np.array([1]), none, none, np.full((1, 16), 0.5), np.empty((0, 16)), states, outputs
-    )
+    record = obs_ros.Record(np.array([0.0, 0.1]), np.empty((2, 0)), np.full((2, 1), 0.5))
+    grid = Grid.of(BLOW_UP, record, np.ones(1))
+    states, _ = kernels.trajectories(grid, np.full((1, 1), 0.5), np.empty((0, 1)))
     return float(states[-1, 0, 0])
 
 

@@ -125,7 +125,7 @@ LEVELS = np.linspace(0.0, 1.0, 100)  # of less than 65 entries the table is reco
 
 def test_what_compiles_to_slow_code_is_named(caplog: Any) -> None:
     pytest.importorskip('numba')
-    from obs_ros.integration.compiled import load_module
+    from obs_ros.integration.kernel_modules import load_module
 
     slow = replace(BLOW_UP, dynamics=lambda t, x, u, p: (np.interp(x[0], LEVELS, LEVELS),))
     with caplog.at_level(logging.WARNING, 'obs_ros'):

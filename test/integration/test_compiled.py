@@ -1,14 +1,10 @@
-"""Tests of obs_ros.integration.compiled: generated modules and their cache."""
+"""Tests of obs_ros.integration.compiled: compiled rollouts."""
 
-import logging
-import sys
 from dataclasses import replace
-from pathlib import Path
-from typing import Any
 
 import numpy as np
 import pytest
-from plants import BLOW_UP, OSCILLATOR
+from plants import BLOW_UP
 
 pytest.importorskip('numba')
 
@@ -16,17 +12,9 @@ from obs_ros.integration.backends import correction_rehearsed, rollouts_rehearse
 from obs_ros.integration.backends import run_once as run_kernels_once
 from obs_ros.integration.compiled import (
     CompiledKernels,
-    CompiledStepper,
-    load_module,
     padded,
 )
-from obs_ros.integration.stepper import run_once
-
-
-def test_equal_models_share_a_module_and_others_do_not() -> None:
-    assert load_module(OSCILLATOR) is load_module(replace(OSCILLATOR, name='x', max_step=0.3))
-    assert load_module(OSCILLATOR) is not load_module(replace(OSCILLATOR, integrator='euler'))
-
+from obs_ros.integration.kernel_modules import load_module
 
 KERNELS = {
     kind + corrected
@@ -52,25 +40,6 @@ def test_kernels_compile_one_after_the_other_when_they_are_first_used() -> None:
             steps.append(compiled())
     assert [len(each) for each in steps] == [2, 3, 3, 3, 3, 4, 5, 6]
     assert steps[-1] == KERNELS
-
-
-def own(gain: float) -> Any:
-    return replace(BLOW_UP, dynamics=lambda t, x, u, p: (gain * x[0],))
-
-
-def test_compiling_is_announced_once_and_loading_is_not(
-    tmp_path: Path, monkeypatch: Any, caplog: Any
-) -> None:
-    monkeypatch.setenv('OBS_ROS_CACHE', str(tmp_path))
-    announcement = "compiling the kernels of model 'blow_up': several seconds, once"
-    for announced in (1, 0):
-        caplog.clear()
-        with caplog.at_level(logging.INFO, 'obs_ros'):
-            stepper = CompiledStepper(own(-3.0))
-            run_once(stepper)
-        logger = 'obs_ros.integration.compiled'
-        assert caplog.record_tuples == [(logger, logging.INFO, announcement)] * announced
-        sys.modules.pop(load_module(stepper.model).__name__)
 
 
 @pytest.mark.parametrize(('count', 'lanes'), [(1, 16), (16, 16), (17, 32), (31, 32)])
