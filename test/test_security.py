@@ -19,7 +19,7 @@ KERNELS = {
     'obs_ros/core/kernel_cache.py': {'pickle'},
     # The operations that a plant's function came to, as numbers and names of our own.
     'obs_ros/core/tracing.py': {'exec', 'compile'},
-    'obs_ros/integration/compiled.py': {'exec', 'compile'},
+    'obs_ros/integration/kernel_modules.py': {'exec', 'compile'},
 }
 
 
