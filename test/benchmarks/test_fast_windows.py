@@ -2,8 +2,8 @@
 
 import numpy as np
 
-from benchmarks.c_twin import gcc_version
 from benchmarks.fast_windows.__main__ import main as measure
+from benchmarks.runner import gcc_version
 
 
 def test_windows_of_every_kind_are_held_against_their_rollouts(tmp_path):

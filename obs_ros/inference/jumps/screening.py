@@ -45,14 +45,18 @@ def screen(base: Hypothesis, parameters: Sequence[int], times: Array | None = No
     """Screen jumps of each parameter (J,) at each time (T,), a share of the window.
 
     A jump begins at the nearest node and lasts to the end. One right after the start is hardly told
-    from another value all along, and then has no gain. Without times (None) all nodes are
-    screened, or `settings.times_rolled` of them where candidates must be rolled out.
+    from another value all along, and then has no gain. Without times (None) all nodes from
+    `settings.earliest` on are screened, or `settings.times_rolled` of them where candidates must be
+    rolled out.
     """
     problem, linear = base.problem, base.linearisation
     settings, t = problem.settings, problem.objective.grid.t
     columns = np.column_stack([linear.residual, linear.jacobian])
     if sees_every_node(problem):
-        nodes = np.arange(1, t.size - 1) if times is None else nearest_nodes(t, times)
+        if times is None:
+            nodes = np.flatnonzero(t[:-1] - t[0] >= settings.earliest * (t[-1] - t[0]))
+        else:
+            nodes = nearest_nodes(t, times)
         every = products(base, parameters, problem.at_nodes(columns))
         squares, pulled = every.squares[nodes], every.columns[nodes]
     else:

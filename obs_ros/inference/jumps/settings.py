@@ -20,6 +20,7 @@ class JumpSettings:
     # Margins.
     times: int = 8  # parts of the window, in two of which starts of one jump are sought
     times_rolled: int = 32  # parts between which jumps are screened where each is rolled out
+    earliest: float = 0.0625  # share of the window: a jump before it is one before the window
     least_share: float = 1e-3  # of a jump's squares, that nothing else explains: below, errors of
     # the two sets of differences in the squares, 1e-4 of them, are as large
     times_nearby: int = 17  # tried within a quarter of such a part, beside process noise
