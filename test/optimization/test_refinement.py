@@ -78,7 +78,8 @@ def test_where_steps_lead_astray_the_fit_stays_as_good_as_it_was() -> None:
 def test_what_is_not_finite_and_what_is_late_stays() -> None:
     nowhere = rows_of(lambda z: np.full((5, len(z)), np.nan))
     found = found_at([0.3, 0.4], np.inf)
-    assert refined(nowhere, found, NEVER) is found
+    assert refined(nowhere, found, NEVER).z is found.z
     problem = decay_problem()
     late = found_at([0.6, 0.5, 0.3], 1.0)
-    assert refined(problem, late, Deadline(0.0)) is late
+    stayed = refined(problem, late, Deadline(0.0))
+    assert stayed.z is late.z and stayed.cost == late.cost

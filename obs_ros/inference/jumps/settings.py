@@ -33,7 +33,7 @@ class JumpSettings:
     trail: int = 6  # latest rollouts, whose mean gain foretells that of those to come
     out_of_reach: float = 60.0  # cost above the least: more than determinants can make up for
     least_gain: float = 0.01  # share of the squares, in the latest rollouts of a window unexplained
-    rollouts_per_unknown: int = 20  # of a window unexplained, again for each halving of its squares
+    rollouts_per_unknown: int = 16  # of a window unexplained, again for each halving of its squares
     # Difference steps.
     probe_step: float = 1e-7  # box, where the derivative is all that is wanted
     noise_step: float = 0.3  # standard deviations of the noise by which a step moves the outputs
