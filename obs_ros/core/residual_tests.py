@@ -59,6 +59,18 @@ def whiteness(residuals: Array) -> Whiteness:
     return Whiteness(correlation, correlation * float(np.sqrt(count)))
 
 
+@accelerated
+def _packed(residuals: Array, i: int, r: Array) -> tuple[int, float]:
+    """Write what was measured of column i of residuals (K, n) to r (K,); return size and square."""
+    size, square = 0, 0.0
+    for k in range(len(residuals)):
+        if np.isfinite(residuals[k, i]):
+            r[size] = residuals[k, i]
+            square += r[size] * r[size]
+            size += 1
+    return size, square
+
+
 def _head_on_arrays(residuals: Array, lags: int, limit: float) -> tuple[IntArray, Array, Array]:
     """Return the same on whole arrays."""
     sizes = np.zeros(residuals.shape[1], dtype=np.int64)
@@ -83,12 +95,7 @@ def _head_looped(residuals: Array, lags: int, limit: float) -> tuple[IntArray, A
     sizes, squares = np.zeros(outputs, dtype=np.int64), np.zeros(outputs)
     products, r = np.full((outputs, lags + 1), np.nan), np.empty(nodes)
     for i in range(outputs):
-        size, square = 0, 0.0
-        for k in range(nodes):
-            if np.isfinite(residuals[k, i]):
-                r[size] = residuals[k, i]
-                square += r[size] * r[size]
-                size += 1
+        size, square = _packed(residuals, i, r)
         sizes[i], squares[i] = size, square
         for lag in range(1, lags + 1):
             product = 0.0
@@ -201,12 +208,7 @@ def _block_means_looped(residuals: Array, blocks: int) -> tuple[float, int]:
     nodes, outputs = residuals.shape
     total, freedom, r = 0.0, 0, np.empty(nodes)
     for i in range(outputs):
-        size, square = 0, 0.0
-        for k in range(nodes):
-            if np.isfinite(residuals[k, i]):
-                r[size] = residuals[k, i]
-                square += r[size] * r[size]
-                size += 1
+        size, square = _packed(residuals, i, r)
         length = size // blocks
         if length < 2 or square == 0.0:
             continue

@@ -60,11 +60,6 @@ class NewJump:
         for j, parameter in enumerate(parameters):
             yield cls(float(scores[j]), parameter, times, gains[:, j], sizes[:, j])
 
-    @property
-    def time(self) -> float:
-        """The most promising time."""
-        return float(self.times[np.argmax(self.gains)])
-
     def start(self, base: Hypothesis) -> Iterator[Start]:
         """Yield a start at the best time; one on either side, if an input steps between."""
         for i in _near(self.times, self.gains, base.problem.settings.times):
