@@ -18,10 +18,11 @@ from obs_ros.inference.objective import Objective
 from obs_ros.inference.parameterisation import Unknowns
 from obs_ros.inference.window_state import WindowState
 from obs_ros.integration.backends import Backend
-from obs_ros.integration.grid import Grid, steps_within
+from obs_ros.integration.grid import TIGHTER, Grid, steps_within
 from obs_ros.integration.path import LANES
-from obs_ros.integration.step_choice import ORDERS, STEPPING, Choice, chosen
+from obs_ros.integration.step_choice import by_own_steps, chosen
 from obs_ros.integration.step_cost import cost_of_step
+from obs_ros.integration.step_trials import ORDERS, STEPPING, Choice
 from obs_ros.integration.window_steps import (
     Methods,
     WindowTrial,
@@ -36,7 +37,8 @@ SAME = 0.01  # of a step: stamps jitter by some share of the interval
 class Stepping:
     """Method and steps of one window: h (K - 1,) s in the intervals between t (K,) s.
 
-    `plain` are the steps that the model's `max_step` asks for.
+    `plain` are the steps that the model's `max_step` asks for. Of candidates with steps of their
+    own by a `tolerance`, h are those of the optimum.
     """
 
     model: Model
@@ -44,14 +46,16 @@ class Stepping:
     t: Array
     h: Array
     plain: bool
+    tolerance: float = 0.0
 
     @classmethod
     def of(cls, objective: Objective) -> 'Stepping':
         """Return the method and steps with which a window was solved."""
         model, grid = objective.unknowns.model, objective.grid
         plain = np.array_equal(grid.steps, steps_within(model, np.diff(grid.t)))
+        plain = plain and not grid.tolerance
         h = np.diff(grid.t) / grid.steps
-        return cls(model, objective.kernels.model.method, grid.t, h, plain)
+        return cls(model, objective.kernels.model.method, grid.t, h, plain, grid.tolerance)
 
     @property
     def usual(self) -> float:
@@ -104,13 +108,18 @@ class Integration:
         reference = self.unknowns.point(nominal(self.unknowns)) if warm is None else warm
         spread = spread_over_box(self.unknowns.dimension)
         trial = self._trial(window, np.vstack([reference, spread]), None)
-        if before is not None:
-            steps = before.steps(window.objective.grid)
-            verdict = trial.judge(before.method, steps)
-            if (worst := verdict.worst()) <= 1.0:
-                choice = Choice(before.method, steps, verdict.error, worst, verdict.largest)
-                return self._with(window, choice)
+        if before is not None and (choice := self._again(trial, window, before)).fine:
+            return self._with(window, choice)
         return self._with(window, self._chosen(trial, window.objective.grid.steps))
+
+    def _again(self, trial: WindowTrial, window: WindowState, before: Stepping) -> Choice:
+        """Return the choice of the window before."""
+        if before.tolerance > 0.0:
+            base = window.objective.grid.steps
+            return by_own_steps(trial, before.method, base, before.tolerance)
+        steps = before.steps(window.objective.grid)
+        verdict = trial.judge(before.method, steps)
+        return Choice(before.method, steps, verdict.error, verdict.worst(), verdict.largest)
 
     def refined(self, window: WindowState, z: Array) -> WindowState:
         """Return the window in finer steps where it errs too much at its optimum z (d,)."""
@@ -119,14 +128,20 @@ class Integration:
         noise = noise_of(window, rolled[1])
         if error_at(objective, z, noise, rolled) <= STEPPING.aimed:
             return window
-        method = objective.kernels.model.method
+        method, grid = objective.kernels.model.method, objective.grid
         trial = self._trial(window, z[None], noise)
+        if grid.tolerance > 0.0:
+            tolerance = TIGHTER * grid.tolerance
+            if tolerance < STEPPING.tightest:
+                return window
+            base = steps_within(self.unknowns.model, np.diff(grid.t))
+            return self._with(window, by_own_steps(trial, method, base, tolerance))
         methods = methods_of(self.unknowns.model.integrator)
         methods = methods[methods.index(method) :]
-        base = objective.grid.steps
+        base = grid.steps
         if len(methods) == 1:
             return self._with(window, self._chosen(trial, base, methods))
-        base = steps_within(self.unknowns.model, np.diff(objective.grid.t))
+        base = steps_within(self.unknowns.model, np.diff(grid.t))
         return self._with(window, self._chosen(trial, base, methods))
 
     def finer(self, window: WindowState, answer: Answer) -> WindowState:
@@ -139,20 +154,38 @@ class Integration:
         refined = self.refined(window, answer.z)
         if refined is not window:
             return refined
-        method, steps = window.objective.kernels.model.method, window.objective.grid.steps
+        method, grid = window.objective.kernels.model.method, window.objective.grid
         factor = (answer.error / (STEPPING.safety * STEPPING.aimed)) ** (1.0 / ORDERS[method])
         factor = np.clip(np.ceil(factor), 2.0, STEPPING.growth)
-        if not np.isfinite(factor) or factor * steps.sum() > STEPPING.steps + steps.sum():
+        if not np.isfinite(factor) or factor * grid.steps.sum() > STEPPING.steps + grid.steps.sum():
             return window
-        return self._with(window, Choice(method, steps * int(factor), answer.error, np.inf))
+        finer = grid.finer()
+        return self._with(window, Choice(
+            method, grid.steps * int(factor), answer.error, np.inf, np.inf, finer.tolerance,
+            finer.budget,
+        ))  # fmt: skip
 
-    def denser(self, window: WindowState) -> WindowState:
-        """Return a window by implicit steps in more of them everywhere, if there may be so many."""
-        method, steps = window.objective.kernels.model.method, window.objective.grid.steps
-        more = int(STEPPING.growth) * steps
-        if method != 'rosenbrock' or window.exact or more.sum() > STEPPING.steps:
+    def tighter(self, window: WindowState) -> WindowState:
+        """Return a window of candidates' own steps in much finer ones; itself if it has none."""
+        grid = window.objective.grid
+        tolerance = min(STEPPING.smooth, TIGHTER * grid.tolerance)
+        if not tolerance >= STEPPING.tightest:
             return window
-        return self._with(window, Choice(method, more, np.inf, np.inf))
+        finer = replace(grid, tolerance=tolerance, budget=4 * grid.budget)
+        return replace(window, objective=replace(window.objective, grid=finer))
+
+    def counted(self, window: WindowState, z: Array) -> WindowState:
+        """Return the window with the own steps of its optimum z (d,), for all that takes a grid's.
+
+        Filters, and rollouts that measurements correct, go by these.
+        """
+        objective = window.objective
+        grid = objective.grid
+        if not grid.tolerance > 0.0:
+            return window
+        counts = objective.kernels.counts(grid, *self.unknowns.values(z[None]))[:, 0]
+        steps = np.maximum(steps_within(self.unknowns.model, np.diff(grid.t)), counts)
+        return replace(window, objective=replace(objective, grid=grid.stepped(steps)))
 
     def otherwise(self, window: WindowState) -> WindowState | None:
         """Return the window by the next method, in its fewest steps; None if there is no other."""
@@ -160,9 +193,12 @@ class Integration:
         left = methods[methods.index(window.objective.kernels.model.method) + 1 :]
         if not left:
             return None
-        if not self._trial(window, spread_over_box(self.unknowns.dimension), None).decays():
+        trial = self._trial(window, spread_over_box(self.unknowns.dimension), None)
+        if not trial.decays():
             return None
         steps = steps_within(self.unknowns.model, np.diff(window.objective.grid.t))
+        if trial.takes_own(left[0]):
+            return self._with(window, by_own_steps(trial, left[0], steps, STEPPING.loosest))
         return self._with(window, Choice(left[0], steps, np.inf, np.inf))
 
     def _chosen(
@@ -186,6 +222,10 @@ class Integration:
             objective = replace(objective, kernels=self.methods.kernels(choice.method))
         if not np.array_equal(choice.steps, objective.grid.steps):
             objective = replace(objective, grid=objective.grid.stepped(choice.steps))
+        own = choice.tolerance, choice.budget
+        if own != (objective.grid.tolerance, objective.grid.budget):
+            grid = replace(objective.grid, tolerance=own[0], budget=own[1])
+            objective = replace(objective, grid=grid)
         exact = choice.fine and choice.largest < STEPPING.safety * STEPPING.aimed
         if objective is window.objective and exact == window.exact:
             return window

@@ -11,13 +11,14 @@ from obs_ros.core.periods import shortest, shortest_way
 from obs_ros.core.typing import Array, IntArray
 from obs_ros.integration.backends import Backend, Kernels, kernels_for
 from obs_ros.integration.grid import Grid
-from obs_ros.integration.step_choice import (
+from obs_ros.integration.step_trials import (
     LARGEST,
     STEPPING,
     StepSettings,
     Verdict,
     common,
     doubling_error,
+    own_error,
 )
 from obs_ros.integration.time_scales import STIFF, fastest_decay, modes
 
@@ -54,14 +55,31 @@ class WindowTrial:
 
     def judge(self, method: str, steps: IntArray) -> Verdict:
         """See `Trial.judge`."""
-        kernels, grid = self.methods.kernels(method), self.grid
+        return self._judged(method, *(self.grid.stepped(n * steps) for n in (1, 2)))
+
+    def takes_own(self, method: str) -> bool:
+        """See `Trial.takes_own`."""
+        return method == 'rosenbrock' and self.methods.kernels(method).own_steps
+
+    def judge_own(self, method: str, tolerance: float) -> tuple[Verdict, IntArray]:
+        """See `Trial.judge_own`."""
+        kernels, budget = self.methods.kernels(method), self.settings.steps + self.grid.t.size
+        grid = replace(self.grid, tolerance=tolerance, budget=budget)
+        counts = kernels.counts(grid, self.x0, self.p)
+        return self._judged(method, grid, grid.finer()), counts
+
+    def _judged(self, method: str, coarse_grid: Grid, fine_grid: Grid) -> Verdict:
+        """Return how far the candidates are apart on two grids."""
+        kernels, grid, own = self.methods.kernels(method), self.grid, coarse_grid.tolerance > 0.0
         coarse, fine = (
-            grid.shown(kernels.trajectories(grid.stepped(n * steps), self.x0, self.p)[1])
-            for n in (1, 2)
+            grid.shown(kernels.trajectories(each, self.x0, self.p)[1])
+            for each in (coarse_grid, fine_grid)
         )
         with np.errstate(all='ignore'):
             worst, sizes, off = differences(coarse, fine, grid.y, grid.weight, grid.period)
-            sizes, worst = doubling_error(sizes, method), doubling_error(worst, method)
+            sizes, worst = (
+                own_error(each) if own else doubling_error(each, method) for each in (sizes, worst)
+            )
             sizes[0] = worst[0]
             share = np.full(len(off), self.settings.share)
             share[0] = self.settings.reference
