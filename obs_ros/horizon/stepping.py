@@ -188,7 +188,15 @@ class Integration:
         return replace(window, objective=replace(objective, grid=grid.stepped(steps)))
 
     def otherwise(self, window: WindowState) -> WindowState | None:
-        """Return the window by the next method, in its fewest steps; None if there is no other."""
+        """Return the window by the next method, in its fewest steps; None if there is no other.
+
+        Where candidates with steps of their own are lost, as among endless switches, they share
+        those of the grid.
+        """
+        grid = window.objective.grid
+        if grid.tolerance > 0.0:
+            method = window.objective.kernels.model.method
+            return self._with(window, Choice(method, grid.steps, np.inf, np.inf))
         methods = methods_of(self.unknowns.model.integrator)
         left = methods[methods.index(window.objective.kernels.model.method) + 1 :]
         if not left:

@@ -23,7 +23,6 @@ from obs_ros.integration.step_trials import (
     Choice,
     StepSettings,
     Trial,
-    common,
 )
 
 
@@ -43,7 +42,9 @@ def chosen(
     limit = settings.steps + int(base.sum())
     first = methods[0]
     if trial.takes_own(first):
-        return by_own_steps(trial, first, base, settings.loosest, settings)
+        own = by_own_steps(trial, first, base, settings.loosest, settings)
+        if np.isfinite(own.worst):
+            return own
     verdict = trial.judge(first, base)
     if (worst := verdict.worst(settings.most)) <= 1.0:
         return Choice(first, base, verdict.error, worst, verdict.largest)
@@ -66,7 +67,7 @@ def chosen(
     enough = min(limit, int(ratio * other.steps.sum()))
     if enough > short:
         found = _refined(trial, first, found.steps, base, enough, settings)
-    return found if found.fine or found.worst < other.worst else other
+    return found if found.fine or found.worst <= other.worst else other
 
 
 def _refined(
@@ -133,7 +134,7 @@ def by_own_steps(
     The others control their errors as it does. Without any that suffices, that by which it errs
     least is returned. Of candidates that diverge by the `doubtful` method too, see `_refined`.
     """
-    best, vain = Choice(method, base, np.inf, np.inf, np.inf, tolerance, settings.steps), 0
+    best, vain = Choice(method, base, np.inf, np.inf, np.inf, tolerance, settings.own), 0
     while tolerance >= settings.tightest and vain < 2:
         verdict, counts = trial.judge_own(method, tolerance)
         if doubtful is not None and not np.isfinite(verdict.excess).all():
@@ -142,14 +143,15 @@ def by_own_steps(
             if (worst := other.without(exempt).worst(settings.most)) <= 1.0:
                 return Choice(doubtful, base, other.error, worst)
         doubtful, worst = None, float(verdict.excess[0])
-        usual = common(counts.sum(axis=0), settings.most)
-        most = int(np.clip(settings.ahead * usual, settings.fewest, settings.steps))
+        taken = counts.sum(axis=0)
+        usual = max(taken[0], np.median(taken))
+        most = int(np.clip(settings.ahead * usual, settings.fewest, settings.own))
         vain = 0 if worst < settings.safety * best.worst else vain + 1
         if not vain or not np.isfinite(best.worst):
             steps = np.maximum(base, counts[:, 0])
             best = Choice(
                 method, steps, verdict.error, worst, verdict.largest,
-                tolerance if np.isfinite(worst) else best.tolerance, most + int(base.sum()),
+                tolerance if np.isfinite(worst) else best.tolerance, most + 10 * int(base.sum()),
             )  # fmt: skip
         if best.fine:
             break

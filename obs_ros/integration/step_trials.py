@@ -41,7 +41,8 @@ class StepSettings:
       rounding counts as much;
     - `smooth`: tolerance of the second search where noise does not explain what the first found: so
       fine, costs are smooth on the scale of the noise where a plant relaxes, and jumps move;
-    - `ahead`: times as many steps as most of these candidates that any may take, beside `fewest`.
+    - `ahead`: times as many steps as most of these candidates that any may take, beside `fewest`
+      and not beyond `own`, and ten for each fewest one: what switches all the time ends there.
     """
 
     aimed: float = 0.1
@@ -60,8 +61,9 @@ class StepSettings:
     loosest: float = 1e-4
     smooth: float = 1e-6
     tightest: float = 1e-10
-    ahead: int = 10
+    ahead: int = 5
     fewest: int = 1000
+    own: int = 5_000
 
 
 STEPPING = StepSettings()

@@ -63,7 +63,10 @@ class WindowTrial:
 
     def judge_own(self, method: str, tolerance: float) -> tuple[Verdict, IntArray]:
         """See `Trial.judge_own`."""
-        kernels, budget = self.methods.kernels(method), self.settings.steps + self.grid.t.size
+        kernels, budget = (
+            self.methods.kernels(method),
+            self.settings.own + 10 * int(self.grid.steps.sum()),
+        )
         grid = replace(self.grid, tolerance=tolerance, budget=budget)
         counts = kernels.counts(grid, self.x0, self.p)
         return self._judged(method, grid, grid.finer()), counts

@@ -165,18 +165,19 @@ def test_own_steps_take_the_loosest_tolerance_that_suffices() -> None:
     assert found.fine and found.tolerance == pytest.approx(1e-7)
     assert trial.judged == [('rosenbrock', power) for power in (-4, -5, -6, -7)]
     assert found.error == pytest.approx(0.05)
-    # 0.02 (1e-7)^(-1/3) = 4.3 steps an interval; ten times as many are the most, or a thousand.
+    # 0.02 (1e-7)^(-1/3) = 4.3 steps an interval; five times as many are the most, or a thousand.
     np.testing.assert_array_equal(found.steps, 5 * BASE)
-    assert found.budget == 10 * 250 + 50
-    assert chosen(Known({}, own='rosenbrock'), ('rosenbrock',), BASE, COST).budget == 1050
+    assert found.budget == 5 * 250 + 500
+    assert chosen(Known({}, own='rosenbrock'), ('rosenbrock',), BASE, COST).budget == 1500
 
 
 def test_own_steps_that_never_suffice_end_at_the_tightest_tolerance() -> None:
     found = chosen(Known({}, own='rosenbrock', suffices=1e-30), ('rosenbrock',), BASE, COST)
     assert not found.fine and found.tolerance == pytest.approx(STEPPING.tightest)
-    trial = Known({}, own='rosenbrock', leads=False)
+    # What no tolerance leads on shares the steps of the grid.
+    trial = Known({'rosenbrock': 0.01 * ONE}, own='rosenbrock', leads=False)
     found = chosen(trial, ('rosenbrock',), BASE, COST)
-    assert found.tolerance == STEPPING.loosest and len(trial.judged) == 2
+    assert found.fine and found.tolerance == 0.0 and len(trial.judged) == 3
 
 
 def test_of_candidates_that_no_steps_lead_on_rk4_is_kept_where_it_serves_the_others() -> None:
