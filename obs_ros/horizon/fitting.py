@@ -43,7 +43,7 @@ def fitted(
     there: by a local search of `squares` if it was one that noise explains.
     """
     found = search(problem, warm)
-    if not np.isfinite(found.cost) and (other := integration.otherwise(window)) is not None:
+    while not np.isfinite(found.cost) and (other := integration.otherwise(window)) is not None:
         window = other
         found = search(of_window(problem, window), warm)
     problem = of_window(problem, window)
