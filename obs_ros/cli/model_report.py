@@ -26,7 +26,7 @@ from obs_ros.inference.objective import Objective
 from obs_ros.inference.parameterisation import Unknowns
 from obs_ros.inference.prior import Prior
 from obs_ros.integration.backends import Backend
-from obs_ros.integration.step_choice import STEPPING
+from obs_ros.integration.step_trials import STEPPING
 
 
 @dataclass(frozen=True)

@@ -6,12 +6,13 @@ import numpy as np
 
 from obs_ros.core.model import Model, names
 from obs_ros.core.record import Record
-from obs_ros.core.typing import Array, IntArray
+from obs_ros.core.typing import Array
 from obs_ros.horizon.integration_error import Answer
 from obs_ros.horizon.settings import EstimationSettings
 from obs_ros.horizon.solver import Solver
 from obs_ros.inference.window_state import WindowState
 from obs_ros.integration.backends import Backend, Kernels
+from obs_ros.integration.grid import Grid
 
 ROUNDS = 3  # in which steps get finer
 
@@ -23,8 +24,8 @@ def integrated(
     x0: Array,
     p: Array,
     backend: Backend | None = None,
-) -> tuple[Kernels, IntArray, float]:
-    """Return the rollouts and steps (K - 1,) for a record, beside x0 (n,), p (q,).
+) -> tuple[Kernels, Grid, float]:
+    """Return the rollouts for a record and a grid in their steps, beside x0 (n,), p (q,).
 
     With them comes the integration error there, the largest at any output, in standard deviations
     `scale` (r,) of the noise.
@@ -46,7 +47,8 @@ def integrated(
                 break
             window = finer
     objective = window.objective
-    return objective.kernels, objective.grid.steps, answer.error
+    grid = solver.integration.counted(window, z).objective.grid
+    return objective.kernels, grid, answer.error
 
 
 def _measuring_itself(window: WindowState, z: Array) -> WindowState:

@@ -2,7 +2,7 @@
 
 import math
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 import numpy as np
 
@@ -40,8 +40,8 @@ TRIAL = TrialSettings()
 class Trial:
     """A window of `record` simulated from x0 (n,) with parameters p (q,), states (K, n).
 
-    By `kernels` in `step_counts` (K - 1,), which err by `error` standard deviations of the noise
-    `scale` (r,) at most; `guessed` (r,) tells where that is not given.
+    By `kernels` in the steps of the grid `chosen`, which err by `error` standard deviations of the
+    noise `scale` (r,) at most; `guessed` (r,) tells where that is not given.
     """
 
     record: Record
@@ -49,7 +49,7 @@ class Trial:
     p: Array
     states: Array
     kernels: Kernels
-    step_counts: IntArray
+    chosen: Grid
     error: float
     scale: Array
     guessed: BoolArray
@@ -62,8 +62,12 @@ class Trial:
     @property
     def grid(self) -> Grid:
         """The window's grid."""
-        grid = Grid.of(self.model, self.record, self.scale)
-        return replace(grid, steps=self.step_counts)
+        return Grid.of(self.model, self.record, self.scale).like(self.chosen)
+
+    @property
+    def step_counts(self) -> IntArray:
+        """The steps (K - 1,) from node to node."""
+        return self.chosen.steps
 
     @property
     def own_parameters(self) -> int:
@@ -166,8 +170,8 @@ def simulated(
     # How far outputs spread along the window only rollouts tell, whose steps depend on it.
     scale = _noise(model, noise, y, settings)
     for _ in range(2):
-        kernels, steps, error = integrated(model, record, scale, x0[:, 0], p[:, 0], backend)
-        states, outputs, wrong = _followed(kernels, record, scale, steps, x0[:, :1], p[:, :1])
+        kernels, chosen, error = integrated(model, record, scale, x0[:, 0], p[:, 0], backend)
+        states, outputs, wrong = _followed(kernels, record, scale, chosen, x0[:, :1], p[:, :1])
         if wrong.any():
             at = _listed(model.variables, (*x0[:, 0], *p[:, 0]))
             raise ValueError(
@@ -180,22 +184,22 @@ def simulated(
             break
     guessed = np.array([v.name not in noise for v in model.outputs])
     record = Record(t, u, outputs[:, :, 0])
-    return Trial(record, x0[:, 0], p[:, 0], states[:, :, 0], kernels, steps, error, scale, guessed)
+    return Trial(record, x0[:, 0], p[:, 0], states[:, :, 0], kernels, chosen, error, scale, guessed)
 
 
 def _followed(
-    kernels: Kernels, record: Record, scale: Array, steps: IntArray, x0: Array, p: Array
+    kernels: Kernels, record: Record, scale: Array, chosen: Grid, x0: Array, p: Array
 ) -> tuple[Array, Array, BoolArray]:
     """Return states (K, n, 1) and outputs (K, r, 1), and the nodes (K,) where they are wrong.
 
-    Twice as many steps show outputs elsewhere there, by more than the noise, or states elsewhere in
+    Finer steps show outputs elsewhere there, by more than the noise, or states elsewhere in
     their range; or they are no numbers of any plant.
     """
-    grid = Grid.of(kernels.model, record, scale)
+    grid = Grid.of(kernels.model, record, scale).like(chosen)
     with np.errstate(all='ignore'):
-        states, outputs = kernels.trajectories(replace(grid, steps=steps), x0, p)
-        finer = steps if kernels.model.period is not None else 2 * steps
-        others = kernels.trajectories(replace(grid, steps=finer), x0, p)
+        states, outputs = kernels.trajectories(grid, x0, p)
+        finer = grid if kernels.model.period is not None else grid.finer()
+        others = kernels.trajectories(finer, x0, p)
         size = TRIAL.lost * np.ptp(others[0], axis=0)
         right = np.abs(states - others[0]) <= np.where(size < TRIAL.largest, size, 0.0)
         shown = np.abs(outputs - others[1]) <= scale[:, None]

@@ -14,11 +14,14 @@ from obs_ros.inference.assessment.fit import root_mean_square
 from obs_ros.inference.objective import Objective
 from obs_ros.inference.prior import Posterior
 from obs_ros.inference.window_state import WindowState
+from obs_ros.optimization.acceptance import Acceptance
 from obs_ros.optimization.levenberg_marquardt import LMSettings, Trail, levenberg_marquardt
 from obs_ros.optimization.memetic import MemeticSettings
+from obs_ros.optimization.neighbourhood import bettered
 from obs_ros.optimization.result import Found
 
 Costs = Objective | Posterior
+UNEXPLAINED = None, Acceptance.ROUNDS  # by which noise does not explain an optimum
 Search = Callable[[Costs, Array | None], Found]  # by costs and a start (d,)
 
 
@@ -34,17 +37,21 @@ def fitted(
 ) -> tuple[WindowState, Found]:
     """Return the optimum of a window's objective or posterior, the `problem`, and the window.
 
-    Where every candidate diverges the next method of integration is tried. Where the optimum errs
-    too much it is found anew in finer steps, from there: by a local search of `squares` if it was
-    one that noise explains.
+    Where every candidate diverges the next method of integration is tried. An optimum by steps of
+    the candidates' own that noise does not explain is compared with its neighbours, and sought
+    once more in finer ones. Where the optimum errs too much it is found anew in finer steps, from
+    there: by a local search of `squares` if it was one that noise explains.
     """
     found = search(problem, warm)
-    if not np.isfinite(found.cost) and (other := integration.otherwise(window)) is not None:
+    while not np.isfinite(found.cost) and (other := integration.otherwise(window)) is not None:
         window = other
         found = search(of_window(problem, window), warm)
-    if warm is None and not found.accepted and not deadline.passed:
-        window, found = _in_denser_steps(window, problem, found, search, integration)
-        problem = of_window(problem, window)
+    problem = of_window(problem, window)
+    if squares and window.objective.grid.tolerance and found.accepted is not Acceptance.LIKE_NOISE:
+        found = bettered(problem, found, deadline, noise_known=window.noise_known)
+        if found.accepted in UNEXPLAINED and warm is None and not deadline.passed:
+            window, found = _in_finer_steps(window, problem, found, search, integration, deadline)
+            problem = of_window(problem, window)
     for _ in range(integration.attempts):
         if window.exact or deadline.passed or not np.isfinite(found.cost):
             break
@@ -57,26 +64,30 @@ def fitted(
             found = polished(problem, found, deadline)
         else:
             found = search(problem, found.z)
-    return window, found
+    return integration.counted(window, found.z), found
 
 
-def _in_denser_steps(
+def _in_finer_steps(
     window: WindowState,
     problem: Costs,
     found: Found,
     search: Search,
     integration: Integration,
+    deadline: Deadline,
 ) -> tuple[WindowState, Found]:
     """Return the better of an optimum that noise does not explain and one sought in finer steps.
 
-    Steps are chosen by a spread of candidates, of which most may be off: where the plant is stiff
-    the costs about the optimum may be wrong, and lead a search elsewhere.
+    Own steps of candidates leave costs that are smooth on the scale of their tolerance alone: by
+    relaxing plants that decides where a search ends.
     """
-    denser = integration.denser(window)
-    if denser is window:
+    finer = integration.tighter(window)
+    if finer is window:
         return window, found
-    other = search(of_window(problem, denser), None)
-    return (denser, other) if other.cost < found.cost else (window, found)
+    problem = of_window(problem, finer)
+    other = search(problem, found.z)
+    if other.accepted is not Acceptance.LIKE_NOISE:
+        other = bettered(problem, other, deadline, noise_known=window.noise_known)
+    return (finer, other) if other.cost < found.cost else (window, found)
 
 
 def of_window(problem: Costs, window: WindowState) -> Costs:

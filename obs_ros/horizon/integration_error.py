@@ -14,10 +14,8 @@ from obs_ros.inference.jumps.piecewise import PiecewiseProblem
 from obs_ros.inference.noise import noise_guess
 from obs_ros.inference.objective import Objective
 from obs_ros.inference.window_state import WindowState
-from obs_ros.integration.graded import graded, levels
 from obs_ros.integration.grid import Grid
-from obs_ros.integration.step_choice import STEPPING, doubling_error
-from obs_ros.integration.time_scales import modes
+from obs_ros.integration.step_trials import STEPPING, doubling_error, own_error
 
 # Outcomes of answers that are believed as they stand.
 SOUND = (Outcome.CONVERGED, Outcome.AT_BOUND, Outcome.NOT_IDENTIFIABLE)
@@ -37,7 +35,6 @@ class NoiseFloor:
 
 
 FLOOR = NoiseFloor()
-LOOKS = 5  # nodes of a rollout at which its fastest mode is looked at
 
 
 def noise_of(window: WindowState, residuals: Array | None = None) -> Array:
@@ -81,57 +78,28 @@ def error_at(
 ) -> float:
     """Return the largest integration error at any measured output, in deviations of noise (r,).
 
-    It is found by a rollout of the point with twice as many steps, and of a linearly implicit
-    method by graded ones; of a corrected rollout, in deviations of the innovations. `rolled` are
-    the point's states (K, n) and scaled residuals (K, r), if they are known.
+    It is found by a rollout of the point with twice as many steps, or with much finer ones of its
+    own; of a corrected rollout, in deviations of the innovations. `rolled` are the point's states
+    (K, n) and scaled residuals (K, r), if they are known.
     """
     objective = problem if isinstance(problem, Objective) else problem.objective
     grid = objective.grid
     if objective.unknowns.model.period is not None:
         return 0.0  # a discrete model integrates nothing
-    finer = replace(objective, grid=grid.stepped(2 * grid.steps))
+    finer = replace(objective, grid=grid.finer())
     other = finer if isinstance(problem, Objective) else replace(problem, objective=finer)
     rolled = rolled or problem.trajectory(point)
     with np.errstate(all='ignore'):
         difference = shortest(other.trajectory(point)[1] - rolled[1], grid.weight * grid.period)
-        error = doubling_error(difference, objective.kernels.model.method)
+        method = objective.kernels.model.method
+        error = own_error(difference) if grid.is_free else doubling_error(difference, method)
         if grid.injection is None:
             error = error * (grid.scale / noise)
-        if (unresolved := _by_graded_steps(problem, point, rolled)) is not None:
-            error = np.fmax(error, unresolved / noise)
     known = grid.weight > 0.0
     if grid.ends is not None:
         known = known & ~grid.ends.saturated
     worst = error[known].max(initial=0.0)
     return float(worst) if np.isfinite(worst) else np.inf
-
-
-def _by_graded_steps(
-    problem: Objective | PiecewiseProblem, point: Array, rolled: tuple[Array, Array]
-) -> Array | None:
-    """Return how far outputs (K, r) move by steps that resolve the fastest modes after each node.
-
-    `rolled` are the point's states (K, n) and scaled residuals (K, r). None where steps resolve
-    them, by explicit methods, or where rollouts are corrected or jump.
-    """
-    objective = problem if isinstance(problem, Objective) else problem.objective
-    grid, model = objective.grid, objective.kernels.model
-    if model.method != 'rosenbrock' or grid.injection is not None:
-        return None
-    if not isinstance(problem, Objective) and problem.layout.events:
-        return None
-    states, residuals = rolled
-    x, p = objective.unknowns.values(point[None, : objective.dimension])
-    places = np.unique(np.linspace(0, grid.t.size - 1, LOOKS).astype(int))
-    found = [modes(model, grid.clock[k], states[k], grid.u[k], p[:, 0]) for k in places]
-    fastest = max((float(np.abs(each).max(initial=0.0)) for each in found), default=0.0)
-    halvings = levels(float((np.diff(grid.t) / grid.steps).max()), fastest)
-    if not halvings:
-        return None
-    finer, nodes = graded(grid, halvings)
-    outputs = objective.kernels.trajectories(finer, x, p)[1][nodes]
-    moved = grid.residuals(grid.nearest(outputs)[:, :, 0]) - residuals
-    return np.abs(shortest(moved, grid.weight * grid.period)) * grid.scale
 
 
 @dataclass(frozen=True, eq=False)

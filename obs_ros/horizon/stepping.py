@@ -18,10 +18,11 @@ from obs_ros.horizon.integration_error import Answer, error_at, noise_of
 from obs_ros.inference.parameterisation import Unknowns
 from obs_ros.inference.window_state import WindowState
 from obs_ros.integration.backends import Backend
-from obs_ros.integration.grid import Grid, steps_within
+from obs_ros.integration.grid import TIGHTER, Grid, steps_within
 from obs_ros.integration.path import LANES
-from obs_ros.integration.step_choice import ORDERS, STEPPING, Choice, chosen
+from obs_ros.integration.step_choice import by_own_steps, chosen
 from obs_ros.integration.step_cost import cost_of_step
+from obs_ros.integration.step_trials import ORDERS, STEPPING, Choice
 from obs_ros.integration.window_steps import (
     Methods,
     WindowTrial,
@@ -37,7 +38,8 @@ class Stepping:
     """Method and steps of one window: h (K - 1,) s in the intervals between t (K,) s.
 
     `plain` are the steps that the model's `max_step` asks for; `error` is that of its answer, in
-    deviations of the noise.
+    deviations of the noise. Of candidates with steps of their own by a `tolerance` and within a
+    `budget`, h are those of the optimum.
     """
 
     model: Model
@@ -46,6 +48,8 @@ class Stepping:
     h: Array
     plain: bool
     error: float
+    tolerance: float = 0.0
+    budget: int = 0
 
     @classmethod
     def of(cls, answer: Answer) -> 'Stepping':
@@ -53,8 +57,10 @@ class Stepping:
         objective = answer.objective
         model, grid = objective.unknowns.model, objective.grid
         plain = np.array_equal(grid.steps, steps_within(model, np.diff(grid.t)))
+        plain = plain and not grid.tolerance
         h = np.diff(grid.t) / grid.steps
-        return cls(model, objective.kernels.model.method, grid.t, h, plain, answer.error)
+        own = grid.tolerance, grid.budget
+        return cls(model, objective.kernels.model.method, grid.t, h, plain, answer.error, *own)
 
     @property
     def usual(self) -> float:
@@ -107,37 +113,53 @@ class Integration:
         """
         if self.unknowns.model.period is not None:
             return replace(window, exact=True)  # a discrete model integrates nothing
-        if before is not None:
-            steps = before.steps(window.objective.grid)
-            if warm is not None and before.error <= STEPPING.safety * STEPPING.aimed:
-                return self._with(window, Choice(before.method, steps, before.error, np.inf))
-            trial = self._spread(window, warm)
-            verdict = trial.judge(before.method, steps)
-            if (worst := verdict.worst()) <= 1.0:
-                choice = Choice(before.method, steps, verdict.error, worst, verdict.largest)
-                return self._with(window, choice)
+        if before is not None and (choice := self._again(window, warm, before)) is not None:
+            return self._with(window, choice)
         return self._with(
             window, self._chosen(self._spread(window, warm), window.objective.grid.steps)
         )
+
+    def _again(self, window: WindowState, warm: Array | None, before: Stepping) -> Choice | None:
+        """Return the choice of the window before, None if it does not suffice."""
+        own = before.tolerance, before.budget
+        base = window.objective.grid.steps
+        steps = base if before.tolerance > 0.0 else before.steps(window.objective.grid)
+        if warm is not None and before.error <= STEPPING.safety * STEPPING.aimed:
+            return Choice(before.method, steps, before.error, np.inf, np.inf, *own)
+        trial = self._spread(window, warm)
+        if before.tolerance > 0.0:
+            choice = by_own_steps(trial, before.method, base, before.tolerance)
+        else:
+            verdict = trial.judge(before.method, steps)
+            error, worst = verdict.error, verdict.worst()
+            choice = Choice(before.method, steps, error, worst, verdict.largest)
+        return choice if choice.fine else None
 
     def refined(self, window: WindowState, z: Array) -> WindowState:
         """Return the window in finer steps where it errs too much at its optimum z (d,)."""
         objective = window.objective
         rolled = objective.trajectory(z)
         noise = noise_of(window, rolled[1])
-        method, trial = objective.kernels.model.method, self._trial(window, z[None], noise)
-        if method == 'rosenbrock' or objective.grid.injection is not None:
+        method, grid = objective.kernels.model.method, objective.grid
+        trial = self._trial(window, z[None], noise)
+        if method == 'rosenbrock' or grid.injection is not None:
             error = error_at(objective, z, noise, rolled)
         else:  # which the choice of steps asks for too
-            error = trial.judge(method, objective.grid.steps).error
+            error = trial.judge(method, grid.steps).error
         if error <= STEPPING.aimed:
             return window
+        if grid.tolerance > 0.0:
+            tolerance = TIGHTER * grid.tolerance
+            if tolerance < STEPPING.tightest:
+                return window
+            base = steps_within(self.unknowns.model, np.diff(grid.t))
+            return self._with(window, by_own_steps(trial, method, base, tolerance))
         methods = methods_of(self.unknowns.model.integrator)
         methods = methods[methods.index(method) :]
-        base = objective.grid.steps
+        base = grid.steps
         if len(methods) == 1:
             return self._with(window, self._chosen(trial, base, methods))
-        base = steps_within(self.unknowns.model, np.diff(objective.grid.t))
+        base = steps_within(self.unknowns.model, np.diff(grid.t))
         return self._with(window, self._chosen(trial, base, methods))
 
     def finer(self, window: WindowState, answer: Answer) -> WindowState:
@@ -150,30 +172,59 @@ class Integration:
         refined = self.refined(window, answer.z)
         if refined is not window:
             return refined
-        method, steps = window.objective.kernels.model.method, window.objective.grid.steps
+        method, grid = window.objective.kernels.model.method, window.objective.grid
         factor = (answer.error / (STEPPING.safety * STEPPING.aimed)) ** (1.0 / ORDERS[method])
         factor = np.clip(np.ceil(factor), 2.0, STEPPING.growth)
-        if not np.isfinite(factor) or factor * steps.sum() > STEPPING.steps + steps.sum():
+        if not np.isfinite(factor) or factor * grid.steps.sum() > STEPPING.steps + grid.steps.sum():
             return window
-        return self._with(window, Choice(method, steps * int(factor), answer.error, np.inf))
+        finer = grid.finer()
+        return self._with(window, Choice(
+            method, grid.steps * int(factor), answer.error, np.inf, np.inf, finer.tolerance,
+            finer.budget,
+        ))  # fmt: skip
 
-    def denser(self, window: WindowState) -> WindowState:
-        """Return a window by implicit steps in more of them everywhere, if there may be so many."""
-        method, steps = window.objective.kernels.model.method, window.objective.grid.steps
-        more = int(STEPPING.growth) * steps
-        if method != 'rosenbrock' or window.exact or more.sum() > STEPPING.steps:
+    def tighter(self, window: WindowState) -> WindowState:
+        """Return a window of candidates' own steps in much finer ones; itself if it has none."""
+        grid = window.objective.grid
+        tolerance = min(STEPPING.smooth, TIGHTER * grid.tolerance)
+        if not tolerance >= STEPPING.tightest:
             return window
-        return self._with(window, Choice(method, more, np.inf, np.inf))
+        finer = replace(grid, tolerance=tolerance, budget=4 * grid.budget)
+        return replace(window, objective=replace(window.objective, grid=finer))
+
+    def counted(self, window: WindowState, z: Array) -> WindowState:
+        """Return the window with the own steps of its optimum z (d,), for all that takes a grid's.
+
+        Filters, and rollouts that measurements correct, go by these.
+        """
+        objective = window.objective
+        grid = objective.grid
+        if not grid.tolerance > 0.0:
+            return window
+        counts = objective.kernels.counts(grid, *self.unknowns.values(z[None]))[:, 0]
+        steps = np.maximum(steps_within(self.unknowns.model, np.diff(grid.t)), counts)
+        return replace(window, objective=replace(objective, grid=grid.stepped(steps)))
 
     def otherwise(self, window: WindowState) -> WindowState | None:
-        """Return the window by the next method, in its fewest steps; None if there is no other."""
+        """Return the window by the next method, in its fewest steps; None if there is no other.
+
+        Where candidates with steps of their own are lost, as among endless switches, they share
+        those of the grid.
+        """
+        grid = window.objective.grid
+        if grid.tolerance > 0.0:
+            method = window.objective.kernels.model.method
+            return self._with(window, Choice(method, grid.steps, np.inf, np.inf))
         methods = methods_of(self.unknowns.model.integrator)
         left = methods[methods.index(window.objective.kernels.model.method) + 1 :]
         if not left:
             return None
-        if not self._trial(window, spread_over_box(self.unknowns.dimension), None).decays():
+        trial = self._trial(window, spread_over_box(self.unknowns.dimension), None)
+        if not trial.decays():
             return None
         steps = steps_within(self.unknowns.model, np.diff(window.objective.grid.t))
+        if trial.takes_own(left[0]):
+            return self._with(window, by_own_steps(trial, left[0], steps, STEPPING.loosest))
         return self._with(window, Choice(left[0], steps, np.inf, np.inf))
 
     def _chosen(
@@ -193,7 +244,8 @@ class Integration:
         """Return points (B, d) to roll out through a window, errors in units of noise (r,)."""
         grid = window.objective.grid.uncorrected
         noise = noise_of(window) if noise is None else noise
-        grid = replace(grid, weight=np.where(grid.weight > 0.0, 1.0 / noise, 0.0))
+        weight = np.where(grid.weight > 0.0, 1.0 / noise, 0.0)
+        grid = replace(grid, weight=weight, tolerance=0.0)
         return WindowTrial(self.methods, grid, *self.unknowns.values(points))
 
     def _with(self, window: WindowState, choice: Choice) -> WindowState:
@@ -203,6 +255,10 @@ class Integration:
             objective = replace(objective, kernels=self.methods.kernels(choice.method))
         if not np.array_equal(choice.steps, objective.grid.steps):
             objective = replace(objective, grid=objective.grid.stepped(choice.steps))
+        own = choice.tolerance, choice.budget
+        if own != (objective.grid.tolerance, objective.grid.budget):
+            grid = replace(objective.grid, tolerance=own[0], budget=own[1])
+            objective = replace(objective, grid=grid)
         exact = choice.fine and choice.largest < STEPPING.safety * STEPPING.aimed
         if objective is window.objective and exact == window.exact:
             return window

@@ -8,6 +8,7 @@ import os
 import re
 import time
 from collections.abc import Callable, Iterator
+from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Literal, Protocol, TypeVar
 
@@ -32,6 +33,8 @@ if TYPE_CHECKING:
 Backend = Literal['numba', 'numpy']
 Made = TypeVar('Made')
 
+TINY_TOLERANCE = 1e-3  # of own steps of a window that only compiles
+
 log = logging.getLogger(__name__)
 
 
@@ -44,6 +47,7 @@ class Kernels(Protocol):
     name: str
     model: Model
     compile_time: float  # s
+    own_steps: bool  # whether candidates take steps of their own on grids that have a tolerance
 
     def squares(self, grid: Grid, prefixes: IntArray, x0: Array, p: Array) -> Array:
         """Sum the squared residuals, in units of the outputs' scales, block by block.
@@ -60,8 +64,10 @@ class Kernels(Protocol):
         row and column j for the outputs of candidate j less the base's.
         """
 
-    def trajectories(self, grid: Grid, x0: Array, p: Array) -> tuple[Array, Array]:
+    def trajectories(self, grid: Grid, x0: Array, p: Array, width: int = 1) -> tuple[Array, Array]:
         """Return states (K, n, B) and outputs (K, r, B) at every node.
+
+        Of `width` neighbouring candidates the others take the steps of the first, for differences.
 
         With an injection (see `Injection`) the states are those after the updates, and outputs that
         were measured those from which the innovations are: y - e.
@@ -75,6 +81,9 @@ class Kernels(Protocol):
         Of the sets p (S, q, B) the one between two nodes is along[k] (K,), that at a node there[k]
         (K,). There is no injection.
         """
+
+    def counts(self, grid: Grid, x0: Array, p: Array) -> IntArray:
+        """Return the steps (K - 1, B) that candidates take in the intervals, tried in vain too."""
 
     def restarted(self, grid: Grid, states: Array, p: Array) -> Array:
         """Return the states (K - 1, n, B) to which each interval leads from its begin.
@@ -218,6 +227,8 @@ def run_once(kernels: Kernels) -> float:
     """Run one kernel once on a tiny window, which compiles it; return the seconds."""
     begin = time.perf_counter()
     grid, x0, p = tiny_window(kernels.model)
+    if kernels.own_steps:
+        grid = replace(grid, tolerance=TINY_TOLERANCE, budget=1)
     kernels.squares(grid, np.array([2]), x0, p)
     return time.perf_counter() - begin
 

@@ -8,12 +8,14 @@ import numpy as np
 
 from obs_ros.core.model import Model
 from obs_ros.core.typing import AnyArray, Array, IntArray
+from obs_ros.integration import compiled_own_steps as own
 from obs_ros.integration.delayed_outputs import Delayed
 from obs_ros.integration.filter_pass import FilterPass, sizes
 from obs_ros.integration.filter_step import LiveFilter
 from obs_ros.integration.grid import Grid
 from obs_ros.integration.kernel_modules import load_filter, load_module
 from obs_ros.integration.path import LANES, Path, Stretch, always, lanes
+from obs_ros.integration.rosenbrock_source import takes_own_steps
 
 CompileError = numba.core.errors.NumbaError
 
@@ -27,11 +29,14 @@ class CompiledKernels:
     def __init__(self, model: Model) -> None:
         self.model = model
         self.module = load_module(model)
+        self.own_steps = takes_own_steps(model)
         self._filters: dict[int, ModuleType] = {}  # by number of states and moving parameters
         self._sizes = sizes(model)
 
     def squares(self, grid: Grid, prefixes: IntArray, x0: Array, p: Array) -> Array:
         """See `Kernels.squares`."""
+        if self.own_steps and grid.is_free:
+            return own.squares(self.module, self.model, grid, prefixes, x0, p)
         x, q, count = *padded(x0, p), x0.shape[1]
         out = np.empty((prefixes.size, len(self.model.outputs), x.shape[1]))
         if grid.injection is None:
@@ -42,6 +47,8 @@ class CompiledKernels:
 
     def grams(self, grid: Grid, nodes: int, x0: Array, p: Array, width: int) -> Array:
         """See `Kernels.grams`."""
+        if self.own_steps and grid.is_free:
+            return own.grams(self.module, self.model, grid, nodes, x0, p, width)
         x, q = padded(x0, p)
         out = np.empty((x0.shape[1] // width, width, width))
         if grid.injection is None:
@@ -50,8 +57,10 @@ class CompiledKernels:
             self.module.grams_injected(*corrections(grid), nodes, x, q, out)
         return out
 
-    def trajectories(self, grid: Grid, x0: Array, p: Array) -> tuple[Array, Array]:
+    def trajectories(self, grid: Grid, x0: Array, p: Array, width: int = 1) -> tuple[Array, Array]:
         """See `Kernels.trajectories`."""
+        if self.own_steps and grid.is_free:
+            return own.trajectories(self.module, self.model, grid, x0, p, width)[:2]
         if grid.injection is not None:
             states, _, outputs = self.paths(grid, x0, p)
             return states, outputs
@@ -67,6 +76,12 @@ class CompiledKernels:
         outputs = np.empty((grid.t.size, len(self.model.outputs), x.shape[1]))
         self.module.trajectories(*axis(grid), x, q, along, there, states, outputs)
         return states[..., :count], outputs[..., :count]
+
+    def counts(self, grid: Grid, x0: Array, p: Array) -> IntArray:
+        """See `Kernels.counts`."""
+        if self.own_steps and grid.is_free:
+            return own.trajectories(self.module, self.model, grid, x0, p, 1)[2]
+        return np.repeat(grid.steps[:, None], x0.shape[1], axis=1)
 
     def restarted(self, grid: Grid, states: Array, p: Array) -> Array:
         """See `Kernels.restarted`."""

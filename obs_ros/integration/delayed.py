@@ -91,6 +91,8 @@ class _Steps:
 class DelayedKernels:
     """Rolls candidates out whose last parameters are delays; see `Kernels` for the methods."""
 
+    own_steps = False
+
     def __init__(self, rollouts: DelayedRollouts) -> None:
         self._rollouts = rollouts
         self.model = model = rollouts.model
@@ -123,9 +125,13 @@ class DelayedKernels:
         rows[:, :, 0] = lanes[:, :, 0] - (weight * grid.y[:nodes][known])[:, None]
         return np.asarray(rows.transpose(1, 2, 0) @ rows.transpose(1, 0, 2))
 
-    def trajectories(self, grid: Grid, x0: Array, p: Array) -> tuple[Array, Array]:
-        """See `Kernels.trajectories`."""
+    def trajectories(self, grid: Grid, x0: Array, p: Array, width: int = 1) -> tuple[Array, Array]:
+        """See `Kernels.trajectories`; all take the steps of the grid."""
         return self._rolled(grid, grid.t.size, x0, p[None], everywhere=True)
+
+    def counts(self, grid: Grid, x0: Array, p: Array) -> IntArray:
+        """See `Kernels.counts`."""
+        return np.repeat(grid.steps[:, None], x0.shape[1], axis=1)
 
     def restarted(self, grid: Grid, states: Array, p: Array) -> Array:
         """See `Kernels.restarted`; the inputs are as they come, not as late as they act."""

@@ -17,6 +17,8 @@ from obs_ros.core.typing import Array, BoolArray, IntArray
 from obs_ros.integration.input_path import InputPath
 
 SAME_TIME = 1e-6  # s: stamps since 1970 as floats are no finer
+SAME_INPUT = 1e-9  # of its range in a window: by less no input leaps
+TIGHTER = 0.1  # of a tolerance: errors of the finer one count for nothing beside those of the other
 
 
 @dataclass(frozen=True)
@@ -51,6 +53,8 @@ class Grid:
     the weights are one over the innovations' standard deviations. `ends` are those that saturated
     sensors show, whose y are exactly these; None where no sensor has a range. rounding (r,) is the
     standard deviation of the errors by which sensors round, 0 where that is not known.
+    A linearly implicit method lets candidates take steps of their own where `tolerance`, of their
+    local errors, is above 0 (see `own_steps.py`): `budget` in all and `longest` s each at most.
     The model's own time counts from `origin` s. `path` are the inputs of a model that estimates how
     late they act, since before the window. `discrete` says that steps are those of a discrete
     model, one a period.
@@ -71,6 +75,9 @@ class Grid:
     origin: float = 0.0
     path: InputPath | None = None
     discrete: bool = False
+    tolerance: float = 0.0
+    budget: int = 0
+    longest: float = math.inf
 
     @classmethod
     def of(cls, model: Model, record: Record, scale: Array, start: float | None = None) -> 'Grid':
@@ -112,6 +119,7 @@ class Grid:
             origin=0.0 if model.time == 'stamp' else float(record.t[0]) if start is None else start,
             path=_path(model, record, kinds) if any(map(is_estimated, model.inputs)) else None,
             discrete=model.kind == 'discrete',
+            longest=longest_step(model),
         )
 
     @cached_property
@@ -119,9 +127,30 @@ class Grid:
         """The model's own time (K,) in s at the nodes."""
         return self.t - self.origin if self.origin else self.t
 
+    @cached_property
+    def fresh(self) -> BoolArray:
+        """Whether inputs leap where an interval begins (K - 1,); at the first they count as so."""
+        dt, moved = np.diff(self.t)[:, None], np.ptp(self.u, axis=0)
+        leaps = np.abs(self.u[1:] - self.u[:-1] - self.slope[:-1] * dt) > SAME_INPUT * moved
+        return np.append(True, leaps.any(axis=1))[: self.t.size - 1]
+
     def stepped(self, steps: IntArray) -> 'Grid':
         """Return the same grid with other integration steps (K - 1,) between its nodes."""
         return replace(self, steps=steps)
+
+    @property
+    def is_free(self) -> bool:
+        """Whether candidates may take steps of their own: none corrects them."""
+        return self.tolerance > 0.0 and self.injection is None
+
+    def like(self, other: 'Grid') -> 'Grid':
+        """Return the same grid in the steps of another one with these nodes."""
+        return replace(self, steps=other.steps, tolerance=other.tolerance, budget=other.budget)
+
+    def finer(self) -> 'Grid':
+        """Return the same grid with twice the steps, and candidates' own much finer."""
+        own = {'tolerance': TIGHTER * self.tolerance, 'budget': 4 * self.budget}
+        return replace(self, steps=2 * self.steps, **own)
 
     def rescaled(self, factor: Array) -> 'Grid':
         """Return the same grid with the outputs' scales (r,) multiplied by `factor` (r,).
@@ -216,10 +245,9 @@ class Grid:
 
         A saturated one is no value, but a bound.
         """
-        if self.ends is None:
-            return int(np.count_nonzero(self.weight[:nodes]))
-        values = (self.weight > 0.0) & ~self.ends.saturated
-        return int(np.count_nonzero(values[:nodes]))
+        known = self.weight[:nodes] > 0.0
+        known = known if self.ends is None else known & ~self.ends.saturated[:nodes]
+        return int(np.count_nonzero(known))
 
 
 def _inside(model: Model, t: Array) -> BoolArray | bool:
@@ -267,7 +295,5 @@ def steps_within(model: Model, intervals: Array) -> IntArray:
     that clocks have moved by less than half of it, the nearest number.
     """
     if model.period is not None:
-        counts = np.rint(intervals / model.period)
-    else:
-        counts = np.ceil(intervals / longest_step(model))
-    return np.maximum(1, counts).astype(np.int64)
+        return np.maximum(1, np.rint(intervals / model.period)).astype(np.int64)
+    return np.maximum(1, np.ceil(intervals / longest_step(model))).astype(np.int64)

@@ -10,7 +10,7 @@ from obs_ros.core.saturation import has_range, ranges
 from obs_ros.integration.delayed import delay_names
 from obs_ros.integration.filter_pass import DIFFERENCE, central
 from obs_ros.integration.path import LANES, lanes
-from obs_ros.integration.rosenbrock_source import method_texts, text_in
+from obs_ros.integration.rosenbrock_source import method_texts, own_steps_texts, text_in
 
 BLOCK_VALUES = 4096  # 32 kB: the outputs of one time block stay in the first-level cache
 
@@ -34,7 +34,8 @@ def shortest(difference, period):
 def source(model: Model) -> str:
     """Text of the generated module: sizes and tuple functions of the model, then the kernels."""
     more = 'kernels_delayed.py' if delay_names(model) else 'kernels_injected.py'
-    return text_of(model, 'kernels.py', 'kernels_one_step.py', more)
+    texts = text_of(model, 'kernels.py', 'kernels_one_step.py', more), *own_steps_texts(model)
+    return '\n\n'.join(texts)
 
 
 def filter_source(model: Model, d: int) -> str:

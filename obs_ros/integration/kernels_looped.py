@@ -48,14 +48,20 @@ def workspace():
     """Return arrays: the matrix, a row, two entries, three stages, and states."""
     n = N_STATES * N_LANES
     row, low, scale = np.empty(n), np.empty(N_LANES), np.empty(N_LANES)
-    k1, k2, k3, y = np.empty(n), np.empty(n), np.empty(n), np.empty(n)
-    return np.empty(N_STATES * n), row, low, scale, k1, k2, k3, y
+    k1, k2, k3, between = np.empty(n), np.empty(n), np.empty(n), np.empty(n)
+    return np.empty(N_STATES * n), row, low, scale, k1, k2, k3, between
 
 
 @jit
 def step_lanes(x, p, t, h, u0, u2, work):
-    """Advance all lanes, each from its t (lanes,) by its h s; `steps.rosenbrock` has the method."""
-    W, row, low, scale, k1, k2, k3, y = work
+    """Advance all lanes, each from its t (lanes,) by its h s; `steps.estimated` has the method."""
+    try_lanes(x, p, t, h, u0, u2, x, work[6], work)
+
+
+@jit
+def try_lanes(x, p, t, h, u0, u2, out, k3, work):
+    """Advance all lanes from x to `out`, with the local errors k3 (n, lanes) of the last stage."""
+    W, row, low, scale, k1, k2, _, y = work
     for lane in range(LANES):
         inverse, step = 1.0 / h[lane], h[lane]
         a, b = gather_u(u0, lane), gather_u(u2, lane)
@@ -84,7 +90,7 @@ def step_lanes(x, p, t, h, u0, u2, work):
         a, b, c = gather_x(k1, lane), gather_x(k2, lane), gather_x(k3, lane)
         scatter_x(k3, lane, fourth_stage(f, 1.0 / h[lane], a, b, c))
     solve(W, k3, low)
-    add(y, scale, k3, x)
+    add(y, scale, k3, out)
 
 
 @jit

@@ -10,6 +10,12 @@ stages are unrolled by `rosenbrock_source`. `steps.rosenbrock` has the method.
 @jit
 def step_rosenbrock(t, h, x, u0, u1, u2, p):
     """Advance one candidate by h seconds; u0 and u2 are the inputs at begin and end."""
+    return estimated(t, h, x, u0, u2, p)[0]
+
+
+@jit
+def estimated(t, h, x, u0, u2, p):
+    """Return a candidate after h seconds, and the local error that the embedded method shows."""
     inverse = 1.0 / h
     found = linearised(t, h, x, u0, slopes(u0, u2, inverse), p)
     factors = factored(2.0 * inverse, found)
@@ -19,4 +25,21 @@ def step_rosenbrock(t, h, x, u0, u1, u2, p):
     k3 = solved(factors, third_stage(dynamics(t + h, y, u2, p), inverse, k1, k2))
     y = axpy(y, 1.0, k3)
     last = fourth_stage(dynamics(t + h, y, u2, p), inverse, k1, k2, k3)
-    return axpy(y, 1.0, solved(factors, last))
+    error = solved(factors, last)
+    return axpy(y, 1.0, error), error
+
+
+@jit
+def try_lanes(x, p, t, h, u0, u2, y, error, work):
+    """Advance all lanes from x to y, each from its t (lanes,) by its h s, with the local errors."""
+    for lane in range(LANES):
+        a, b, q = gather_u(u0, lane), gather_u(u2, lane), gather_p(p, lane)
+        ys, es = estimated(t[lane], h[lane], gather_x(x, lane), a, b, q)
+        scatter_x(y, lane, ys)
+        scatter_x(error, lane, es)
+
+
+@jit
+def workspace():
+    """Return nothing: the step needs no arrays."""
+    return ()

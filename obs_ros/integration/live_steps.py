@@ -23,8 +23,8 @@ from obs_ros.integration.filter_pass import sizes
 from obs_ros.integration.filter_step import LiveFilter
 from obs_ros.integration.grid import longest_step
 from obs_ros.integration.path import LANES, Path
-from obs_ros.integration.step_choice import ORDERS, STEPPING
 from obs_ros.integration.step_cost import cost_of_step
+from obs_ros.integration.step_trials import ORDERS, STEPPING
 from obs_ros.integration.stepper import Stepper, stepper_for
 from obs_ros.integration.time_scales import STIFF, fastest_decay, may_be_stiff, modes
 from obs_ros.integration.way_error import (

@@ -4,9 +4,13 @@ from collections.abc import Callable
 from importlib.resources import files
 from typing import Any
 
+import numpy as np
+
 from obs_ros.core.derivatives import Linearisation, linearisation
 from obs_ros.core.elimination import elimination, is_looped
 from obs_ros.core.model import Model
+from obs_ros.integration.delayed import delay_names
+from obs_ros.integration.own_steps import CONTROL
 from obs_ros.integration.path import LANES
 
 
@@ -35,9 +39,50 @@ def method_texts(model: Model) -> list[str]:
     if model.method != 'rosenbrock':
         return [step]
     linear, inputs = linear_model(model), len(model.inputs)
+    lanes = inputs_of_lanes(inputs)
     if is_looped(linear.n, linear.places):
-        return [stages(linear, inputs), lanes_of(linear, inputs), text_in('kernels_looped.py')]
-    return [stages(linear, inputs), text_in('kernels_rosenbrock.py'), step]
+        own = lanes_of(linear), text_in('kernels_looped.py')
+        return [stages(linear, inputs), lanes, *own]
+    return [stages(linear, inputs), lanes, text_in('kernels_rosenbrock.py'), step]
+
+
+def own_steps_texts(model: Model) -> list[str]:
+    """Return the texts of kernels in which candidates take steps of their own, if they do."""
+    if not takes_own_steps(model):
+        return []
+    return [control(len(model.states)), text_in('kernels_own_steps.py')]
+
+
+def takes_own_steps(model: Model) -> bool:
+    """Whether candidates take steps of their own through a window.
+
+    With delays that are estimated, steps are cut where late inputs change.
+    """
+    return model.method == 'rosenbrock' and not delay_names(model)
+
+
+def control(n: int) -> str:
+    """Text of what controls the steps of n states; see `own_steps.StepControl`."""
+    c, at = CONTROL, '[ROW# + lane]'
+    wide = repr(c.small / c.floor)
+    sizes = {
+        'speed_of(rates, x, floor)': f'rates[#] / max(abs(x[#]), {wide} * floor[#])',
+        'size_of(e, x, y, floor)': 'e[#] / (floor[#] + max(abs(x[#]), abs(y[#])))',
+    }
+    texts = [
+        f'FIRST, SAFETY, LONGER, SHORTER = {c.first}, {c.safety}, {c.longer}, {c.shorter}',
+        f'LOW, STALLED, TINY = {c.low}, {c.stalled}, {np.finfo(np.float64).tiny!r}\n',
+    ]
+    for signature, entry in sizes.items():
+        total = ' + '.join(f'({entry.replace("#", str(i))}) ** 2' for i in range(n))
+        texts.append(f'@jit\ndef {signature}:\n    return np.sqrt({total})\n')
+    for signature, entry in {
+        'copy_x(x, y, lane)': f'x{at} = y{at}',
+        'store(a, k, lane, x)': f'a[k, #, lane] = x{at}',
+    }.items():
+        lines = ''.join(f'    {entry.replace("#", str(i))}\n' for i in range(n))
+        texts.append(f'@jit\ndef {signature}:\n{lines}')
+    return '\n'.join(texts)
 
 
 def text_in(name: str) -> str:
@@ -45,8 +90,8 @@ def text_in(name: str) -> str:
     return files('obs_ros.integration').joinpath(name).read_text(encoding='utf-8')
 
 
-def lanes_of(linear: Linearisation, inputs: int) -> str:
-    """Text of what the looped kernels need beside the stages: the matrix, and inputs of lanes."""
+def lanes_of(linear: Linearisation) -> str:
+    """Text that puts the matrix of one lane into those of all, for the looped kernels."""
     n, c = linear.n, {place: f'-found[{linear.n + at}]' for at, place in enumerate(linear.places)}
     entries = []
     for i in range(n):
@@ -54,16 +99,17 @@ def lanes_of(linear: Linearisation, inputs: int) -> str:
             entry = c.get((i, j), '0.0')
             at = f'W[np.uint64({(i * n + j) * LANES}) + lane]'
             entries.append(f'{at} = ' + (f'c + {entry}' if i == j else entry))
-    inputs_at = [f'a[ROW{i} + lane]' for i in range(inputs)]
-    put = [f'{each} = u[{i}]' for i, each in enumerate(inputs_at)]
-    bodies = {
-        'put_matrix(W, lane, found, c)': entries,
-        'gather_u(a, lane)': [f'return ({"".join(f"{each}, " for each in inputs_at)})'],
-        'scatter_u(a, lane, u)': put or ['pass'],
-    }
-    return f'N_INPUTS = {inputs}\n' + ''.join(
-        f'\n@jit\ndef {signature}:\n    ' + '\n    '.join(lines) + '\n'
-        for signature, lines in bodies.items()
+    return '@jit\ndef put_matrix(W, lane, found, c):\n    ' + '\n    '.join(entries) + '\n'
+
+
+def inputs_of_lanes(inputs: int) -> str:
+    """Text that puts the inputs of one lane into those of all, and takes them from there."""
+    at = [f'a[ROW{i} + lane]' for i in range(inputs)]
+    put = '\n    '.join(f'{each} = u[{i}]' for i, each in enumerate(at)) or 'pass'
+    return (
+        f'N_INPUTS = {inputs}\n\n'
+        f'@jit\ndef gather_u(a, lane):\n    return ({"".join(f"{each}, " for each in at)})\n\n'
+        f'@jit\ndef scatter_u(a, lane, u):\n    {put}\n'
     )
 
 

@@ -5,115 +5,26 @@ h / 2 is (1 - 2^-p) of the error of the first, p the order (Richardson; Hairer, 
 1993, II.4). Where errors are too large, steps go to the intervals that cause them: interval k with
 S_k steps and a share m_k of the error gets S_k' ~ (m_k S_k^p)^(1 / (p + 1)), the fewest steps in
 all that leave a given error.
+
+Of a method by which candidates take steps of their own, a tolerance of their local errors takes the
+place of steps (see `own_steps.py`).
 """
 
 from collections.abc import Callable
-from dataclasses import dataclass
-from typing import NamedTuple, Protocol
 
 import numpy as np
 
 from obs_ros.core.typing import Array, BoolArray, IntArray
-
-ORDERS = {'rk4': 4, 'euler': 1, 'rosenbrock': 3}
-
-
-@dataclass(frozen=True)
-class StepSettings:
-    """Limits in choosing method and steps.
-
-    - `aimed`: integration error in standard deviations of the noise; a tenth adds half a percent
-      to what noise leaves;
-    - `tolerated`: error of an answer above which it is found anew with finer steps; by three tenths
-      of the noise an estimate is hardly moved;
-    - `share`: of its distance from the measurements, root mean square, by which a candidate of the
-      search may err: its costs, which are ranked, are then right within a third or so;
-    - `reference`: the same of the first candidate, at any output: near the measurements it is held
-      to `aimed`, and a guess that is far from them is not worth more;
-    - `most`: share of these candidates of which that is asked; in the corners of a box a plant may
-      well do what it never does;
-    - `cheaper`: how many times less another method must cost than RK4, whose kernels are there
-      already and whose costs are smooth;
-    - `steps`: of one candidate through one window, at most; steps that the model itself asks for by
-      its `max_step` come on top;
-    - `rounds`: in which steps are spread anew; each needs about six rollouts of a few candidates;
-    - `patience`: rounds in a row that bring errors down by less than half, after which they are
-      taken for what no steps can lower;
-    - `natural`: the same for candidates that diverge all along, where no mode dies out: they do so
-      by nature;
-    - `attempts`: times that an answer is found anew in finer steps;
-    - `growth`: by which steps in an interval change in one round;
-    - `safety`: share of the error allowed at which the steps aim.
-    """
-
-    aimed: float = 0.1
-    tolerated: float = 0.3
-    share: float = 0.2
-    reference: float = 0.02
-    most: float = 0.75
-    cheaper: float = 2.0
-    steps: int = 100_000
-    rounds: int = 12
-    patience: int = 4
-    natural: int = 3
-    attempts: int = 2
-    growth: float = 8.0
-    safety: float = 0.5
-
-
-STEPPING = StepSettings()
-LARGEST = 1e6  # times what is allowed: how much more it is then tells nothing of the steps
-
-
-class Verdict(NamedTuple):
-    """Steps judged: the first candidate's `error` in deviations of the noise, and `excess` (B,).
-
-    Excess is a candidate's error over what it is allowed; infinite where it diverges. `largest` is
-    the error, root mean square, of any candidate, in deviations of the noise.
-    """
-
-    error: float
-    excess: Array
-    largest: float = np.inf
-
-    def worst(self, most: float = STEPPING.most) -> float:
-        """Return the excess of the first candidate, or that within which `most` others stay."""
-        others = common(self.excess[1:], most) if self.excess.size > 1 else 0.0
-        return float(max(self.excess[0], others))
-
-    def without(self, exempt: BoolArray | None) -> 'Verdict':
-        """Return the verdict in which candidates `exempt` (B,) count for nothing."""
-        if exempt is None:
-            return self
-        return self._replace(excess=np.where(exempt, 0.0, self.excess))
-
-
-class Trial(Protocol):
-    """Candidates, the first of them a reference, to integrate by any method and steps (N,)."""
-
-    def judge(self, method: str, steps: IntArray) -> Verdict:
-        """Return how far the candidates are off with these steps."""
-
-    def decays(self) -> bool:
-        """Whether any candidate has a mode that dies out within an interval, as stiff plants do."""
-
-    def shares(self, method: str, steps: IntArray, verdict: Verdict) -> Array:
-        """Return the share (N,) of each interval in the worst excess; their sum is about that."""
-
-
-class Choice(NamedTuple):
-    """The method, its steps (N,), and the reference's integration error in deviations of noise."""
-
-    method: str
-    steps: IntArray
-    error: float
-    worst: float  # excess of most candidates: up to 1 the steps suffice
-    largest: float = np.inf  # error of any candidate
-
-    @property
-    def fine(self) -> bool:
-        """Whether errors are within what is allowed."""
-        return self.worst <= 1.0
+from obs_ros.integration.grid import TIGHTER
+from obs_ros.integration.step_trials import (
+    LARGEST,
+    ORDERS,
+    STEPPING,
+    Choice,
+    StepSettings,
+    Trial,
+    common,
+)
 
 
 def chosen(
@@ -131,6 +42,10 @@ def chosen(
     """
     limit = settings.steps + int(base.sum())
     first = methods[0]
+    if trial.takes_own(first):
+        own = by_own_steps(trial, first, base, settings.loosest, settings)
+        if np.isfinite(own.worst):
+            return own
     verdict = trial.judge(first, base)
     if (worst := verdict.worst(settings.most)) <= 1.0:
         return Choice(first, base, verdict.error, worst, verdict.largest)
@@ -144,13 +59,17 @@ def chosen(
     found = _refined(trial, first, base, base, short, settings)
     if found.fine:
         return found
-    other = _refined(trial, second, base, base, limit, settings, doubtful=first)
+    other = Choice(second, base, np.inf, np.inf)
+    if trial.takes_own(second):
+        other = by_own_steps(trial, second, base, settings.loosest, settings, doubtful=first)
+    if not np.isfinite(other.worst):
+        other = _refined(trial, second, base, base, limit, settings, doubtful=first)
     if other.method == first:
         return other
     enough = min(limit, int(ratio * other.steps.sum()))
     if enough > short:
         found = _refined(trial, first, found.steps, base, enough, settings)
-    return found if found.fine or found.worst < other.worst else other
+    return found if found.fine or found.worst <= other.worst else other
 
 
 def _refined(
@@ -201,6 +120,48 @@ def _refined(
         if wanted.sum() > limit or (wanted <= steps).all():
             break
         steps = wanted
+    return best
+
+
+def by_own_steps(
+    trial: Trial,
+    method: str,
+    base: IntArray,
+    tolerance: float,
+    settings: StepSettings = STEPPING,
+    doubtful: str | None = None,
+) -> Choice:
+    """Return the loosest tolerance, from one on, by which the reference errs little enough.
+
+    The others control their errors as it does, but most must get through: among endless switches
+    none does. Without any that suffices, that by which the reference errs least is returned. Of
+    candidates that diverge by the `doubtful` method too, see `_refined`.
+    """
+    best, vain = Choice(method, base, np.inf, np.inf, np.inf, tolerance, settings.own), 0
+    exempt: BoolArray | None = None
+    while tolerance >= settings.tightest and vain < 2:
+        verdict, counts = trial.judge_own(method, tolerance)
+        if doubtful is not None and not np.isfinite(verdict.excess).all():
+            other = trial.judge(doubtful, base)
+            exempt = np.isinf(verdict.excess) & np.isinf(other.excess)
+            exempt[0] = False  # whether by nature or for want of steps: that one has to be led on
+            if (worst := other.without(exempt).worst(settings.most)) <= 1.0:
+                return Choice(doubtful, base, other.error, worst)
+        verdict, doubtful = verdict.without(exempt), None
+        worst = np.inf if common(np.isinf(verdict.excess[1:]), settings.most) else verdict.excess[0]
+        worst, taken = float(worst), counts.sum(axis=0)
+        usual = max(taken[0], np.median(taken))
+        most = int(np.clip(settings.ahead * usual, settings.fewest, settings.own))
+        vain = 0 if worst < settings.safety * best.worst else vain + 1
+        if not vain or not np.isfinite(best.worst):
+            steps = np.maximum(base, counts[:, 0])
+            best = Choice(
+                method, steps, verdict.error, worst, verdict.largest,
+                tolerance if np.isfinite(worst) else best.tolerance, most + 10 * int(base.sum()),
+            )  # fmt: skip
+        if best.fine:
+            break
+        tolerance *= TIGHTER
     return best
 
 
@@ -263,16 +224,3 @@ def redistributed(
     # What growth withholds from some intervals, others could not make up for.
     taken_now = np.minimum(taken(2.0**highest), settings.growth * steps)
     return np.asarray(np.ceil(taken_now * (1.0 - 1e-9)), dtype=np.int64)
-
-
-def doubling_error(difference: Array, method: str) -> Array:
-    """Return the error of results, by their difference from those of twice as many steps."""
-    return np.asarray(np.abs(difference) / (1.0 - 0.5 ** ORDERS[method]))
-
-
-def common(values: Array, most: float) -> Array:
-    """Return along the last axis what a share `most` of the values does not exceed."""
-    if not values.shape[-1]:
-        return np.zeros(values.shape[:-1])
-    place = int(np.ceil(most * values.shape[-1])) - 1
-    return np.asarray(np.partition(values, place, axis=-1)[..., place])

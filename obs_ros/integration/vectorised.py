@@ -11,6 +11,8 @@ from obs_ros.core.typing import Array, IntArray
 from obs_ros.integration.delayed_outputs import Delayed, Tracks, outputs_at
 from obs_ros.integration.filter_pass import FilterPass, run
 from obs_ros.integration.grid import Grid, Injection
+from obs_ros.integration.own_steps import followed, leaders
+from obs_ros.integration.rosenbrock_source import takes_own_steps
 from obs_ros.integration.steps import STEPS
 
 
@@ -23,6 +25,7 @@ class NumpyKernels:
     def __init__(self, model: Model) -> None:
         self.model = model
         self.step = STEPS[model.method]
+        self.own_steps = takes_own_steps(model)
 
     def squares(self, grid: Grid, prefixes: IntArray, x0: Array, p: Array) -> Array:
         """See `Kernels.squares`."""
@@ -39,7 +42,7 @@ class NumpyKernels:
         """See `Kernels.grams`."""
         starts = x0.shape[1] // width
         total = np.zeros((starts, width, width))
-        for k, _, _, y in self._nodes(grid, nodes, x0, p):
+        for k, _, _, y in self._nodes(grid, nodes, x0, p, width):
             if grid.measured[k]:
                 for i, yi in enumerate(shown(grid, k, y)):
                     lanes = grid.weight[k, i] * np.broadcast_to(yi, x0.shape[1:])
@@ -50,9 +53,9 @@ class NumpyKernels:
                     total += row[:, :, None] * row[:, None, :]
         return total
 
-    def trajectories(self, grid: Grid, x0: Array, p: Array) -> tuple[Array, Array]:
+    def trajectories(self, grid: Grid, x0: Array, p: Array, width: int = 1) -> tuple[Array, Array]:
         """See `Kernels.trajectories`."""
-        states, _, outputs = self.paths(grid, x0, p)
+        states, _, outputs = self._paths(grid, x0, p, width)
         return states, outputs
 
     def scheduled(
@@ -70,6 +73,13 @@ class NumpyKernels:
                 y = self.model.output(grid.clock[k], x, tuple(grid.u[k]), sets[there[k]])
                 outputs[k] = _stacked(y, x0)
         return states, outputs
+
+    def counts(self, grid: Grid, x0: Array, p: Array) -> IntArray:
+        """See `Kernels.counts`."""
+        if self.own_steps and grid.is_free:
+            lead = leaders(x0.shape[1], 1)
+            return followed(self.model, grid, grid.t.size, x0, p, lead)[1]
+        return np.repeat(grid.steps[:, None], x0.shape[1], axis=1)
 
     def restarted(self, grid: Grid, states: Array, p: Array) -> Array:
         """See `Kernels.restarted`."""
@@ -106,10 +116,13 @@ class NumpyKernels:
 
     def paths(self, grid: Grid, x0: Array, p: Array) -> tuple[Array, Array, Array]:
         """See `Kernels.paths`."""
+        return self._paths(grid, x0, p, 1)
+
+    def _paths(self, grid: Grid, x0: Array, p: Array, width: int) -> tuple[Array, Array, Array]:
         states = np.empty((grid.t.size, *x0.shape))
         parameters = np.empty((grid.t.size, *p.shape))
         outputs = np.empty((grid.t.size, len(self.model.outputs), x0.shape[1]))
-        for k, *found in self._nodes(grid, grid.t.size, x0, p):
+        for k, *found in self._nodes(grid, grid.t.size, x0, p, width):
             for all_nodes, values in zip((states, parameters, outputs), found, strict=True):
                 for i, value in enumerate(values):
                     all_nodes[k, i] = value
@@ -143,12 +156,17 @@ class NumpyKernels:
             outputs = outputs_at(self.model, window, Tracks(states, begin, end), p)
         return states[window.at], outputs
 
-    def _nodes(self, grid: Grid, nodes: int, x0: Array, p: Array) -> Any:
+    def _nodes(self, grid: Grid, nodes: int, x0: Array, p: Array, width: int = 1) -> Any:
         """Yield node, states, parameters and outputs; silent about candidates that diverge."""
-        x, parameters = tuple(x0), tuple(p)
+        x, parameters, track = tuple(x0), tuple(p), None
+        if self.own_steps and grid.is_free:
+            lead = leaders(x0.shape[1], width)
+            track = followed(self.model, grid, nodes, x0, p, lead)[0]
         with np.errstate(all='ignore'):
             for k in range(nodes):
-                if k > 0:
+                if track is not None:
+                    x = tuple(track[k])
+                elif k > 0:
                     x = self._advance(grid, k - 1, x, parameters)
                 y = self.model.output(grid.clock[k], x, tuple(grid.u[k]), parameters)
                 if grid.injection is not None and grid.measured[k]:

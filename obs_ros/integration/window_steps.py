@@ -11,13 +11,14 @@ from obs_ros.core.periods import shortest, shortest_way
 from obs_ros.core.typing import Array, IntArray
 from obs_ros.integration.backends import Backend, Kernels, kernels_for
 from obs_ros.integration.grid import Grid
-from obs_ros.integration.step_choice import (
+from obs_ros.integration.step_trials import (
     LARGEST,
     STEPPING,
     StepSettings,
     Verdict,
     common,
     doubling_error,
+    own_error,
 )
 from obs_ros.integration.time_scales import STIFF, fastest_decay, modes
 
@@ -53,27 +54,44 @@ class WindowTrial:
     settings: StepSettings = field(default=STEPPING)
 
     @functools.cached_property
-    def _judged(self) -> dict[tuple[str, bytes], Verdict]:
+    def _verdicts(self) -> dict[tuple[str, bytes], Verdict]:
         """The verdicts so far, by method and steps: those who choose ask for some again."""
         return {}
 
     def judge(self, method: str, steps: IntArray) -> Verdict:
         """See `Trial.judge`."""
         key = method, steps.tobytes()
-        if key not in self._judged:
-            self._judged[key] = self._rolled_out(method, steps)
-        return self._judged[key]
+        if key not in self._verdicts:
+            grids = (self.grid.stepped(n * steps) for n in (1, 2))
+            self._verdicts[key] = self._judged(method, *grids)
+        return self._verdicts[key]
 
-    def _rolled_out(self, method: str, steps: IntArray) -> Verdict:
-        """Return the verdict on a method and steps by rollouts."""
-        kernels, grid = self.methods.kernels(method), self.grid
+    def takes_own(self, method: str) -> bool:
+        """See `Trial.takes_own`."""
+        return method == 'rosenbrock' and self.methods.kernels(method).own_steps
+
+    def judge_own(self, method: str, tolerance: float) -> tuple[Verdict, IntArray]:
+        """See `Trial.judge_own`."""
+        kernels, budget = (
+            self.methods.kernels(method),
+            self.settings.own + 10 * int(self.grid.steps.sum()),
+        )
+        grid = replace(self.grid, tolerance=tolerance, budget=budget)
+        counts = kernels.counts(grid, self.x0, self.p)
+        return self._judged(method, grid, grid.finer()), counts
+
+    def _judged(self, method: str, coarse_grid: Grid, fine_grid: Grid) -> Verdict:
+        """Return how far the candidates are apart on two grids."""
+        kernels, grid, own = self.methods.kernels(method), self.grid, coarse_grid.tolerance > 0.0
         coarse, fine = (
-            grid.shown(kernels.trajectories(grid.stepped(n * steps), self.x0, self.p)[1])
-            for n in (1, 2)
+            grid.shown(kernels.trajectories(each, self.x0, self.p)[1])
+            for each in (coarse_grid, fine_grid)
         )
         with np.errstate(all='ignore'):
             worst, sizes, off = differences(coarse, fine, grid.y, grid.weight, grid.period)
-            sizes, worst = doubling_error(sizes, method), doubling_error(worst, method)
+            sizes, worst = (
+                own_error(each) if own else doubling_error(each, method) for each in (sizes, worst)
+            )
             sizes[0] = worst[0]
             share = np.full(len(off), self.settings.share)
             share[0] = self.settings.reference
@@ -123,13 +141,18 @@ class WindowTrial:
         return np.asarray(each[:, asked].max(axis=1))
 
 
-@functools.lru_cache(maxsize=64)
 def by_method(model: Model, method: str, longest: float | None = None) -> Model:
     """Return the model integrated by a method, in steps of `longest` s at most, if given."""
     changes: dict[str, object] = {} if method == model.method else {'integrator': method}
     if longest is not None and longest < model.max_step:
         changes['max_step'] = longest
-    return replace(model, **changes) if changes else model  # type: ignore[arg-type]
+    return _changed(model, tuple(changes.items())) if changes else model
+
+
+@functools.lru_cache(maxsize=64)
+def _changed(model: Model, changes: tuple[tuple[str, object], ...]) -> Model:
+    """Return the model with some fields changed, the same one at each call."""
+    return replace(model, **dict(changes))  # type: ignore[arg-type]
 
 
 def methods_of(integrator: Integrator) -> tuple[str, ...]:

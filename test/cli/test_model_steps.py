@@ -23,13 +23,13 @@ def test_a_stiff_plant_gets_implicit_steps_whose_error_is_below_the_noise(noise)
     t = np.linspace(0.0, 2.0, 41)
     record = Record(t, np.zeros((41, 0)), np.zeros((41, 1)))
     scale, x0, p = np.array([noise]), np.array([-1.0, 1.0]), np.array([1e4])
-    kernels, steps, error = integrated(STIFF, record, scale, x0, p, 'numpy')
-    assert kernels.model.method == 'rosenbrock' and steps.sum() < 4000
+    kernels, grid, error = integrated(STIFF, record, scale, x0, p, 'numpy')
+    assert kernels.model.method == 'rosenbrock' and grid.steps.sum() < 4000
     truth = solve_ivp(
         lambda s, x: STIFF.dynamics(s, tuple(x), (), (1e4,)), (0.0, 2.0), x0,
         method='Radau', t_eval=t, rtol=1e-10, atol=1e-13,
     ).y[1]  # fmt: skip
-    grid = Grid.of(kernels.model, record, scale).stepped(steps)
+    grid = Grid.of(kernels.model, record, scale).like(grid)
     found = kernels.trajectories(grid, x0[:, None], p[:, None])[1][:, 0, 0]
     assert np.abs(found - truth).max() / noise <= 0.3
     assert error <= 0.3

@@ -36,9 +36,9 @@ class Counting:
         self._count(grid, nodes, x0)
         return self.kernels.grams(grid, nodes, x0, p, width)
 
-    def trajectories(self, grid: Any, x0: Array, p: Array) -> Any:
+    def trajectories(self, grid: Any, x0: Array, p: Array, width: int = 1) -> Any:
         self._count(grid, grid.t.size, x0)
-        return self.kernels.trajectories(grid, x0, p)
+        return self.kernels.trajectories(grid, x0, p, width)
 
     def scheduled(self, grid: Any, x0: Array, *rest: Any) -> Any:
         self._count(grid, grid.t.size, x0)

@@ -13,6 +13,7 @@ from obs_ros.horizon.integration_error import error_at, noise_of
 from obs_ros.horizon.settings import EstimationSettings
 from obs_ros.horizon.solver import Solver
 from obs_ros.inference.prior import Posterior, Prior
+from obs_ros.integration.step_trials import STEPPING
 from obs_ros.optimization.acceptance import Acceptance
 from obs_ros.optimization.result import Effort, Found
 
@@ -58,25 +59,46 @@ def test_outputs_whose_noise_is_given_keep_their_weight() -> None:
     assert window is WINDOW and same is found
 
 
-def test_what_noise_does_not_explain_is_sought_once_more_in_denser_implicit_steps() -> None:
-    """The second search wins by its cost; with a start, or by explicit steps, there is none."""
+def test_what_noise_does_not_explain_is_sought_once_more_in_finer_own_steps() -> None:
+    """The second search goes on from the first; with a start, or by explicit steps, there is none.
+
+    Neighbours are looked at first: all of these searches return the truth, which has none better.
+    """
     model = replace(MODEL, integrator='rosenbrock')
     solver = Solver.of(model, EstimationSettings(noise=NOISE, backend='numpy'))
     window = solver.pose(RECORD, prior=Prior.box(solver.unknowns), noise_known=True)
+    window = solver.integration.begun(window, Z, None)
+    assert window.objective.grid.tolerance == STEPPING.loosest
 
-    def sought(by: Solver, posed: Any, warm: Any, deadline: Deadline) -> list[int]:
-        steps: list[int] = []
+    def sought(by: Solver, posed: Any, warm: Any, deadline: Deadline) -> list[float]:
+        tolerances: list[float] = []
 
         def search(problem: Any, start: Any) -> Found:
-            steps.append(int(problem.objective.grid.steps.sum()))
-            return Found(Z, 9.0 / len(steps), converged=True, accepted=None,
+            tolerances.append(problem.objective.grid.tolerance)
+            return Found(Z, 9.0 / len(tolerances), converged=True, accepted=None,
                          effort=Effort(1, 'round'))  # fmt: skip
 
-        posed = replace(posed, exact=False)
+        posed = replace(posed, exact=True)
         fitted(posed, posed.posterior, search, by.integration, deadline, warm, squares=True)
-        return steps
+        return tolerances
 
-    assert sought(solver, window, None, Deadline())[:2] == [79, 8 * 79]
-    assert sought(solver, window, None, Deadline(0.0)) == [79]  # no time is left
-    assert 8 * 79 not in sought(solver, window, Z, Deadline())
-    assert 8 * 79 not in sought(SOLVER, WINDOW, None, Deadline())
+    assert sought(solver, window, None, Deadline()) == [STEPPING.loosest, STEPPING.smooth]
+    assert sought(solver, window, None, Deadline(0.0)) == [STEPPING.loosest]  # no time is left
+    assert sought(solver, window, Z, Deadline()) == [STEPPING.loosest]
+    assert sought(SOLVER, WINDOW, None, Deadline()) == [0.0]
+
+
+def test_the_grid_of_an_answer_by_own_steps_has_those_of_its_optimum() -> None:
+    model = replace(MODEL, integrator='rosenbrock')
+    solver = Solver.of(model, EstimationSettings(noise=NOISE, backend='numpy'))
+    window = solver.pose(RECORD, prior=Prior.box(solver.unknowns), noise_known=True)
+    window = solver.integration.begun(window, 0.9 * Z, None)
+    found = Found(Z, 1.0, converged=True, accepted=Acceptance.LIKE_NOISE, effort=Effort(1, 'round'))
+    window, same = fitted(
+        window, window.posterior, lambda *_: found, solver.integration, Deadline(), None,
+        squares=True,
+    )  # fmt: skip
+    objective = window.objective
+    counts = objective.kernels.counts(objective.grid, *solver.unknowns.values(same.z[None]))
+    np.testing.assert_array_equal(objective.grid.steps, counts[:, 0])
+    assert error_at(objective, same.z, noise_of(window)) < 0.1

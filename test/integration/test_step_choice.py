@@ -6,15 +6,14 @@ import numpy as np
 import pytest
 
 from obs_ros.core.typing import Array, IntArray
-from obs_ros.integration.step_choice import (
+from obs_ros.integration.step_choice import chosen, observed_order, redistributed
+from obs_ros.integration.step_trials import (
     ORDERS,
     STEPPING,
     Verdict,
-    chosen,
     common,
     doubling_error,
-    observed_order,
-    redistributed,
+    own_error,
 )
 
 BASE = np.ones(50, dtype=np.int64)
@@ -32,9 +31,26 @@ class Known:
     dying: bool = True  # whether a mode dies out within an interval
     judged: list[tuple[str, int]] = field(default_factory=list)
     order: float | None = None
+    own: str = ''  # the method by which candidates take steps of their own
+    suffices: float = 1.0  # tolerance of these
+    leads: bool = True  # whether any tolerance leads the reference on
+    lost: int = 0  # candidates that no steps of their own lead on, though steps of all do
 
     def decays(self) -> bool:
         return self.dying
+
+    def takes_own(self, method: str) -> bool:
+        return method == self.own
+
+    def judge_own(self, method: str, tolerance: float) -> tuple[Verdict, IntArray]:
+        """Errors in proportion to the tolerance, at the cost of its cube root."""
+        self.judged.append((method, round(np.log10(tolerance))))
+        excess = np.full(16, tolerance / self.suffices)
+        excess[16 - self.dead - self.lost :] = np.inf
+        if not self.leads:
+            excess[0] = np.inf
+        counts = np.full((50, 16), round(0.02 * tolerance ** (-1.0 / 3.0)) + 1)
+        return Verdict(float(STEPPING.aimed * excess[0]), excess), counts
 
     def judge(self, method: str, steps: IntArray) -> Verdict:
         self.judged.append((method, int(steps.sum())))
@@ -144,6 +160,41 @@ def test_the_limit_of_steps_holds_and_the_least_error_is_told() -> None:
     assert max(steps for _, steps in trial.judged) <= 2050
 
 
+def test_own_steps_take_the_loosest_tolerance_that_suffices() -> None:
+    trial = Known({}, own='rosenbrock', suffices=2e-7)
+    found = chosen(trial, ('rosenbrock',), BASE, COST)
+    assert found.fine and found.tolerance == pytest.approx(1e-7)
+    assert trial.judged == [('rosenbrock', power) for power in (-4, -5, -6, -7)]
+    assert found.error == pytest.approx(0.05)
+    # 0.02 (1e-7)^(-1/3) = 4.3 steps an interval; five times as many are the most, or a thousand.
+    np.testing.assert_array_equal(found.steps, 5 * BASE)
+    assert found.budget == 5 * 250 + 500
+    assert chosen(Known({}, own='rosenbrock'), ('rosenbrock',), BASE, COST).budget == 1500
+
+
+def test_own_steps_that_never_suffice_end_at_the_tightest_tolerance() -> None:
+    found = chosen(Known({}, own='rosenbrock', suffices=1e-30), ('rosenbrock',), BASE, COST)
+    assert not found.fine and found.tolerance == pytest.approx(STEPPING.tightest)
+    # What no tolerance leads on shares the steps of the grid.
+    trial = Known({'rosenbrock': 0.01 * ONE}, own='rosenbrock', leads=False)
+    found = chosen(trial, ('rosenbrock',), BASE, COST)
+    assert found.fine and found.tolerance == 0.0 and len(trial.judged) == 3
+
+
+def test_of_candidates_that_no_steps_lead_on_rk4_is_kept_where_it_serves_the_others() -> None:
+    trial = Known({'rk4': 0.001 * ONE}, own='rosenbrock', dead=8)
+    found = chosen(trial, ('rk4', 'rosenbrock'), BASE, COST)
+    assert found.method == 'rk4' and found.fine and found.tolerance == 0.0
+    stiff = Known({'rk4': 1e-9 * ONE}, stable={'rk4': 40}, own='rosenbrock')
+    found = chosen(stiff, ('rk4', 'rosenbrock'), BASE, COST)
+    assert found.method == 'rosenbrock' and found.tolerance == STEPPING.loosest
+
+
+def test_errors_of_own_steps_are_those_beside_a_tenth_of_the_tolerance() -> None:
+    exact, errors = 1.0, np.array([1.0, 0.1**0.75])  # of an order of 3
+    assert own_error(np.array([exact * (errors[0] - errors[1])]))[0] == pytest.approx(1.0)
+
+
 def test_doubling_tells_the_error_of_a_step() -> None:
     h = 0.1
     rk4 = sum(h**i / np.prod(np.arange(1.0, i + 1.0)) for i in range(5))
@@ -156,3 +207,20 @@ def test_most_values_are_a_share_of_them() -> None:
     values = np.array([[1.0, 5.0, np.inf, 2.0], [0.0, 0.0, 0.0, 9.0]])
     np.testing.assert_array_equal(common(values, 0.75), [5.0, 0.0])
     np.testing.assert_array_equal(common(np.empty((2, 0)), 0.75), [0.0, 0.0])
+
+
+def test_own_steps_that_most_do_not_survive_are_not_taken() -> None:
+    # As where a right-hand side switches all the time, and the reference rests.
+    sizes = {'rk4': 1e6 * ONE, 'rosenbrock': 20.0 * ONE}
+    few = chosen(Known(sizes, own='rosenbrock', lost=3), ('rk4', 'rosenbrock'), BASE, COST)
+    assert few.tolerance > 0.0
+    many = chosen(Known(sizes, own='rosenbrock', lost=8), ('rk4', 'rosenbrock'), BASE, COST)
+    assert many.fine and many.method == 'rosenbrock' and many.tolerance == 0.0
+    assert many.steps.max() > 8
+
+
+def test_a_reference_that_is_lost_by_every_method_excuses_none_of_them() -> None:
+    sizes = {'rk4': 1e-9 * ONE, 'rosenbrock': 20.0 * ONE}
+    trial = Known(sizes, stable={'rk4': 1000}, own='rosenbrock', leads=False)
+    found = chosen(trial, ('rk4', 'rosenbrock'), BASE, COST)
+    assert found.fine and found.method == 'rosenbrock' and found.tolerance == 0.0

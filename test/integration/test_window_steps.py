@@ -12,7 +12,8 @@ from obs_ros import Model, Record, Variable
 from obs_ros.core.typing import Array
 from obs_ros.integration.backends import kernels_for
 from obs_ros.integration.grid import Grid
-from obs_ros.integration.step_choice import STEPPING, chosen
+from obs_ros.integration.step_choice import chosen
+from obs_ros.integration.step_trials import STEPPING
 from obs_ros.integration.window_steps import Methods, WindowTrial, by_method, methods_of
 
 COARSE = replace(OSCILLATOR, max_step=np.inf)

@@ -186,7 +186,7 @@ def _jacobian_ahead(objective: Objective, state: Array, p: Array) -> Array:
     z = unknowns.scale.places(lanes[unknowns.index, 0])
     step = np.where(z > 0.5, -1e-7, 1e-7)
     lanes[unknowns.index, 1 + np.arange(unknowns.dimension)] += step * unknowns.scale.slopes(z)
-    _, y = objective.kernels.trajectories(ahead, lanes[:n], lanes[n:])
+    _, y = objective.kernels.trajectories(ahead, lanes[:n], lanes[n:], lanes.shape[1])
     with np.errstate(invalid='ignore'):  # the model may diverge ahead
         return np.asarray(weight[:, :, None] * (y[:, :, 1:] - y[:, :, :1]) / step)
 

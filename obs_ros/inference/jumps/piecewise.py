@@ -178,15 +178,16 @@ class PiecewiseProblem:
     def roll(self, points: Array) -> tuple[Array, Array]:
         """Return states (K, n, B) and outputs (K, r, B) of points (B, D).
 
-        All points must jump in the intervals of the first. In the interval of its jump a parameter
-        has its mean over that interval, so that outputs depend smoothly on the time.
+        All points must jump in the intervals of the first, and are integrated in its steps. In the
+        interval of its jump a parameter has its mean over that interval, so that outputs depend
+        smoothly on the time.
         """
         objective, layout = self.objective, self.layout
         grid, kernels, unknowns = objective.grid, objective.kernels, objective.unknowns
         objective.counter.candidates += len(points)
         x, p = unknowns.values(points[:, : layout.dimension])
         if not layout.events:
-            states, outputs = kernels.trajectories(grid, x, p)
+            states, outputs = kernels.trajectories(grid, x, p, len(points))
             return states, grid.nearest(outputs)
         first, times, intervals = 0, *self._times(points)
         if grid.injection is None:
@@ -203,10 +204,10 @@ class PiecewiseProblem:
                 mixed[row], after[row] = value, value
             # Measurements at the interval's end correct what comes after it.
             interval, x = grid.uncorrected.stretch(k, k + 1), np.ascontiguousarray(states[k])
-            x = kernels.trajectories(interval, x, mixed)[0][1]
+            x = kernels.trajectories(interval, x, mixed, len(points))[0][1]
             first, p = k + 1, after
         rest = grid.stretch(first, grid.t.size - 1)
-        states[first:], outputs[first:] = kernels.trajectories(rest, x, p)
+        states[first:], outputs[first:] = kernels.trajectories(rest, x, p, len(points))
         return states, grid.nearest(outputs)
 
     def _jumped(
@@ -285,7 +286,7 @@ def _run(
     """Return states, outputs, and the parameters that walk with their values (B,) at the end."""
     moving = () if stretch.injection is None else stretch.injection.moving
     if not len(moving):
-        return *kernels.trajectories(stretch, x, p), []
+        return *kernels.trajectories(stretch, x, p, x.shape[1]), []
     states, parameters, outputs = kernels.paths(stretch, x, p)
     return states, outputs, [(int(row), parameters[-1, row]) for row in moving]
 
