@@ -20,7 +20,10 @@ from obs_ros.integration.grid import Grid
 LANES = 64
 STEPS = tuple(2**k for k in range(0, 11))
 TOLERANCES = 1e-3, 1e-5, 1e-7
+LOCAL = tuple(10.0**-k for k in range(3, 11))  # tolerances of steps of each candidate's own
+BUDGET = 1_000_000  # of these
 MEASUREMENT = 0.02  # s of process time
+EXACT = 1e-8  # error below which more steps tell nothing
 OTHERS = 'Radau', 'BDF', 'LSODA'
 SHOWN = 'motor, L/R .1 ms', 'van der Pol 100', 'Robertson, even', 'thermal network', 'battery'
 
@@ -28,7 +31,7 @@ SHOWN = 'motor, L/R .1 ms', 'van der Pol 100', 'Robertson, even', 'thermal netwo
 class Point(NamedTuple):
     """Rollouts of one candidate: ns a sample, greatest error in shares of the outputs' deviation.
 
-    `how` is the number of steps a sample, or the relative tolerance.
+    `how` is the number of steps a sample, or the (relative) tolerance.
     """
 
     plant: str
@@ -75,22 +78,29 @@ def _scipy(
 def _own(
     name: str, method: Method, record: Record, x0: Array, p: Array, error: Callable[[Array], float]
 ) -> Iterator[Point]:
-    """Yield the points of a method, up to the steps that add nothing."""
+    """Yield the points of a method, by steps of the grid and of the candidates' own."""
     model = replace(PLANTS[name].model, integrator=method)
     kernels = kernels_for(model)
     plain = Grid.of(model, record, np.ones(len(model.outputs)))
     states, parameters = np.tile(x0[:, None], LANES), np.tile(p[:, None], LANES)
-    for steps in STEPS:
-        grid = replace(plain, steps=np.full_like(plain.steps, steps))
-        found = error(kernels.trajectories(grid, x0[:, None], p[:, None])[1][:, :, 0])
 
-        def roll(grid: Grid = grid) -> Any:
+    def point(label: str, how: float, grid: Grid) -> Point:
+        def roll() -> Any:
             return kernels.squares(grid, np.array([grid.t.size]), states, parameters)
 
+        found = error(kernels.trajectories(grid, x0[:, None], p[:, None])[1][:, :, 0])
         seconds = cpu_seconds(roll, repeats_for(roll, MEASUREMENT))
-        yield Point(name, method, steps, 1e9 * seconds / (LANES * record.t.size), found)
-        if found < 1e-8:
-            return
+        return Point(name, label, how, 1e9 * seconds / (LANES * record.t.size), found)
+
+    for steps in STEPS:
+        yield (last := point(method, steps, replace(plain, steps=steps + 0 * plain.steps)))
+        if last.error < EXACT:
+            break
+    for tolerance in LOCAL if kernels.own_steps else ():
+        grid = replace(plain, tolerance=tolerance, budget=BUDGET)
+        yield (last := point(f'{method}, own steps', tolerance, grid))
+        if last.error < EXACT:
+            break
 
 
 def _idas(name: str, record: Record, x0: Array, p: Array, rtol: float) -> Callable[[], Array]:

@@ -6,7 +6,10 @@ from typing import Any
 from benchmarks.integrators.curves import Point
 from benchmarks.report import panels
 
-COLOURS = {'rk4': 'C0', 'rosenbrock': 'C3', 'Radau': 'C2', 'BDF': 'C4', 'LSODA': 'C5', 'IDAS': 'C1'}
+COLOURS = {
+    'rk4': 'C0', 'rosenbrock': 'C3', 'rosenbrock, own steps': 'C6', 'Radau': 'C2', 'BDF': 'C4',
+    'LSODA': 'C5', 'IDAS': 'C1',
+}  # fmt: skip
 
 
 def errors(points: Sequence[Point]) -> Any:
