@@ -11,10 +11,10 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from obs_ros.core.derivatives import linearisation
 from obs_ros.core.linear_algebra import poles
 from obs_ros.core.model import Model, inside
 from obs_ros.core.typing import Array
+from obs_ros.integration.time_scales import jacobians
 
 SCALES = (1.0, 1.5, 2.0, 3.0, 4.0, 5.0, 6.0, 8.0, 10.0)  # to which proposals are rounded
 
@@ -83,17 +83,10 @@ def motion_of(
 
     `length` (s) is that of the rollout that the states are from.
     """
-    n, count = x.shape
-    u = tuple(inside(v) for v in model.inputs)
-    found = np.full((3, count), np.nan)
-    linear = linearisation(model.dynamics, n, len(u), len(p))
-    with np.errstate(all='ignore'):
-        values = linear.function(np.float64(0.0), 1.0, tuple(x), u, (0.0,) * len(u), tuple(p))
-    A = np.zeros((count, n, n))
-    for (i, j), entry in zip(linear.places, values[n:], strict=False):
-        A[:, i, j] = entry
-    for k in range(count):
-        own = poles(A[k])
+    found = np.full((3, x.shape[1]), np.nan)
+    u = np.array([inside(v) for v in model.inputs])
+    for k, A in enumerate(jacobians(model, 0.0, x, u, p)):
+        own = poles(A)
         if model.period is not None:  # those of the continuous plant with the same nodes
             own = np.log(own[np.abs(own) > settings.still].astype(complex)) / model.period
         rates = np.abs(own)

@@ -6,6 +6,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from obs_ros.core.derivatives import linearisation
 from obs_ros.core.linear_algebra import poles
 from obs_ros.core.model import Model, inside
 from obs_ros.core.typing import Array
@@ -35,7 +36,20 @@ STIFF = StiffnessSettings()
 ComplexArray = NDArray[np.complex128]
 
 ROUNDING = 1e-9  # of the fastest mode: slower ones are constants of motion
-DIFFERENCE = 6e-6  # of a size, in central differences: eps^(1/3)
+
+
+def jacobians(model: Model, t: float, x: Array, u: Array, p: Array) -> Array:
+    """Return df/dx (B, n, n) at time t (s), states x (n, B), inputs u (m,), parameters p (q, B)."""
+    (n, count), inputs = x.shape, tuple(u)
+    linear = linearisation(model.dynamics, n, len(inputs), len(p))
+    with np.errstate(all='ignore'):
+        found = linear.function(
+            np.float64(t), 1.0, tuple(x), inputs, (0.0,) * len(inputs), tuple(p)
+        )  # fmt: skip
+    J = np.zeros((count, n, n))
+    for (i, j), entry in zip(linear.places, found[n:], strict=False):
+        J[:, i, j] = entry
+    return J
 
 
 def modes(model: Model, t: float, x: Array, u: Array, p: Array) -> ComplexArray:
@@ -43,16 +57,10 @@ def modes(model: Model, t: float, x: Array, u: Array, p: Array) -> ComplexArray:
 
     The model is linearised at time t (s), states x (n,), inputs u (m,) and parameters p (q,).
     """
-    n, nothing = x.size, np.empty(0, complex)
+    nothing = np.empty(0, complex)
     if not np.isfinite(x).all():
         return nothing
-    steps = DIFFERENCE * np.maximum(np.abs(x), sizes(model)[0, :n])
-    with np.errstate(all='ignore'):
-        moved = np.hstack([x[:, None] + np.diag(steps), x[:, None] - np.diag(steps)])
-        f = model.dynamics(t, tuple(moved), tuple(u), tuple(p))
-        ends = np.array([np.broadcast_to(rate, 2 * n) for rate in f])
-        J = (ends[:, :n] - ends[:, n:]) / (2.0 * steps)
-    found = poles(J).astype(np.complex128)
+    found = poles(jacobians(model, t, x[:, None], u, p[:, None])[0])
     return found if np.isfinite(found).all() else nothing
 
 

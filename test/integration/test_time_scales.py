@@ -9,6 +9,7 @@ from sampled_stiff_plants import MOTOR, chain
 
 from obs_ros.integration.time_scales import (
     fastest_decay,
+    jacobians,
     may_be_stiff,
     modes,
     shortest_time,
@@ -27,6 +28,13 @@ def test_the_modes_of_a_linear_plant_are_the_eigenvalues_of_its_matrix() -> None
     """i' = 1e4 (v - i - k w), w' = 1e4 k i - w, with k = 0.05."""
     exact = np.linalg.eigvals(np.array([[-1e4, -500.0], [500.0, -1.0]]))
     assert np.sort(of_motor().real) == pytest.approx(np.sort(exact.real), rel=1e-6)
+
+
+def test_derivatives_are_exact_for_each_candidate() -> None:
+    gain = np.array([[0.05, 0.1]])
+    found = jacobians(MOTOR, 0.0, np.ones((2, 2)), np.array([12.0]), gain)
+    exact = [[[-1e4, -1e4 * k], [1e4 * k, -1.0]] for k in gain[0].tolist()]
+    np.testing.assert_allclose(found, exact, rtol=1e-14)
 
 
 def test_rates_and_times_follow_from_the_modes() -> None:
