@@ -91,11 +91,8 @@ def squares_own(
     x = np.empty(N_STATES * N_LANES)
     q = np.empty(max(1, N_PARAMETERS) * N_LANES)
     total = np.empty(N_OUTPUTS * N_LANES)
-    nodes, work, limits = (
-        prefixes[prefixes.size - 1],
-        working(),
-        (tolerance, floor, longest, budget),
-    )
+    work, limits = working(), (tolerance, floor, longest, budget)
+    nodes = prefixes[prefixes.size - 1]
     track = np.empty((nodes, N_STATES, N_LANES))
     counts = np.zeros((nodes, N_LANES), np.int64)
     for chunk in range(x0.shape[1] // N_LANES):

@@ -6,6 +6,7 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 
 from obs_ros.core.jit import accelerated
+from obs_ros.core.linear_algebra import poles
 from obs_ros.core.model import Integrator, Model
 from obs_ros.core.periods import shortest, shortest_way
 from obs_ros.core.typing import Array, IntArray
@@ -20,7 +21,7 @@ from obs_ros.integration.step_trials import (
     doubling_error,
     own_error,
 )
-from obs_ros.integration.time_scales import STIFF, fastest_decay, modes
+from obs_ros.integration.time_scales import STIFF, fastest_decay, jacobians
 
 STILL = 1e-6  # of a state's size: what moves less counts as if it moved so much
 LOST = 1e-3  # of a state's range by which an interval errs as much as a candidate is allowed
@@ -72,12 +73,9 @@ class WindowTrial:
 
     def judge_own(self, method: str, tolerance: float) -> tuple[Verdict, IntArray]:
         """See `Trial.judge_own`."""
-        kernels, budget = (
-            self.methods.kernels(method),
-            self.settings.own + 10 * int(self.grid.steps.sum()),
-        )
+        budget = self.settings.own + 10 * int(self.grid.steps.sum())
         grid = replace(self.grid, tolerance=tolerance, budget=budget)
-        counts = kernels.counts(grid, self.x0, self.p)
+        counts = self.methods.kernels(method).counts(grid, self.x0, self.p)
         return self._judged(method, grid, grid.finer()), counts
 
     def _judged(self, method: str, coarse_grid: Grid, fine_grid: Grid) -> Verdict:
@@ -108,10 +106,8 @@ class WindowTrial:
         """
         grid, model = self.grid, self.methods.model
         longest = float(np.diff(grid.t).max())
-        return any(
-            fastest_decay(modes(model, grid.clock[0], x, grid.u[0], p)) * longest > STIFF.dies
-            for x, p in zip(self.x0.T, self.p.T, strict=True)
-        )
+        every = jacobians(model, grid.clock[0], self.x0, grid.u[0], self.p)
+        return any(fastest_decay(poles(J)) * longest > STIFF.dies for J in every)
 
     def shares(self, method: str, steps: IntArray, verdict: Verdict) -> Array:
         """See `Trial.shares`.
