@@ -23,6 +23,7 @@ from obs_ros.integration.step_trials import (
     Choice,
     StepSettings,
     Trial,
+    Verdict,
     common,
 )
 
@@ -108,8 +109,7 @@ def _refined(
             return _halved(trial, now, base, exempt, settings)
         vain = 0 if worst < settings.safety * best.worst else vain + 1
         best = best if vain else now
-        patience = settings.patience if natural is None or np.isfinite(worst) else natural
-        if last or vain >= patience:
+        if last or vain >= _patience(verdict, natural, settings):
             break
         order = observed_order(order, before, (worst, int(steps.sum())), ORDERS[method])
         before = worst, int(steps.sum())
@@ -121,6 +121,15 @@ def _refined(
             break
         steps = wanted
     return best
+
+
+def _patience(verdict: Verdict, natural: int | None, settings: StepSettings) -> int:
+    """Return for how many rounds errors are awaited to fall."""
+    if not np.isfinite(verdict.worst(settings.most)):
+        return settings.patience if natural is None else natural
+    others = verdict.excess[1:]
+    alone = others.size > 0 and common(others, settings.most) <= 1.0
+    return settings.alone if alone else settings.patience
 
 
 def by_own_steps(

@@ -34,6 +34,8 @@ class StepSettings:
       taken for what no steps can lower;
     - `natural`: the same for candidates that diverge all along, where no mode dies out: they do so
       by nature;
+    - `alone`: the same where the first candidate errs alone: in chaos errors are as large as its
+      motion whatever the steps, which tells nothing of where a search ends;
     - `attempts`: times that an answer is found anew in finer steps;
     - `growth`: by which steps in an interval change in one round;
     - `safety`: share of the error allowed at which the steps aim;
@@ -55,6 +57,7 @@ class StepSettings:
     rounds: int = 12
     patience: int = 4
     natural: int = 3
+    alone: int = 1
     attempts: int = 2
     growth: float = 8.0
     safety: float = 0.5

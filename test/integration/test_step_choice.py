@@ -35,6 +35,7 @@ class Known:
     suffices: float = 1.0  # tolerance of these
     leads: bool = True  # whether any tolerance leads the reference on
     lost: int = 0  # candidates that no steps of their own lead on, though steps of all do
+    chaotic: bool = False  # whether the reference errs whatever the steps
 
     def decays(self) -> bool:
         return self.dying
@@ -58,10 +59,12 @@ class Known:
         excess[16 - self.dead :] = np.inf
         if (steps < self.stable.get(method, 0)).any():
             excess[:] = np.inf
+        if self.chaotic:
+            excess[0] = 100.0
         return Verdict(float(STEPPING.aimed * excess[0]), excess)
 
     def shares(self, method: str, steps: IntArray, verdict: Verdict) -> Array:
-        if np.isinf(verdict.worst()):
+        if np.isinf(verdict.worst()) or self.chaotic:
             return np.full(steps.size, 1e6)
         return self.errors(method, steps)
 
@@ -224,3 +227,12 @@ def test_a_reference_that_is_lost_by_every_method_excuses_none_of_them() -> None
     trial = Known(sizes, stable={'rk4': 1000}, own='rosenbrock', leads=False)
     found = chosen(trial, ('rk4', 'rosenbrock'), BASE, COST)
     assert found.fine and found.method == 'rosenbrock' and found.tolerance == 0.0
+
+
+def test_a_reference_that_no_steps_lead_on_is_not_awaited_where_it_errs_alone() -> None:
+    """As where nominal values are chaotic: the steps that suffice for the others are taken."""
+    trial = Known({'rk4': 0.01 * ONE}, dying=False, chaotic=True)
+    found = chosen(trial, ('rk4', 'rosenbrock'), BASE, COST)
+    assert found.method == 'rk4' and not found.fine
+    np.testing.assert_array_equal(found.steps, BASE)
+    assert len({steps for _, steps in trial.judged}) == 2
