@@ -74,12 +74,12 @@ class Kernels(Protocol):
         """
 
     def scheduled(
-        self, grid: Grid, x0: Array, p: Array, along: IntArray, there: IntArray
+        self, grid: Grid, x0: Array, p: Array, along: IntArray, there: IntArray, width: int = 1
     ) -> tuple[Array, Array]:
         """Return states (K, n, B) and outputs (K, r, B) under parameters that change.
 
         Of the sets p (S, q, B) the one between two nodes is along[k] (K,), that at a node there[k]
-        (K,). There is no injection.
+        (K,). Steps of `width` neighbours are as in `trajectories`; there is no injection.
         """
 
     def counts(self, grid: Grid, x0: Array, p: Array) -> IntArray:

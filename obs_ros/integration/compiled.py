@@ -59,17 +59,18 @@ class CompiledKernels:
 
     def trajectories(self, grid: Grid, x0: Array, p: Array, width: int = 1) -> tuple[Array, Array]:
         """See `Kernels.trajectories`."""
-        if self.own_steps and grid.is_free:
-            return own.trajectories(self.module, self.model, grid, x0, p, width)[:2]
         if grid.injection is not None:
             states, _, outputs = self.paths(grid, x0, p)
             return states, outputs
-        return self.scheduled(grid, x0, p[None], *always(grid.t.size))
+        return self.scheduled(grid, x0, p[None], *always(grid.t.size), width)
 
     def scheduled(
-        self, grid: Grid, x0: Array, p: Array, along: IntArray, there: IntArray
+        self, grid: Grid, x0: Array, p: Array, along: IntArray, there: IntArray, width: int = 1
     ) -> tuple[Array, Array]:
         """See `Kernels.scheduled`."""
+        if self.own_steps and grid.is_free:
+            order = along, there, width
+            return own.scheduled(self.module, self.model, grid, x0, p, *order)[:2]
         count = x0.shape[1]
         x, q = filled(x0), filled(p)
         states = np.empty((grid.t.size, *x.shape))
@@ -80,7 +81,8 @@ class CompiledKernels:
     def counts(self, grid: Grid, x0: Array, p: Array) -> IntArray:
         """See `Kernels.counts`."""
         if self.own_steps and grid.is_free:
-            return own.trajectories(self.module, self.model, grid, x0, p, 1)[2]
+            order = *always(grid.t.size), 1
+            return own.scheduled(self.module, self.model, grid, x0, p[None], *order)[2]
         return np.repeat(grid.steps[:, None], x0.shape[1], axis=1)
 
     def restarted(self, grid: Grid, states: Array, p: Array) -> Array:

@@ -143,12 +143,12 @@ class DelayedKernels:
         return states, np.repeat(p[None], grid.t.size, axis=0), outputs
 
     def scheduled(
-        self, grid: Grid, x0: Array, p: Array, along: IntArray, there: IntArray
+        self, grid: Grid, x0: Array, p: Array, along: IntArray, there: IntArray, width: int = 1
     ) -> tuple[Array, Array]:
         """Return states (K, n, B) and outputs (K, r, B) under parameters that change.
 
         Of the sets p (S, q, B) the one between two nodes is along[k] (K - 1,), that at a node
-        there[k] (K,). Delays are those of the first set.
+        there[k] (K,). Delays are those of the first set; all take the grid's steps.
         """
         return self._rolled(grid, grid.t.size, x0, p, everywhere=True, order=(along, there))
 

@@ -45,7 +45,8 @@ def load_module(
             raise ValueError(f'{kind}: {function.reason}')
     text = source(model) if text is None else text
     functions = model.dynamics, model.output, *SELECTS.values(), *made_for(model).values()
-    name = f'obs_ros_kernels_{fingerprint(text, inlined, *functions)}'
+    called = '' if base is None else base.__name__
+    name = f'obs_ros_kernels_{fingerprint(text, called, inlined, *functions)}'
     with _lock:
         if name not in sys.modules:
             module = ModuleType(name, f'Kernels of model {model.name!r}.')

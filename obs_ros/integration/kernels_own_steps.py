@@ -8,8 +8,22 @@ beside the others. Where each was at the nodes is kept, and its outputs are comp
 
 
 @jit
-def follow(x, p, t, fresh, u, slope, last, lead, limits, work, track, counts):
-    """Follow the candidates in x from node 0 to `last`; write track (K, n, lanes) and counts."""
+def load_lane(sets, number, chunk, lane, p):
+    """Copy the parameters of one lane of a chunk out of one of the sets (S, q, lanes)."""
+    for i in range(N_PARAMETERS):
+        p[i * N_LANES + lane] = sets[number, i, chunk * N_LANES + lane]
+
+
+@jit
+def follow(
+    x, p, sets, along, chunk, t, fresh, u, slope, last, lead, limits, work, track, counts
+):  # fmt: skip
+    """Follow the candidates in x from node 0 to `last`; write track (K, n, lanes) and counts.
+
+    Of the sets of parameters (S, q, lanes) the one along[k] (K,) holds in interval k; in p they are
+    those of where each candidate is.
+    """
+    load(sets[along[0]], chunk, N_PARAMETERS, p)
     tolerance, floor, longest, budget = limits
     y, e, now, step, h, left, error, u0, u2, node, taken, new, stages = work
     track[:] = np.nan
@@ -62,6 +76,9 @@ def follow(x, p, t, fresh, u, slope, last, lead, limits, work, track, counts):
                     node[lane] = k + 1
                     if k + 1 < last:
                         left[lane], new[lane] = t[k + 2] - t[k + 1], fresh[k + 1]
+                        if along[k + 1] != along[k]:
+                            load_lane(sets, along[k + 1], chunk, lane, p)
+                            new[lane] = True
                 else:
                     lost = taken[lane] >= budget
             else:
@@ -84,8 +101,8 @@ def working():
 
 @entry
 def squares_own(
-    t, fresh, u, slope, y, weight, measured, period, prefixes, x0, p, lead, tolerance, floor,
-    longest, budget, out,
+    t, fresh, u, slope, y, weight, measured, period, prefixes, x0, sets, along, lead, tolerance,
+    floor, longest, budget, out,
 ):  # fmt: skip
     """As `squares`, over the candidates' own steps."""
     x = np.empty(N_STATES * N_LANES)
@@ -97,8 +114,10 @@ def squares_own(
     counts = np.zeros((nodes, N_LANES), np.int64)
     for chunk in range(x0.shape[1] // N_LANES):
         load(x0, chunk, N_STATES, x)
-        load(p, chunk, N_PARAMETERS, q)
-        follow(x, q, t, fresh, u, slope, nodes - 1, lead[chunk], limits, work, track, counts)
+        follow(
+            x, q, sets, along, chunk, t, fresh, u, slope, nodes - 1, lead[chunk], limits, work,
+            track, counts,
+        )  # fmt: skip
         k = 0
         for g in range(prefixes.size):
             total[:] = 0.0
@@ -118,8 +137,9 @@ def squares_own(
 
 @entry
 def trajectories_own(
-    t, fresh, u, slope, x0, p, lead, tolerance, floor, longest, budget, states, outputs, counts
-):
+    t, fresh, u, slope, x0, sets, along, there, lead, tolerance, floor, longest, budget, states,
+    outputs, counts,
+):  # fmt: skip
     """As `trajectories`, over the candidates' own steps; counts (K - 1, lanes) are these."""
     x = np.empty(N_STATES * N_LANES)
     q = np.empty(max(1, N_PARAMETERS) * N_LANES)
@@ -128,11 +148,18 @@ def trajectories_own(
     taken = np.empty((t.size, N_LANES), np.int64)
     for chunk in range(x0.shape[1] // N_LANES):
         load(x0, chunk, N_STATES, x)
-        load(p, chunk, N_PARAMETERS, q)
         taken[:] = 0
-        follow(x, q, t, fresh, u, slope, t.size - 1, lead[chunk], limits, work, track, taken)
+        follow(
+            x, q, sets, along, chunk, t, fresh, u, slope, t.size - 1, lead[chunk], limits, work,
+            track, taken,
+        )  # fmt: skip
+        number = there[0]
+        load(sets[number], chunk, N_PARAMETERS, q)
         for k in range(t.size):
             load(track[k], 0, N_STATES, x)
+            if there[k] != number:
+                number = there[k]
+                load(sets[number], chunk, N_PARAMETERS, q)
             uk = input_at(u, slope, k, 0.0)
             for lane in range(LANES):
                 xs = gather_x(x, lane)
@@ -146,8 +173,8 @@ def trajectories_own(
 
 @entry
 def grams_own(
-    t, fresh, u, slope, y, weight, measured, period, nodes, x0, p, lead, place, tolerance, floor,
-    longest, budget, out,
+    t, fresh, u, slope, y, weight, measured, period, nodes, x0, sets, along, lead, place,
+    tolerance, floor, longest, budget, out,
 ):  # fmt: skip
     """As `grams`, over the own steps of each start's base point; place (B,) are its lanes."""
     starts, width = out.shape[0], out.shape[1]
@@ -161,8 +188,10 @@ def grams_own(
     n_rows = 0
     for chunk in range(x0.shape[1] // N_LANES):
         load(x0, chunk, N_STATES, x)
-        load(p, chunk, N_PARAMETERS, q)
-        follow(x, q, t, fresh, u, slope, nodes - 1, lead[chunk], limits, work, track, counts)
+        follow(
+            x, q, sets, along, chunk, t, fresh, u, slope, nodes - 1, lead[chunk], limits, work,
+            track, counts,
+        )  # fmt: skip
         n_rows = 0
         for k in range(nodes):
             if measured[k]:

@@ -111,14 +111,23 @@ def leaders(count: int, width: int) -> IntArray:
 
 
 def followed(
-    model: Model, grid: Grid, nodes: int, x0: Array, p: Array, lead: IntArray
+    model: Model,
+    grid: Grid,
+    nodes: int,
+    x0: Array,
+    p: Array,
+    lead: IntArray,
+    along: IntArray | None = None,
 ) -> tuple[Array, IntArray]:
     """Return the states (nodes, n, B) of candidates, and their steps (nodes - 1, B) in intervals.
 
-    They start at x0 (n, B) with parameters p (q, B); lead (B,) are their leaders. Those that take
-    more than the grid's `budget` of steps, or that no steps lead on, are NaN from there on.
+    They start at x0 (n, B) with parameters p (q, B), or sets of them (S, q, B) of which along[k]
+    (K,) holds in interval k; lead (B,) are their leaders. Those that take more than the grid's
+    `budget` of steps, or that no steps lead on, are NaN from there on.
     """
-    steps = _Steps(model, grid, nodes - 1, x0, p, lead)
+    if along is None:
+        p, along = p[None], np.zeros(max(1, nodes), dtype=np.int64)
+    steps = _Steps(model, grid, nodes - 1, x0, p, along, lead)
     with np.errstate(all='ignore'):
         while steps.going.any():
             steps.advance()
@@ -129,11 +138,19 @@ class _Steps:
     """Candidates on their way, each at a node and a time of its own."""
 
     def __init__(
-        self, model: Model, grid: Grid, last: int, x0: Array, p: Array, lead: IntArray
+        self,
+        model: Model,
+        grid: Grid,
+        last: int,
+        x0: Array,
+        sets: Array,
+        along: IntArray,
+        lead: IntArray,
     ) -> None:
         count = x0.shape[1]
         self.model, self.grid, self.last, self.lead = model, grid, last, lead
-        self.floor, self.p = floors(model)[:, None], tuple(p)
+        self.floor, self.sets, self.along = floors(model)[:, None], sets, along
+        self.own = sets[along[0]].copy()  # the parameters (q, B) where each candidate is
         self.x = x0.copy()
         self.track = np.full((last + 1, *x0.shape), np.nan)
         self.track[0] = x0
@@ -162,7 +179,7 @@ class _Steps:
                         np.where(self.left < 2.0 * step, 0.5 * self.left, step))  # fmt: skip
         step = np.where(going, step, 1.0)
         u2 = self._inputs(k, s + step)
-        found = estimated(self.model.dynamics, now, step, tuple(self.x), u0, u2, self.p)
+        found = estimated(self.model.dynamics, now, step, tuple(self.x), u0, u2, tuple(self.own))
         y, e = (np.stack([np.broadcast_to(i, step.shape) for i in each]) for each in found)
         size = self.floor + np.maximum(np.abs(self.x), np.abs(y))
         error = np.sqrt(np.sum((e / (grid.tolerance * size)) ** 2, axis=0))[self.lead]
@@ -175,7 +192,7 @@ class _Steps:
 
     def _begin(self, now: Array, u0: tuple[Any, ...]) -> None:
         """Shorten the first step where inputs leapt."""
-        rates = self.model.dynamics(now, tuple(self.x), u0, self.p)
+        rates = self.model.dynamics(now, tuple(self.x), u0, tuple(self.own))
         size = np.maximum(np.abs(self.x), CONTROL.small / CONTROL.floor * self.floor)
         moved = np.stack([np.broadcast_to(rate, now.shape) for rate in rates])
         rate = np.sqrt(np.sum((moved / size) ** 2, axis=0))
@@ -200,7 +217,9 @@ class _Steps:
         self.node = np.where(there, k + 1, self.node)
         later = np.minimum(self.node, self.last - 1)
         self.left = np.where(there, self.dt[later], self.left)
-        self.first = np.where(there, self.fresh[later], self.first)
+        changed = there & (self.along[later] != self.along[k])
+        self.first = np.where(there, self.fresh[later] | changed, self.first)
+        self.own[:, changed] = self.sets[self.along[later[changed]], :, np.flatnonzero(changed)].T
         lost = going & ~there & (self.taken >= self.grid.budget)
         lost |= bad & ~(self.h > c.stalled * self.dt[k])
         self.node = np.where(lost, self.last, self.node)

@@ -59,15 +59,20 @@ class NumpyKernels:
         return states, outputs
 
     def scheduled(
-        self, grid: Grid, x0: Array, p: Array, along: IntArray, there: IntArray
+        self, grid: Grid, x0: Array, p: Array, along: IntArray, there: IntArray, width: int = 1
     ) -> tuple[Array, Array]:
         """See `Kernels.scheduled`."""
-        sets, x = [tuple(each) for each in p], tuple(x0)
+        sets, x, track = [tuple(each) for each in p], tuple(x0), None
+        if self.own_steps and grid.is_free:
+            lead = leaders(x0.shape[1], width)
+            track = followed(self.model, grid, grid.t.size, x0, p, lead, along)[0]
         states = np.empty((grid.t.size, *x0.shape))
         outputs = np.empty((grid.t.size, len(self.model.outputs), x0.shape[1]))
         with np.errstate(all='ignore'):
             for k in range(grid.t.size):
-                if k > 0:
+                if track is not None:
+                    x = tuple(track[k])
+                elif k > 0:
                     x = self._advance(grid, k - 1, x, sets[along[k - 1]])
                 states[k] = _stacked(x, x0)
                 y = self.model.output(grid.clock[k], x, tuple(grid.u[k]), sets[there[k]])

@@ -64,6 +64,24 @@ def test_both_backends_take_the_same_steps(name: str) -> None:
         close(found, expected)
 
 
+@pytest.mark.parametrize('name', PLANTS)
+def test_parameters_that_change_are_followed_by_both_backends(name: str) -> None:
+    both, grid, x0, p = case(name)
+    sets = np.stack([p, 1.1 * p, 0.8 * p])
+    along = np.repeat([0, 1, 2], [17, 1, 22])
+    there = np.where(along == 2, 2, 0)
+    found, expected = (k.scheduled(grid, x0, sets, along, there) for k in both)
+    close(found[0], expected[0])
+    close(found[1], expected[1])
+    # As if candidates went on from there with the new values.
+    before = both[0].trajectories(grid.stretch(0, 17), x0, p)[0]
+    np.testing.assert_array_equal(found[0][:18], before)
+    rest = grid.stretch(18, 39)
+    after = both[0].trajectories(rest, found[0][18], sets[2])[0]
+    scale = np.abs(after).max(axis=(0, 2), keepdims=True)
+    np.testing.assert_allclose(found[0][18:] / scale, after / scale, atol=2e-3)
+
+
 def test_squares_are_those_of_the_trajectories() -> None:
     (compiled, _), grid, x0, p = case('relaxing')
     off = grid.weight[:, :, None] * (compiled.trajectories(grid, x0, p)[1] - grid.y[:, :, None])

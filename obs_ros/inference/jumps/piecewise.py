@@ -192,7 +192,7 @@ class PiecewiseProblem:
         first, times, intervals = 0, *self._times(points)
         if grid.injection is None:
             schedule = self._sets(points, times, intervals, p)
-            states, outputs = kernels.scheduled(grid, x, *schedule)
+            states, outputs = kernels.scheduled(grid, x, *schedule, len(points))
             return states, grid.nearest(outputs)
         states = np.empty((grid.t.size, *x.shape))
         outputs = np.empty((grid.t.size, grid.y.shape[1], x.shape[1]))
