@@ -72,8 +72,8 @@ KINKED = Model(  # two tanks whose levels cross, over and over
 )
 
 
-def truth(model: Model, t: Array, u: Array, x0: Any, p: Any) -> Array:
-    """Outputs (K, r) by an independent integrator at rtol 1e-10, inputs held."""
+def truth(model: Model, t: Array, u: Array, x0: Any, p: Any, *, states: bool = False) -> Array:
+    """Outputs (K, r), or states (K, n), by an independent integrator at rtol 1e-10, inputs held."""
     x, rows = np.array(x0, dtype=float), []
     for k in range(t.size):
         if k:
@@ -81,7 +81,7 @@ def truth(model: Model, t: Array, u: Array, x0: Any, p: Any) -> Array:
                 lambda s, y, k=k: model.dynamics(s, tuple(y), tuple(u[k - 1]), tuple(p)),
                 (t[k - 1], t[k]), x, method='Radau', rtol=1e-10, atol=1e-13,
             ).y[:, -1]  # fmt: skip
-        rows.append(model.output(t[k], tuple(x), tuple(u[k]), tuple(p)))
+        rows.append(x if states else model.output(t[k], tuple(x), tuple(u[k]), tuple(p)))
     return np.array(rows)
 
 

@@ -187,8 +187,6 @@ def _alternated(
             break
         noise = most_likely(LinearPath.of(found), noise, groups, given, least_noise(window))
         found = filtered(window, z, noise)
-        if not np.isfinite(found.neg2_log_likelihood):
-            break
         now = _renewed(window, found, z, noise, deadline)
         if now is None:
             break
@@ -207,12 +205,14 @@ def _renewed(
     local: LMSettings = LM_DEFAULTS,
 ) -> Disturbed | None:
     """Return the optimum near z (d,) under the gains of a pass, with gains of its own."""
-    objective = window.objective
-    problem, nodes = corrected(window, found).posterior, objective.nodes
+    if is_lost(window, found, noise):
+        return None
+    problem, nodes = corrected(window, found).posterior, window.objective.nodes
     solved = levenberg_marquardt(problem, z[None], nodes, SETTINGS.polish, deadline, settings=local)
     if deadline.passed or not np.isfinite(solved.squares[0]):
         return None
-    return disturbed_at(window, solved.z[0], noise)
+    renewed = disturbed_at(window, solved.z[0], noise)
+    return None if is_lost(window, renewed.along, noise) else renewed
 
 
 def _refined(window: WindowState, best: Disturbed, deadline: Deadline) -> Disturbed:
@@ -245,8 +245,6 @@ def _restricted(
     path = LinearPath.of(replace(found, prior=prior))
     noise = most_likely(path, best.noise, groups, given, least_noise(window))
     found = filtered(window, best.z, noise)
-    if not np.isfinite(found.neg2_log_likelihood):
-        return best
     renewed = _renewed(window, found, best.z, noise, deadline, REFINED)
     # What integrating out changes is little: a larger change has lost the optimum.
     worse = SETTINGS.restricted * window.objective.dimension
@@ -270,6 +268,22 @@ def filtered(
     return objective.kernels.filter(
         objective.grid, x0[:, 0], p[:, 0], noise.walks, noise.noise, None, moving
     )
+
+
+def is_lost(window: WindowState, found: FilterPass, noise: ProcessNoise) -> bool:
+    """Whether a pass tells nothing: it diverged, or its deviations exceed all that was measured.
+
+    Where a plant relaxes, derivatives along its jumps say that a small push moves it beyond any
+    bound; no gain from such a covariance is right.
+    """
+    grid = window.objective.grid
+    known = grid.weight > 0.0
+    highest = np.max(grid.y, axis=0, where=known, initial=-np.inf)
+    lowest = np.min(grid.y, axis=0, where=known, initial=np.inf)
+    with np.errstate(invalid='ignore'):
+        limit = highest - lowest + SETTINGS.apart * noise.noise
+        beyond = np.sqrt(found.S) > limit
+    return bool(beyond.any()) or not np.isfinite(found.neg2_log_likelihood)
 
 
 def corrected(window: WindowState, found: FilterPass) -> WindowState:

@@ -39,6 +39,8 @@ class ProcessNoiseSettings:
     - `reach`: times above and below its start that a walk is sought in;
     - `rounds`: of renewing noise and candidate by turns, until -2 log likelihood falls by less than
       `gain`;
+    - `apart`: deviations of the noise by which the deviation of an innovation may exceed the range
+      of what was measured: linearised, a filter is lost there;
     - `restricted`: of -2 log likelihood and for each unknown, by which noise with the unknowns
       integrated out may be less likely along them;
     - `tolerance`: of -2 log likelihood in a round; at 0.01 parameters ended 0.003 deviations apart
@@ -54,6 +56,7 @@ class ProcessNoiseSettings:
     reach: float = 1e4
     rounds: int = 6
     gain: float = 0.1
+    apart: float = 10.0
     restricted: float = 2.0
     tolerance: float = 0.001
     settled: int = 4

@@ -46,7 +46,7 @@ def load_module(
     text = source(model) if text is None else text
     functions = model.dynamics, model.output, *SELECTS.values(), *made_for(model).values()
     called = '' if base is None else base.__name__
-    name = f'obs_ros_kernels_{fingerprint(text, called, inlined, *functions)}'
+    name = f'obs_ros_kernels_{fingerprint(text + called, inlined, *functions)}'
     with _lock:
         if name not in sys.modules:
             module = ModuleType(name, f'Kernels of model {model.name!r}.')

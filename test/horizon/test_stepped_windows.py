@@ -1,7 +1,7 @@
 """Tests of obs_ros.horizon.stepped_windows."""
 
 import numpy as np
-from stiff_plants import MOTOR, measured
+from stiff_plants import MOTOR, measured, truth, van_der_pol
 
 from obs_ros import Record
 from obs_ros.core.deadline import Deadline
@@ -36,3 +36,21 @@ def test_a_stiff_plant_is_followed_from_window_to_window() -> None:
         assert estimate.figures['integration_error_sd'] < 0.3
         assert estimate.figures['integration_steps.rosenbrock'] < 4.0
         assert abs(estimate.parameters['R'] - 1.3) < 4.0 * estimate.stddev['R']
+
+
+def test_a_parameter_that_jumps_is_found_where_it_moves_the_plant_s_own_jumps() -> None:
+    relaxing, t = van_der_pol(100.0), np.linspace(0.0, 400.0, 201)
+    nothing = np.empty((201, 0))
+    before = truth(relaxing, t[:111], nothing[:111], (2.0, 0.0), (88.0,), states=True)
+    after = truth(relaxing, t[110:], nothing[110:], before[-1], (128.0,), states=True)
+    x = np.vstack([before, after[1:]])[:, :1]
+    sd = 0.01 * float(x.std())
+    y = x + sd * np.random.default_rng(1).standard_normal(x.shape)
+    windows = MovingHorizon(Solver.of(relaxing, EstimationSettings(noise={'x': sd})))
+    for k in (0, 25, 50, 75, 100):
+        part = slice(k, k + 100)
+        record = Record(t[part], nothing[part], y[part])
+        estimate = windows.solve(record, random_generator(0, k), Deadline())
+    (jump,) = estimate.jumps
+    assert abs(jump.time - 220.0) < 3.0 * jump.time_stddev
+    assert abs(estimate.parameters['mu'] - 128.0) < 5.0

@@ -1,13 +1,22 @@
 """Tests of obs_ros.inference.disturbed."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from plants import NAN, window_of
+from stiff_plants import truth, van_der_pol
 
 from obs_ros import Model, Record, Variable
 from obs_ros.core.deadline import Deadline
 from obs_ros.core.typing import Array
-from obs_ros.inference.disturbed import criterion_of, disturbed, with_given_walks
+from obs_ros.inference.disturbed import (
+    criterion_of,
+    disturbed,
+    filtered,
+    is_lost,
+    with_given_walks,
+)
 from obs_ros.inference.prior import Prior
 from obs_ros.inference.process_noise import SETTINGS, ProcessNoise
 from obs_ros.inference.window_state import WindowState
@@ -142,3 +151,24 @@ def test_given_walks_are_taken_as_they_are() -> None:
 def test_without_time_there_is_none() -> None:
     posed = window(0.15)
     assert disturbed(posed, optimum(posed)[0], FREE, None, Deadline(0.0)) is None
+
+
+def test_a_filter_is_lost_where_its_deviations_exceed_all_that_was_measured() -> None:
+    relaxing = replace(van_der_pol(20.0), integrator='rosenbrock')
+    t = np.linspace(0.0, 60.0, 61)
+    y = truth(relaxing, t, np.empty((61, 0)), (2.0, -0.03), (20.0,))
+    objective = window_of(relaxing, Record(t, None, y), SIGMA, backend='numba')
+    grid = objective.grid.stepped(400 * objective.grid.steps)
+    objective = replace(objective, grid=grid)
+    posed = WindowState(
+        Record(t, None, y), objective, Prior.box(objective.unknowns), noise_known=True
+    )
+    z = objective.unknowns.point({'x': 2.0, 'rate': -0.03, 'mu': 20.0})
+    noise = np.array([SIGMA])
+    # Where it jumps, a push is multiplied by hundreds within a sample.
+    for push, lost in ((1e-6, False), (0.3, True)):
+        pushed = ProcessNoise(np.array([push, push, 0.0]), noise)
+        assert is_lost(posed, filtered(posed, z, pushed), pushed) is lost
+    outputs = window(0.3)
+    plain = ProcessNoise(np.array([0.3, 0.0]), noise)
+    assert not is_lost(outputs, filtered(outputs, optimum(outputs)[0], plain), plain)
