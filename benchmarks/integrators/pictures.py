@@ -27,5 +27,5 @@ def errors(points: Sequence[Point]) -> Any:
         ax.set_xlabel('ns per candidate and sample')
         ax.grid(alpha=0.3)
     axes[0][0].set_ylabel("error, shares of the outputs' deviation")
-    axes[0][-1].legend(fontsize=7)
+    axes[0][-1].legend(fontsize=7, loc='center left', bbox_to_anchor=(1.02, 0.5))
     return figure
