@@ -281,10 +281,10 @@ def _gradient(best: Hypothesis) -> Array:
 def covariance_without_boxes(best: Hypothesis) -> Array:
     """Return the covariance (D, D) of the point by samples and knowledge, to first order."""
     problem = _without_boxes(best)
-    jacobian = best.linearisation.jacobian
-    information = jacobian.T @ jacobian + problem.precision(best.point)
-    times = problem.layout.times
-    information[times, times] += 1.0 / BOX_VARIANCE  # a time lies anywhere in the window
+    information = best.linearisation.gram + problem.precision(best.point)
+    if best.problem.events:
+        times = problem.layout.times  # a time lies anywhere in the window
+        information[times, times] += 1.0 / BOX_VARIANCE
     return scaled_inverse(information)
 
 

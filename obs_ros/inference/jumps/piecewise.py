@@ -125,7 +125,7 @@ class PiecewiseProblem:
     def precision(self, point: Array) -> Array:
         """Return the prior's precision (D, D)."""
         if not self.events:
-            return self.prior.precision.copy()
+            return self.prior.precision
         d = self.layout.dimension
         precision = np.zeros((self.layout.size, self.layout.size))
         precision[:d, :d] = self.prior.precision
