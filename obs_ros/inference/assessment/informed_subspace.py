@@ -148,9 +148,7 @@ def _around(z: Array, roots: Array, limits: Array, step: Array) -> Array:
 
 
 @accelerated
-def _feigned(
-    outputs: Array, weight: Array, jacobian: Array, spread: Array, step: Array
-) -> Array:
+def _feigned(outputs: Array, weight: Array, jacobian: Array, spread: Array, step: Array) -> Array:
     """Return the sum (q, q) of D_k' M D_k by outputs (K, r, n (1 + q)) of the points around."""
     nodes, count, _ = outputs.shape
     n, q = len(spread), step.size
