@@ -17,7 +17,7 @@ import numpy as np
 from obs_ros.core.changes import replace
 from obs_ros.core.deadline import Deadline
 from obs_ros.core.linear_algebra import scaled_inverse
-from obs_ros.core.residual_tests import is_white, like_noise
+from obs_ros.core.residual_tests import is_white, like_noise, squares_of
 from obs_ros.core.typing import Array, BoolArray, IntArray
 from obs_ros.inference.jumps.hypothesis import Hypothesis, hypothesis_at
 from obs_ros.inference.jumps.piecewise import PiecewiseProblem
@@ -216,8 +216,9 @@ def _explained(window: WindowState, residuals: Array) -> bool:
     """Whether noise alone may leave residuals (K, r); NaN = not measured, or left out."""
     if not window.noise_known:
         return is_white(residuals)
-    freedom = max(1, int(np.isfinite(residuals).sum()) - window.objective.dimension)
-    return like_noise(float(np.nansum(residuals**2)), freedom, window.told_by * freedom)
+    counts, squares = squares_of(residuals)
+    freedom = max(1, int(counts.sum()) - window.objective.dimension)
+    return like_noise(float(squares.sum()), freedom, window.told_by * freedom)
 
 
 def _fitted(

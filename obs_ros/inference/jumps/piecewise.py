@@ -150,13 +150,13 @@ class PiecewiseProblem:
         grid = self.objective.grid
         shown = np.ascontiguousarray(grid.shown(outputs))
         residual, jacobian = differences(shown, grid.y, grid.weight, grid.period, taken)
-        end = states[self._last]
+        end, path = states[self._last], (states[:, :, 0], outputs[:, :, 0])
         return Linearisation(
             residual=residual,
             jacobian=jacobian,
             state=end[:, 0],
             state_jacobian=(end[:, 1:] - end[:, :1]) / taken,
-            path=(states[:, :, 0], outputs[:, :, 0]),
+            path=(np.ascontiguousarray(path[0]), np.ascontiguousarray(path[1])),
         )
 
     def trajectory(self, point: Array) -> tuple[Array, Array]:

@@ -62,11 +62,13 @@ def screen(base: Hypothesis, parameters: Sequence[int], times: Array | None = No
     rolled out.
     """
     problem, linear = base.problem, base.linearisation
+    nodes: slice | IntArray
     settings, t = problem.settings, problem.objective.grid.t
     columns = np.column_stack([linear.residual, linear.jacobian])
     if sees_every_node(problem):
         if times is None:
-            nodes = np.flatnonzero(t[:-1] - t[0] >= settings.earliest * (t[-1] - t[0]))
+            since = t - t[0]
+            nodes = slice(int(np.searchsorted(since, settings.earliest * since[-1])), t.size - 1)
         else:
             nodes = nearest_nodes(t, times)
         every = products(base, parameters, problem.at_nodes(columns))
@@ -109,11 +111,11 @@ def _gains_in_loops(
     for k in range(times):
         for j in range(count):
             explained = 0.0
-            for a in range(d):
-                total = 0.0
-                for b in range(d):
+            for a in range(d):  # of a symmetric matrix, twice the half below its diagonal
+                total = 0.5 * covariance[a, a] * pulled[k, j, 1 + a]
+                for b in range(a):
                     total += covariance[a, b] * pulled[k, j, 1 + b]
-                explained += total * pulled[k, j, 1 + a]
+                explained += 2.0 * total * pulled[k, j, 1 + a]
             height = squares[k, j] + weight[j] - explained
             told = height > least_share * squares[k, j]
             height = max(height, weight[j])
