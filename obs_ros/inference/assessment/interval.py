@@ -229,10 +229,7 @@ def _interval(best: Hypothesis, ends: Ends) -> Interval:
     told = np.where(ends.closed | bounded, values, np.nan)
     points = np.vstack([best.point[None], ends.points])
     last = np.flatnonzero(problem.objective.grid.measured)[-1]
-    if problem.events:
-        states = np.array([problem.trajectory(point)[0][last] for point in points]).T
-    else:
-        states = problem.roll(points)[0][last]
+    states = problem.roll(points)[0][last]
     states = np.where(np.isfinite(states), states, states[:, :1])
     middle = ends.middle[ends.pinned[:q]]
     return Interval(told[:q], middle, told[q:], np.array([states.min(axis=1), states.max(axis=1)]))
