@@ -37,6 +37,12 @@ def segments(t: Array, u: Array, kinds: Sequence[Interpolation]) -> tuple[Array,
     last sample an input holds it.
     """
     values, slopes = np.zeros((t.size, len(kinds))), np.zeros((t.size, len(kinds)))
+    if np.isfinite(u).all():
+        gap, none = np.diff(t), np.zeros(t.size - 1)
+        values[-1:] = u[-1:]
+        for i, kind in enumerate(kinds):
+            values[:-1, i], slopes[:-1, i] = segment(kind, u[:-1, i], u[1:, i], gap, none)
+        return values, slopes
     for i, kind in enumerate(kinds):
         known = np.flatnonzero(np.isfinite(u[:, i]))
         row = np.searchsorted(known, np.arange(t.size), side='right') - 1

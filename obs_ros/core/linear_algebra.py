@@ -91,8 +91,19 @@ factored = accelerated(_factored_looped, _factored_on_arrays)
 def scaled_inverse(information: Array) -> Array:
     """Return the inverse of a positive definite matrix (D, D), also where scales differ wildly."""
     inverse, _, sound = factored(np.ascontiguousarray(information))
+    return inverse if sound else _inverse_by_eigenvalues(information)
+
+
+def inverse_and_log_determinant(information: Array) -> tuple[Array, float]:
+    """Return `scaled_inverse` and `log_determinant` of a matrix (D, D)."""
+    inverse, found, sound = factored(np.ascontiguousarray(information))
     if sound:
-        return inverse
+        return inverse, float(found)
+    return _inverse_by_eigenvalues(information), _log_determinant_by_pivots(information)
+
+
+def _inverse_by_eigenvalues(information: Array) -> Array:
+    """Return the inverse of a matrix (D, D) that is hardly positive definite, or not."""
     scale = 1.0 / np.sqrt(np.diagonal(information))
     scaled = information * np.outer(scale, scale)
     values, vectors = eigen(scaled)
@@ -100,12 +111,34 @@ def scaled_inverse(information: Array) -> Array:
     return np.asarray((vectors / np.maximum(values, 1e-14)) @ vectors.T)
 
 
-def cholesky(matrix: Array) -> Array:
-    """Return the lower triangle (D, D) whose square is a positive definite matrix (D, D)."""
+def _cholesky_on_arrays(matrix: Array) -> Array:
+    """Return the same by LAPACK."""
     try:
         return np.asarray(np.linalg.cholesky(matrix))
     except np.linalg.LinAlgError:
         return np.full(matrix.shape, np.nan)
+
+
+def _cholesky_looped(matrix: Array) -> Array:
+    """Return the lower triangle (D, D) whose square is a positive definite matrix (D, D)."""
+    d = len(matrix)
+    root = np.zeros((d, d))
+    for i in range(d):
+        for j in range(i + 1):
+            value = matrix[i, j]
+            for k in range(j):
+                value -= root[i, k] * root[j, k]
+            if i > j:
+                root[i, j] = value / root[j, j]
+            elif 0.0 < value < np.inf:
+                root[i, i] = np.sqrt(value)
+            else:
+                root[:] = np.nan
+                return root
+    return root
+
+
+cholesky = accelerated(_cholesky_looped, _cholesky_on_arrays)
 
 
 def log_determinant(matrix: Array) -> float:
@@ -114,8 +147,11 @@ def log_determinant(matrix: Array) -> float:
     The matrix is symmetric.
     """
     _, found, sound = factored(np.ascontiguousarray(matrix))
-    if sound:
-        return float(found)
+    return float(found) if sound else _log_determinant_by_pivots(matrix)
+
+
+def _log_determinant_by_pivots(matrix: Array) -> float:
+    """Return the logarithm of the absolute determinant of any matrix (D, D)."""
     with np.errstate(all='ignore'):
         return float(np.linalg.slogdet(matrix)[1])
 

@@ -43,6 +43,7 @@ class Whiteness:
 def prepare() -> None:
     """Compile what is below, or load it compiled."""
     whiteness(np.ones((1, 1)))
+    squares_of(np.ones((1, 1)))
     inflation_by(np.ones((3, 1)))
     changes_slowly(np.ones((2 * LIMITS.blocks[0], 1)))
 
@@ -69,6 +70,27 @@ def _packed(residuals: Array, i: int, r: Array) -> tuple[int, float]:
             square += r[size] * r[size]
             size += 1
     return size, square
+
+
+def _squares_on_arrays(residuals: Array) -> tuple[IntArray, Array]:
+    """Return the same on whole arrays."""
+    counts = np.isfinite(residuals).sum(axis=0)
+    return counts, np.asarray(np.nansum(residuals**2, axis=0))
+
+
+def _squares_in_loops(residuals: Array) -> tuple[IntArray, Array]:
+    """Return how many of residuals (K, r; NaN = not measured) are finite (r,), and squares (r,)."""
+    nodes, outputs = residuals.shape
+    counts, squares = np.zeros(outputs, dtype=np.int64), np.zeros(outputs)
+    for k in range(nodes):
+        for i in range(outputs):
+            if not np.isnan(residuals[k, i]):
+                squares[i] += residuals[k, i] ** 2
+                counts[i] += np.isfinite(residuals[k, i])
+    return counts, squares
+
+
+squares_of = accelerated(_squares_in_loops, _squares_on_arrays)
 
 
 def _head_on_arrays(residuals: Array, lags: int, limit: float) -> tuple[IntArray, Array, Array]:

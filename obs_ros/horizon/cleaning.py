@@ -1,6 +1,5 @@
 """Windows in units of what their fit leaves, and without outliers."""
 
-from collections.abc import Callable
 from operator import attrgetter
 
 import numpy as np
@@ -10,7 +9,7 @@ from obs_ros.core.deadline import Deadline
 from obs_ros.core.residual_tests import like_noise
 from obs_ros.core.typing import Array
 from obs_ros.inference.jumps.hypothesis import Hypothesis, hypothesis_at
-from obs_ros.inference.jumps.outlying import without_outliers
+from obs_ros.inference.jumps.outlying import Posed, without_outliers
 from obs_ros.inference.jumps.piecewise import PiecewiseProblem
 from obs_ros.inference.noise import variances_left
 from obs_ros.inference.window_state import WindowState
@@ -22,7 +21,6 @@ from obs_ros.optimization.refinement import refined
 from obs_ros.optimization.result import Found
 
 POLISH = 40  # iterations of a local search that starts near its optimum
-Posed = Callable[[WindowState], Problem]
 POSTERIOR: Posed = attrgetter('posterior')
 WITH_GIVEN_PRIORS: Posed = attrgetter('with_given_priors')
 
@@ -34,14 +32,18 @@ def cleaned(
     problem: Posed = POSTERIOR,
     *,
     jumps_follow: bool = True,
+    residuals: Array | None = None,
 ) -> tuple[WindowState, Found]:
     """Return the window without outliers, if there are any, and its optimum near the one found.
 
-    `problem` is what the fit minimises; see `without_outliers`.
+    `problem` is what the fit minimises, residuals (K, r) are those that it leaves, if they are
+    known; see `without_outliers`.
     """
     if not np.isfinite(found.cost):
         return window, found
-    clean = without_outliers(window, [found.z], deadline, problem, jumps_follow=jumps_follow)
+    clean = without_outliers(
+        window, [found.z], deadline, problem, jumps_follow=jumps_follow, residuals=residuals
+    )
     if clean is None:
         return window, found
     return _accepted(clean.window, replace(found, z=clean.z, cost=clean.squares), deadline, problem)

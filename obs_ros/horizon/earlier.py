@@ -83,9 +83,13 @@ def explained(
     continued: Hypothesis | None,
     earlier: Earlier,
     deadline: Deadline,
+    still: Hypothesis | None = None,
 ) -> tuple[WindowState, Found, Explanation]:
-    """Return the window explained by jumps, or by outliers beside less of them, and its fit."""
-    own, explanation = explain(window, found, continued, deadline)
+    """Return the window explained by jumps, or by outliers beside less of them, and its fit.
+
+    `still` is the hypothesis without jumps, if it has been made.
+    """
+    own, explanation = explain(window, found, continued, deadline, still)
     far = beside(window, explanation.tried)
     if far is None or deadline.passed:
         return own, found, explanation

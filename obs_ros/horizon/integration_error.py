@@ -7,6 +7,7 @@ import numpy as np
 from obs_ros.core.changes import replace
 from obs_ros.core.estimate import Estimate, Outcome
 from obs_ros.core.periods import shortest
+from obs_ros.core.residual_tests import squares_of
 from obs_ros.core.typing import Array
 from obs_ros.inference.assessment.fit import root_mean_square
 from obs_ros.inference.jumps.hypothesis import Hypothesis
@@ -134,7 +135,8 @@ class Answer:
         if best is None:
             return cls(objective, z, error_at(objective, z, noise))
         residuals = best.trajectory[1]
-        left = np.sqrt(np.nanmean(residuals**2)) if np.isfinite(residuals).any() else 1.0
+        counts, squares = squares_of(residuals)
+        left = np.sqrt(squares.sum() / counts.sum()) if counts.any() else 1.0
         error = error_at(best.problem, best.point, noise, best.trajectory)
         z = best.point[best.final]
         return cls(objective, z, error, STEPPING.tolerated * max(1.0, float(left)))

@@ -17,8 +17,9 @@ from obs_ros.core.deadline import Deadline
 from obs_ros.core.typing import Array, IntArray
 from obs_ros.horizon.disturbance import DisturbedWindow
 from obs_ros.inference.assessment.uncertainty import Uncertainty
-from obs_ros.inference.disturbed import criterion_of, with_walk_of
-from obs_ros.inference.jumps.hypothesis import Hypothesis
+from obs_ros.inference.disturbed import Disturbed, criterion_of, with_walk_of
+from obs_ros.inference.jumps.hypothesis import Hypothesis, hypothesis_at
+from obs_ros.inference.jumps.piecewise import PiecewiseProblem
 from obs_ros.inference.process_noise import ProcessNoise
 from obs_ros.inference.window_state import WindowState
 from obs_ros.optimization.result import Found
@@ -29,10 +30,13 @@ class RampSettings:
     """Limits of the search for parameters that walked.
 
     - `most`: parameters that are tried, those that jumped farthest: each costs as much as one start
-      of process noise.
+      of process noise;
+    - `hopeless`: -2 log evidence more than that of the jumps, above which a walk is given up as
+      soon as it is solved once: what is left to gain is below .2 in windows with a jump.
     """
 
     most: int = 2
+    hopeless: float = 10.0
 
 
 RAMPS = RampSettings()
@@ -53,15 +57,22 @@ def walked(
     if other is not None:
         limit = min(limit, _evidence(window, other.hypothesis) + other.price)
     least: tuple[float, DisturbedWindow] | None = None
+    penalty = best.problem.settings.jump_penalty
+
+    def hopeless(along: Disturbed) -> bool:
+        walking = hypothesis_at(PiecewiseProblem(along.window.objective, window.prior), along.z)
+        return _evidence(window, walking) + penalty > limit + RAMPS.hopeless
+
     for place, size in _moved(best)[: RAMPS.most]:
         if deadline.passed:
             return None
-        along = with_walk_of(window, *_start(window, best, place, size), deadline)
+        start = _start(window, best, place, size)
+        along = with_walk_of(window, *start, deadline, hopeless)
         if along is None:
             continue
         ramp = DisturbedWindow.of(window, found, along)
         evidence = _evidence(window, ramp.hypothesis) + ramp.price
-        evidence += best.problem.settings.jump_penalty
+        evidence += penalty
         # A filter that diverged has no innovations.
         measured = window.objective.grid.weight > 0.0
         whole = bool((ramp.window.objective.grid.weight[measured] > 0.0).all())

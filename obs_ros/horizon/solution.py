@@ -153,14 +153,14 @@ def _searched(
     if window.noise_known:
         window, continued = beside_known_jumps(window, alone, deadline)
     known = window.noise_known
-    window, found = fit(
+    window, found, still = fit(
         window, solver, earlier.warm, continued, rng, deadline, alone=earlier.explained is not None
     )
     if not np.isfinite(found.cost):
         return None
     if not known or window.outliers:  # only now the squares are in units of the noise
         continued = earlier_jumps(window, alone, deadline)
-    window, found, explanation = explained(window, found, continued, alone, deadline)
+    window, found, explanation = explained(window, found, continued, alone, deadline, still)
     mode, best = solver.settings.process_noise, explanation.hypothesis
     if mode == 'auto' and _in_vain(window, found, best):
         best = hypothesis_at(PiecewiseProblem(window.objective, window.prior), found.z)

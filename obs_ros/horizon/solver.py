@@ -35,6 +35,7 @@ from obs_ros.horizon.warm_start import propagated
 from obs_ros.inference.assessment import profile_steps
 from obs_ros.inference.assessment.assemble import empty
 from obs_ros.inference.disturbed import process_noise_rehearsed
+from obs_ros.inference.jumps import schedule, screening
 from obs_ros.inference.jumps.sensitivities import jumps_rehearsed
 from obs_ros.inference.noise import noise_guess
 from obs_ros.inference.objective import Objective
@@ -114,6 +115,10 @@ class Solver:
 
     def rehearsed(self) -> Iterator[None]:
         """Compile, one thing at a time, what only some windows need."""
+        screening.prepare()
+        yield
+        schedule.prepare()
+        yield
         yield from jumps_rehearsed(self.kernels)
         if self.settings.process_noise != 'off':
             yield from process_noise_rehearsed(self.kernels, self.unknowns)

@@ -5,6 +5,7 @@ Each is a function of frozen data that returns new data; the deadline is all tha
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 
@@ -71,6 +72,17 @@ class Explanation:
         return self.mixture.best
 
 
+class Fitted(NamedTuple):
+    """A window without outliers, its optimum without jumps inside, and the hypothesis there.
+
+    That is None where every candidate diverged.
+    """
+
+    window: WindowState
+    found: Found
+    still: Hypothesis | None
+
+
 def fit(
     window: WindowState,
     solver: Solver,
@@ -80,7 +92,7 @@ def fit(
     deadline: Deadline,
     *,
     alone: bool = True,
-) -> tuple[WindowState, Found]:
+) -> Fitted:
     """Return the optimum without jumps inside, and the window without outliers.
 
     Its scales are the noise afterwards. `warm` (d,) is a start, which may do `alone` unless it
@@ -92,22 +104,38 @@ def fit(
         window, found = _from_warm(window, warm, continued, deadline)
     if found is None:
         window, found = solver.fit(window, window.posterior, rng, deadline, warm)
-    if np.isfinite(found.cost) and not window.noise_known:
+    if not np.isfinite(found.cost):
+        return Fitted(window, found, None)
+    if not window.noise_known:
         window, found = in_own_scale(window, found, deadline)
-    window, found = cleaned(window, found, deadline)
-    return window, refined(window.posterior, found, deadline)
+    found = refined(window.posterior, found, deadline)
+    still = still_at(window, found)
+    clean, other = cleaned(window, found, deadline, residuals=still.residuals)
+    if clean is window:
+        return Fitted(window, found, still)
+    found = refined(clean.posterior, other, deadline)
+    return Fitted(clean, found, still_at(clean, found))
+
+
+def still_at(window: WindowState, found: Found) -> Hypothesis:
+    """Return the hypothesis that nothing jumps, at the optimum found."""
+    problem = PiecewiseProblem(window.objective, window.prior)
+    return hypothesis_at(problem, found.z, curvature=found.curvature)
 
 
 def explain(
-    window: WindowState, found: Found, continued: Hypothesis | None, deadline: Deadline
+    window: WindowState,
+    found: Found,
+    continued: Hypothesis | None,
+    deadline: Deadline,
+    still: Hypothesis | None = None,
 ) -> tuple[WindowState, Explanation]:
     """Return the hypothesis that explains the window: parameters that jumped, or none.
 
-    A given prior that is contradicted counts for nothing in the search: no jump right after the
-    start must stand for it.
+    `still` is the one without jumps, if it has been made. A given prior that is contradicted counts
+    for nothing in the search: no jump right after the start must stand for it.
     """
-    problem = PiecewiseProblem(window.objective, window.prior)
-    still = hypothesis_at(problem, found.z, curvature=found.curvature)
+    still = still or still_at(window, found)
     wrong = [contradiction.place for contradiction in contradictions(still)]
     first, known = still, continued
     if wrong:

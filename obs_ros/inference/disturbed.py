@@ -1,6 +1,6 @@
 """Windows explained by process noise: gains and candidate renewed by turns."""
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, field, replace
 
 import numpy as np
@@ -86,13 +86,18 @@ def with_given_walks(
 
 
 def with_walk_of(
-    window: WindowState, z: Array, start: ProcessNoise, walking: IntArray, deadline: Deadline
+    window: WindowState,
+    z: Array,
+    start: ProcessNoise,
+    walking: IntArray,
+    deadline: Deadline,
+    hopeless: Callable[[Disturbed], bool],
 ) -> Disturbed | None:
     """Return the window in which one of the n + q variables walks, near z (d,) and a start.
 
-    The noise is that of the start.
+    The noise is that of the start. None where some round's is `hopeless`.
     """
-    return _alternated(window, z, start, (walking,), start.noise, deadline)
+    return _alternated(window, z, start, (walking,), start.noise, deadline, hopeless=hopeless)
 
 
 def with_known_noise(
@@ -178,8 +183,9 @@ def _alternated(
     given: Array,
     deadline: Deadline,
     rounds: int = SETTINGS.rounds,
+    hopeless: Callable[[Disturbed], bool] | None = None,
 ) -> Disturbed | None:
-    """Renew noise and candidate by turns until the likelihood stays."""
+    """Renew noise and candidate by turns until the likelihood stays; None where it is hopeless."""
     best: Disturbed | None = None
     found = filtered(window, z, noise)
     for _ in range(rounds):
@@ -190,6 +196,8 @@ def _alternated(
         now = _renewed(window, found, z, noise, deadline)
         if now is None:
             break
+        if hopeless is not None and hopeless(now):
+            return None
         if best is not None and now.criterion > best.criterion - SETTINGS.gain:
             return now if now.criterion < best.criterion else best
         best, z, found = now, now.z, now.along

@@ -10,7 +10,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from obs_ros.core.residual_tests import LIMITS, Whiteness
+from obs_ros.core.residual_tests import LIMITS, Whiteness, squares_of
 from obs_ros.core.typing import Array
 from obs_ros.inference.objective import ROUNDING
 from obs_ros.integration.grid import Grid
@@ -117,11 +117,10 @@ def variances_left(residuals: Array, grid: Grid, unknowns: int) -> Array:
     NaN = not measured. The unknowns' share of the freedom is spread over the outputs. No variance
     is below that of the errors by which a sensor rounds.
     """
-    known = np.isfinite(residuals)
-    counts = known.sum(axis=0)
+    counts, squares = squares_of(residuals)
     left = np.maximum(counts * (1.0 - unknowns / max(counts.sum(), 1)), 1.0)
     least = (ROUNDING * np.abs(grid.y).max(axis=0, initial=0.0)) ** 2 + np.finfo(float).tiny
     least = np.maximum(least, grid.rounding**2)
-    found = np.nansum(residuals**2, axis=0) / left * grid.scale**2
+    found = squares / left * grid.scale**2
     # An output that was not measured in this window keeps its scale.
     return np.where(counts > 0, np.maximum(found, least), grid.scale**2)

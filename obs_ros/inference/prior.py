@@ -6,11 +6,12 @@ constant: with the residuals' squares they make -2 log posterior.
 
 from collections.abc import Collection
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 
 from obs_ros.core.changes import replace
-from obs_ros.core.linear_algebra import eigen
+from obs_ros.core.linear_algebra import eigen, log_determinant
 from obs_ros.core.typing import Array, IntArray
 from obs_ros.inference.objective import Objective
 from obs_ros.inference.parameterisation import STATE_SD, Unknowns
@@ -116,7 +117,12 @@ class Prior:
         given = np.zeros(self.mean.size) if self.given is None else self.given
         return np.diag(given[given.size - parameters :])
 
-    @property
+    @cached_property
+    def log_determinant(self) -> float:
+        """The logarithm of the precision's determinant."""
+        return log_determinant(self.precision)
+
+    @cached_property
     def knowledge(self) -> 'Prior':
         """The prior without what says only that parameters lie in their boxes.
 

@@ -5,7 +5,7 @@ from functools import cached_property
 
 import numpy as np
 
-from obs_ros.core.typing import Array
+from obs_ros.core.typing import Array, IntArray
 
 EVERY = slice(None)
 TINY = float(np.finfo(np.float64).tiny)
@@ -39,7 +39,7 @@ class Scale:
         """Widths (d,) of the boxes, on a log scale those of the logarithms."""
         return np.where(self.growth > 0.0, self.growth, self.width)
 
-    def values(self, z: Array, i: int | slice = EVERY) -> Array:
+    def values(self, z: Array, i: int | slice | IntArray = EVERY) -> Array:
         """Return the values of unknown i at places z of its box, or of all at points z (..., d)."""
         linear = self.lower[i] + z * self.width[i]
         if not self.logarithmic:
@@ -48,7 +48,7 @@ class Scale:
         powers = np.minimum(self.lower[i] * np.exp(z * self.growth[i]), self.upper[i])
         return np.where(self.growth[i] > 0.0, powers, linear)
 
-    def slopes(self, z: Array, i: int | slice = EVERY) -> Array:
+    def slopes(self, z: Array, i: int | slice | IntArray = EVERY) -> Array:
         """Return d value / d z there, in the unknowns' units per box."""
         if not self.logarithmic:
             return np.broadcast_to(self.width[i], np.shape(z))

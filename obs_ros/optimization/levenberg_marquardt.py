@@ -9,12 +9,13 @@ A trial point and its Jacobian are one rollout.
 from collections import deque
 from collections.abc import Callable
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 
 from obs_ros.core.deadline import Deadline
 from obs_ros.core.typing import AnyArray, Array, BoolArray
-from obs_ros.optimization.lm_linalg import TINY, damped_steps, judged
+from obs_ros.optimization.lm_linalg import moved, proposed
 from obs_ros.optimization.problem import Linearised, Problem
 
 
@@ -40,6 +41,14 @@ class LMSettings:
     stalled_gain: float = 1e-9  # of a damped step
     patience: int = 40  # rollouts for a gain of `converged_gain`: a kink promises one for ever
     same_optimum: float = 0.1025  # apart at most are squares of one optimum: 0.41 for d = 4
+
+    @cached_property
+    def rules(self) -> Array:
+        """The numbers (8,) that compiled loops take, in the order in which these use them."""
+        return np.array([
+            self.least_curvature, self.converged_gain, self.stalled_gain, self.most_damping,
+            self.most_rejections, self.step_share, self.least_step, self.most_step,
+        ])  # fmt: skip
 
 
 LM_DEFAULTS = LMSettings()
@@ -93,9 +102,11 @@ def levenberg_marquardt(
     batch = _Batch.of(
         z, *objective.linearise(z, np.full_like(z, settings.first_step), nodes), settings
     )
-    begun = usable(batch.squares, batch.hessian)
-    stopped = [batch.take(~begun)]
-    batch = batch.take(begun)
+    begun = np.isfinite(batch.squares) & np.isfinite(batch.hessian).all(axis=(1, 2))
+    stopped = []
+    if not begun.all():
+        stopped.append(batch.take(~begun))
+        batch = batch.take(begun)
     best = np.inf  # squares of the best converged start
     for iteration in range(iterations):
         if not batch.squares.size or deadline.passed:
@@ -104,16 +115,16 @@ def levenberg_marquardt(
         if hopeless is not None and hopeless(lowest):
             break
         variance = max(least, lowest) / freedom
-        trial, gain, over = batch.propose(objective.limits, variance, iteration)
-        if over.any():
+        trial, gain, h, over, number = batch.propose(objective.limits, variance, iteration)
+        if number:
             stopped.append(batch.take(over))
             best = np.min(batch.squares, initial=best, where=batch.converged)
             if enough is not None and enough(_sorted(stopped)):
                 break
-            batch, trial, gain = batch.take(~over), trial[~over], gain[~over]
-            if not batch.squares.size:
+            if number == over.size:
+                batch = batch.take(~over)
                 break
-        h = difference_steps(batch.hessian, variance, settings)
+            batch, trial, gain, h = batch.take(~over), trial[~over], gain[~over], h[~over]
         batch.move(trial, gain, *objective.linearise(trial, h, nodes))
     return _sorted([*stopped, batch])
 
@@ -123,13 +134,6 @@ def optimum_width(problem: Problem, squares: float, settings: LMSettings = LM_DE
     nodes, d = problem.nodes, problem.dimension
     variance = max(squares, problem.floor(nodes)) / max(1, problem.count(nodes) - d)
     return settings.same_optimum * d * variance
-
-
-def difference_steps(hessian: Array, variance: float, settings: LMSettings) -> Array:
-    """Return steps (P, d) of finite differences for noise of this variance, near J'J (P, d, d)."""
-    curvature = np.diagonal(hessian, axis1=1, axis2=2)
-    h = settings.step_share * np.sqrt(variance / np.maximum(curvature, TINY))
-    return np.minimum(np.maximum(h, settings.least_step), settings.most_step)
 
 
 @dataclass
@@ -153,35 +157,25 @@ class _Batch:
     ) -> '_Batch':
         count = len(z)
         return cls(
-            settings, z, squares, gradient, hessian, np.full(count, settings.damping),
+            settings, z.copy(), squares, gradient, hessian, np.full(count, settings.damping),
             np.full(count, 2.0), np.zeros(count, dtype=np.int64), np.zeros(count, dtype=bool),
             np.full(count, np.inf),
         )  # fmt: skip
 
     def propose(
         self, limits: Array, variance: float, iteration: int
-    ) -> tuple[Array, Array, BoolArray]:
-        """Return trial points (P, d), their predicted gains (P,), and which starts are over (P,).
+    ) -> tuple[Array, Array, Array, BoolArray, int]:
+        """Return trial points (P, d), predicted gains (P,), steps (P, d), and which are over (P,).
 
-        `variance` is that of the noise; those that are over have converged, stalled or crept.
+        The steps are those of differences at the trial points; last comes how many are over. See
+        `proposed`.
         """
-        s, d = self.settings, self.z.shape[1]
-        step, gain, full_gain = damped_steps(
-            self.z, self.gradient, self.hessian, self.damping, limits, s.least_curvature
-        )
-        self.converged = full_gain < s.converged_gain * d * variance
-        trial = self.z + step
-        inside = ((trial > limits[0]) & (trial < limits[1])).all(axis=1)
-        over = (
-            self.converged
-            | (inside & (gain <= s.stalled_gain * d * variance))
-            | (self.rejections >= s.most_rejections)
-            | (self.damping >= s.most_damping)
-        )
-        if iteration % s.patience == 0:
-            over |= self.mark - self.squares < s.converged_gain * d * variance
-            self.mark = self.squares.copy()
-        return trial, gain, over
+        trial, gain, h, self.converged, over, number = proposed(
+            self.z, self.squares, self.gradient, self.hessian, self.damping, self.rejections,
+            self.mark, limits, variance, iteration % self.settings.patience == 0,
+            self.settings.rules,
+        )  # fmt: skip
+        return trial, gain, h, over, number
 
     def take(self, chosen: BoolArray) -> '_Batch':
         """Return the chosen starts."""
@@ -196,24 +190,17 @@ class _Batch:
         self, trial: Array, gain: Array, squares: Array, gradient: Array, hessian: Array
     ) -> None:
         """Go to the trial points that cost less, and adapt the damping to the predicted gains."""
-        squares = np.where(usable(squares, hessian), squares, np.inf)
-        won = judged(
-            self.squares, squares, gain, self.damping, self.growth, self.rejections,
-            self.settings.fastest_shrink,
+        moved(
+            self.z, self.squares, self.gradient, self.hessian, self.damping, self.rejections,
+            self.growth, trial, gain, squares, gradient, hessian, self.settings.fastest_shrink,
         )  # fmt: skip
-        if won.all():
-            self.z, self.squares, self.gradient, self.hessian = trial, squares, gradient, hessian
-        else:
-            self.z[won], self.squares[won] = trial[won], squares[won]
-            self.gradient[won], self.hessian[won] = gradient[won], hessian[won]
-
-
-def usable(squares: Array, hessian: Array) -> BoolArray:
-    """Return whether residuals and derivatives are finite (P,)."""
-    return np.asarray(np.isfinite(squares) & np.isfinite(hessian).all(axis=(1, 2)))
 
 
 def _sorted(batches: list[_Batch]) -> Starts:
+    batches = [batch for batch in batches if batch.squares.size] or batches[-1:]
+    if len(batches) == 1 and batches[0].squares.size == 1:
+        only = batches[0]
+        return Starts(only.z, only.squares, only.converged)
     z, squares, converged = (
         np.concatenate([getattr(batch, name) for batch in batches])
         for name in ('z', 'squares', 'converged')

@@ -13,14 +13,18 @@ from obs_ros.core.typing import AnyArray, Array, BoolArray
 
 TINY_DAMPING = 1e-11  # keeps a singular matrix solvable
 TINY = 1e-200  # guards divisions by the scale of an unknown without influence
+RULES = 8  # numbers of `LMSettings.rules`
 
 
 @functools.cache
 def prepare() -> None:
     """Compile what is below, or load it compiled: at the first solve it would cost its deadline."""
     a, one = np.ones(1), np.ones((1, 1))
-    damped_steps(one, one, one[None], a, np.ones((2, 1)), 1.0)
-    judged(a, a, a, a.copy(), a.copy(), np.ones(1, dtype=np.int64), 1.0)
+    count, rules, limits = np.ones(1, dtype=np.int64), np.ones(RULES), np.ones((2, 1))
+    state = one, a, one, one[None], a.copy(), count
+    proposed(*state, a.copy(), limits, 1.0, True, rules)
+    last_step(*state[:4], limits, 1.0, 1.0, rules)
+    moved(*state, a.copy(), one, a, a, one, one[None], 1.0)
 
 
 @accelerated
@@ -130,3 +134,120 @@ def judged(
             growth[s] *= 2.0
             rejections[s] += 1
     return won
+
+
+@accelerated
+def usable(squares: float, hessian: Array) -> bool:
+    """Whether residuals and derivatives of one start are finite, by its J'J (d, d)."""
+    return bool(np.isfinite(squares) and np.isfinite(hessian).all())
+
+
+@accelerated
+def difference_steps(hessian: Array, variance: float, rules: Array, h: Array) -> None:
+    """Write steps h (d,) of finite differences for noise of this variance, near J'J (d, d)."""
+    for i in range(h.size):
+        step = rules[5] * np.sqrt(variance / max(hessian[i, i], TINY))
+        h[i] = min(max(step, rules[6]), rules[7])
+
+
+@accelerated
+def proposed(
+    z: Array,
+    squares: Array,
+    gradient: Array,
+    hessian: Array,
+    damping: Array,
+    rejections: AnyArray,
+    mark: Array,
+    limits: Array,
+    variance: float,
+    marked: bool,
+    rules: Array,
+) -> tuple[Array, Array, Array, BoolArray, BoolArray, int]:
+    """Return trial points (P, d), gains (P,) foretold, and steps (P, d) of the differences there.
+
+    Also which starts have converged (P,), and which are over (P,) with their number: they have
+    converged, stalled or crept. Arguments are those of `damped_steps`; `variance` is that of the
+    noise, `rules` are those of `LMSettings`. Where this one is `marked`, gains since the last mark
+    (P,) count, and the next begin.
+    """
+    count, d = z.shape
+    trial, gain, full_gain = damped_steps(z, gradient, hessian, damping, limits, rules[0])
+    h = np.empty((count, d))
+    converged, over = np.zeros(count, dtype=np.bool_), np.zeros(count, dtype=np.bool_)
+    enough, number = rules[1] * d * variance, 0
+    for s in range(count):
+        inside = True
+        for i in range(d):
+            trial[s, i] += z[s, i]
+            inside = inside and limits[0, i] < trial[s, i] < limits[1, i]
+        converged[s] = full_gain[s] < enough
+        over[s] = (
+            converged[s]
+            or (inside and gain[s] <= rules[2] * d * variance)
+            or rejections[s] >= rules[4]
+            or damping[s] >= rules[3]
+        )
+        if marked:
+            over[s] = over[s] or mark[s] - squares[s] < enough
+            mark[s] = squares[s]
+        number += over[s]
+        difference_steps(hessian[s], variance, rules, h[s])
+    return trial, gain, h, converged, over, number
+
+
+@accelerated
+def moved(
+    z: Array,
+    squares: Array,
+    gradient: Array,
+    hessian: Array,
+    damping: Array,
+    rejections: AnyArray,
+    growth: Array,
+    trial: Array,
+    gain: Array,
+    tried: Array,
+    gradient_there: Array,
+    hessian_there: Array,
+    fastest_shrink: float,
+) -> None:
+    """Go to the trial points that cost less, and adapt the damping to the gains foretold.
+
+    In place: z, squares, gradients and Hessians of the starts become those of what was tried. A
+    trial whose residuals or derivatives are not finite costs more.
+    """
+    for s in range(squares.size):
+        if not usable(tried[s], hessian_there[s]):
+            tried[s] = np.inf
+    won = judged(squares, tried, gain, damping, growth, rejections, fastest_shrink)
+    for s in range(squares.size):
+        if won[s]:
+            squares[s] = tried[s]
+            z[s], gradient[s], hessian[s] = trial[s], gradient_there[s], hessian_there[s]
+
+
+@accelerated
+def last_step(
+    z: Array,
+    squares: Array,
+    gradient: Array,
+    hessian: Array,
+    limits: Array,
+    least: float,
+    variance: float,
+    rules: Array,
+) -> tuple[Array, Array, bool]:
+    """Return the point (1, d) to which a full step leads, and steps (1, d) of differences there.
+
+    From the one start z (1, d). And whether that gains more than the `least` that counts.
+    """
+    trial, h = z.copy(), np.empty(z.shape)
+    if not usable(squares[0], hessian[0]):
+        return trial, h, False
+    damping = np.full(1, TINY_DAMPING)
+    step, _, gain = damped_steps(z, gradient, hessian, damping, limits, rules[0])
+    for i in range(z.shape[1]):
+        trial[0, i] += step[0, i]
+    difference_steps(hessian[0], variance, rules, h[0])
+    return trial, h, gain[0] > least

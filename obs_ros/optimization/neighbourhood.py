@@ -19,8 +19,8 @@ from obs_ros.optimization.levenberg_marquardt import (
     LM_DEFAULTS,
     LMSettings,
     levenberg_marquardt,
-    usable,
 )
+from obs_ros.optimization.lm_linalg import usable
 from obs_ros.optimization.problem import Problem
 from obs_ros.optimization.result import Found
 
@@ -96,7 +96,7 @@ def neighbours(
     steps = np.full((1, d), LM_DEFAULTS.first_step)
     squares, _, hessian = problem.linearise(found.z[None], steps, nodes)
     root = np.eye(d)
-    if usable(squares, hessian)[0]:
+    if usable(squares[0], hessian[0]):
         variance = max(problem.floor(nodes), found.cost) / max(1, problem.count(nodes) - d)
         values, root = eigen(hessian[0] / variance)
     else:

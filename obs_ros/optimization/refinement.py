@@ -13,13 +13,8 @@ import numpy as np
 from obs_ros.core.changes import replace
 from obs_ros.core.deadline import Deadline
 from obs_ros.core.typing import Array
-from obs_ros.optimization.levenberg_marquardt import (
-    LM_DEFAULTS,
-    LMSettings,
-    difference_steps,
-    usable,
-)
-from obs_ros.optimization.lm_linalg import TINY_DAMPING, damped_steps
+from obs_ros.optimization.levenberg_marquardt import LM_DEFAULTS, LMSettings
+from obs_ros.optimization.lm_linalg import last_step
 from obs_ros.optimization.problem import Linearised, Problem
 from obs_ros.optimization.result import Found
 
@@ -78,23 +73,23 @@ def _refined(
     local: LMSettings = LM_DEFAULTS,
 ) -> tuple[Array, float, Array]:
     """Return the optimum (d,), its squares, and their Hessian (d, d)."""
-    z, damping = start, np.array([TINY_DAMPING])
+    z = start
     least, freedom = problem.floor(nodes), max(1, problem.count(nodes) - z.size)
     at = problem.linearise(z[None], np.full((1, z.size), settings.difference), nodes)
     squares, gradient, hessian = at
     for _ in range(settings.steps):
-        if deadline.passed or not usable(squares, hessian)[0]:
+        if deadline.passed:
             break
-        step, _, gain = damped_steps(
-            z[None], gradient, hessian, damping, problem.limits, local.least_curvature
-        )
         variance = max(least, float(squares[0])) / freedom
-        if not gain[0] > settings.gain * z.size * variance:
+        trial, h, worth = last_step(
+            z[None], squares, gradient, hessian, problem.limits,
+            settings.gain * z.size * variance, variance, local.rules,
+        )  # fmt: skip
+        if not worth:
             break
-        h = difference_steps(hessian, variance, local)
-        at = problem.linearise(z + step, h, nodes)
+        at = problem.linearise(trial, h, nodes)
         if not at[0][0] < squares[0]:
             break
-        z = z + step[0]
+        z = trial[0]
         squares, gradient, hessian = at
     return z, float(squares[0]), hessian[0]

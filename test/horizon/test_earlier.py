@@ -34,8 +34,8 @@ def window(*spikes: int, jump: float = 0.6, first: int = 0) -> WindowState:
 
 
 def jumped(posed: WindowState) -> tuple[WindowState, Hypothesis]:
-    posed, found = stages.fit(posed, SOLVER, None, None, random_generator(1), Deadline())
-    posed, _, explanation = explained(posed, found, None, NOTHING, Deadline())
+    posed, found, still = stages.fit(posed, SOLVER, None, None, random_generator(1), Deadline())
+    posed, _, explanation = explained(posed, found, None, NOTHING, Deadline(), still)
     return posed, explanation.hypothesis
 
 

@@ -29,8 +29,8 @@ def explained(gain: np.ndarray) -> tuple[WindowState, Found, Hypothesis]:
     y = lag_outputs(T, u, 0.5, p)
     y += SIGMA * np.random.default_rng(3).standard_normal(y.shape)
     posed = SOLVER.pose(Record(T, u, y), np.array([SIGMA]), noise_known=True)
-    posed, found = stages.fit(posed, SOLVER, None, None, random_generator(1), Deadline())
-    _, explanation = stages.explain(posed, found, None, Deadline())
+    posed, found, still = stages.fit(posed, SOLVER, None, None, random_generator(1), Deadline())
+    _, explanation = stages.explain(posed, found, None, Deadline(), still)
     return posed, found, explanation.hypothesis
 
 

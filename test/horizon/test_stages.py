@@ -36,7 +36,7 @@ def window(*, moving: bool = True, jump: float = 0.0, prior: Prior | None = None
 
 
 def fitted(posed: WindowState, warm: np.ndarray | None = None):
-    return stages.fit(posed, SOLVER, warm, None, random_generator(1), Deadline())
+    return stages.fit(posed, SOLVER, warm, None, random_generator(1), Deadline())[:2]
 
 
 def test_a_warm_start_that_explains_the_window_spares_the_search() -> None:

@@ -11,6 +11,7 @@ from obs_ros.core.residual_tests import (
     inflation,
     inflation_by,
     like_noise,
+    squares_of,
     too_small,
     whiteness,
 )
@@ -115,5 +116,5 @@ def fit_at(best: Hypothesis, *, noise_known: bool, correlation: float) -> Fit:
 
 def root_mean_square(residuals: Array) -> Array:
     """Return the root mean square (r,) of residuals (K, r); NaN = not measured, 0 if all are."""
-    count = np.maximum(1, np.isfinite(residuals).sum(axis=0))
-    return np.asarray(np.sqrt(np.nansum(residuals**2, axis=0) / count))
+    counts, squares = squares_of(residuals)
+    return np.asarray(np.sqrt(squares / np.maximum(1, counts)))

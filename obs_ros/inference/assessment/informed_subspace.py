@@ -12,11 +12,11 @@ with G the information of priors that the user gives, which no noise feigns. The
 eigenvectors of both forms tell them apart.
 """
 
-from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
 
+from obs_ros.core.jit import accelerated
 from obs_ros.core.linear_algebra import cholesky, eigen, inverted, scaled_inverse
 from obs_ros.core.typing import Array
 from obs_ros.inference.jumps.hypothesis import Hypothesis
@@ -44,19 +44,14 @@ def informed_information(hypothesis: Hypothesis) -> Array:
     The initial state is unknown, and directions that the window does not inform are left out. The
     hypothesis has no jump in it.
     """
-    problem, z = hypothesis.problem, hypothesis.point
-    n = problem.objective.unknowns.n_states
-    q = z.size - n
-    jp = hypothesis.linearisation.jacobian[:, n:]
-    spread, free = _states_apart(hypothesis.linearisation.jacobian[:, :n], problem.prior)
-    alone, prior = jp.T @ free(jp), problem.prior
+    problem, gram = hypothesis.problem, hypothesis.linearisation.gram
+    n, prior = problem.objective.unknowns.n_states, problem.prior
+    alone, spread = _states_apart(gram, prior, n)
     information = _with_given(alone, prior)
-    if not n or not q:
+    if not n or n == len(gram):
         return information
-    noise = np.zeros((q, q))
-    for change in _changes(hypothesis, jp, cholesky(spread)):
-        noise += change.T @ free(change)
-    if not np.isfinite(noise).all():
+    noise = _feigned_in(hypothesis, spread)
+    if not np.isfinite(noise).all() or _all_informed(information, noise):
         return information
     values, vectors = eigen(noise)
     # Rounding leaves values that are too small, or negative.
@@ -76,9 +71,9 @@ def marginal_information(hypothesis: Hypothesis, states: int) -> Array:
 
     The initial state is unknown, but for a prior that is given.
     """
-    jacobian = hypothesis.linearisation.jacobian[:, : hypothesis.layout.dimension]
-    jp, prior = jacobian[:, states:], hypothesis.problem.prior
-    return _with_given(jp.T @ _states_apart(jacobian[:, :states], prior)[1](jp), prior)
+    d, prior = hypothesis.layout.dimension, hypothesis.problem.prior
+    gram = hypothesis.linearisation.gram[:d, :d]
+    return _with_given(_states_apart(gram, prior, states)[0], prior)
 
 
 def _with_given(information: Array, prior: Prior) -> Array:
@@ -88,32 +83,94 @@ def _with_given(information: Array, prior: Prior) -> Array:
     return np.asarray(information + prior.information(len(information)))
 
 
-def _states_apart(jx: Array, prior: Prior) -> tuple[Array, Callable[[Array], Array]]:
-    """Return the covariance (n, n) of initial states, and the projection that takes them out.
+def _states_apart(gram: Array, prior: Prior, n: int) -> tuple[Array, Array]:
+    """Return the products (q, q) of a Jacobian without its part along the n initial states.
 
-    That is a function of columns (M, any), whose part along the Jacobian jx (M, n) it takes off.
+    `gram` (d, d) are those of the whole Jacobian. With them comes the covariance (n, n) of the
+    states, had the parameters been known.
     """
-    n = jx.shape[1]
-    spread = scaled_inverse(jx.T @ jx + prior.precision[:n, :n]) if n else np.zeros((0, 0))
-    return spread, lambda columns: columns - jx @ (spread @ (jx.T @ columns))
+    if not n:
+        return gram, gram[:0, :0]
+    spread = scaled_inverse(gram[:n, :n] + prior.precision[:n, :n])
+    along = gram[:n, n:]
+    return np.asarray(gram[n:, n:] - along.T @ spread @ along), spread
 
 
-def _changes(hypothesis: Hypothesis, jp: Array, roots: Array) -> list[Array]:
-    """Return changes (M, q) of the Jacobian jp for each standard deviation of the initial state."""
-    z, problem = hypothesis.point, hypothesis.problem
-    n, q = len(roots), jp.shape[1]
-    limits = problem.limits[:, :n]
-    moved = []
-    for root in roots.T:
-        # Towards the side with more room: beyond its bounds a state may mean nothing.
-        ahead, behind = (np.clip(z[:n] + s * root, *limits) - z[:n] for s in (1.0, -1.0))
-        moved.append(z[:n] + max(ahead, behind, key=lambda step: float(step @ step)))
-    points = np.repeat(z[None], n * (1 + q), axis=0).reshape(n, 1 + q, z.size)
-    points[:, :, :n] = np.array(moved)[:, None]
-    columns = np.arange(q)
+def _all_informed(information: Array, noise: Array) -> bool:
+    """Whether all directions surely are, by information (q, q) and what noise (q, q) feigns.
+
+    The form that must not be negative is positive even with twice what rounding may have lost.
+    """
+    q = len(noise)
+    least = SUBSPACE.smallest * (np.trace(noise) + np.trace(information) + 1.0)
+    rest = information - SUBSPACE.kappa * (noise + 2.0 * least * np.eye(q))
+    return bool(np.isfinite(cholesky(rest)[0, 0]))
+
+
+def _feigned_in(hypothesis: Hypothesis, spread: Array) -> Array:
+    """Return the information (q, q) that noise in the initial state feigns, of covariance (n, n).
+
+    It is the sum of D_k' M D_k.
+    """
+    problem, jacobian = hypothesis.problem, hypothesis.linearisation.jacobian
+    grid, n, z = problem.objective.grid, len(spread), hypothesis.point
     step = np.where(z[n:] > 0.5, -1.0, 1.0) * problem.settings.probe_step
-    points[:, 1 + columns, n + columns] += step
-    rows = problem.rows(points.reshape(-1, z.size)).reshape(len(jp), n, 1 + q)
-    with np.errstate(invalid='ignore'):  # the model may diverge
-        slopes = (rows[:, :, 1:] - rows[:, :, :1]) / step
-    return [slopes[:, k] - jp for k in range(n)]
+    points = _around(z, cholesky(spread), problem.limits, step)
+    outputs = np.ascontiguousarray(grid.shown(problem.roll(points)[1]))
+    return _feigned(outputs, grid.weight, jacobian, spread, step)
+
+
+@accelerated
+def _around(z: Array, roots: Array, limits: Array, step: Array) -> Array:
+    """Return points (n (1 + q), d) moved by the columns of roots (n, n), the states' deviations.
+
+    After each such point come those with a parameter moved by its step (q,) besides.
+    """
+    n, q = len(roots), step.size
+    points = np.empty((n * (1 + q), z.size))
+    moved = np.empty((2, n))
+    for k in range(n):
+        room = np.zeros(2)
+        for side in range(2):
+            for i in range(n):
+                there = z[i] + roots[i, k] * (1.0 - 2.0 * side)
+                there = min(max(there, limits[0, i]), limits[1, i])
+                moved[side, i] = there
+                room[side] += (there - z[i]) ** 2
+        # Towards the side with more room: beyond its bounds a state may mean nothing.
+        side = 1 if room[1] > room[0] else 0
+        for row in range(k * (1 + q), (k + 1) * (1 + q)):
+            points[row, :n] = moved[side]
+            points[row, n:] = z[n:]
+        for j in range(q):
+            points[k * (1 + q) + 1 + j, n + j] += step[j]
+    return points
+
+
+@accelerated
+def _feigned(outputs: Array, weight: Array, jacobian: Array, spread: Array, step: Array) -> Array:
+    """Return the sum (q, q) of D_k' M D_k by outputs (K, r, n (1 + q)) of the points around."""
+    nodes, count, _ = outputs.shape
+    n, q = len(spread), step.size
+    found, change = np.zeros((q, q)), np.empty(q)
+    for k in range(n):
+        crossed, row = np.zeros((n, q)), 0
+        for node in range(nodes):
+            for i in range(count):
+                if weight[node, i] > 0.0:
+                    base = outputs[node, i, k * (1 + q)]
+                    for j in range(q):
+                        off = outputs[node, i, k * (1 + q) + 1 + j] - base
+                        change[j] = weight[node, i] * off / step[j] - jacobian[row, n + j]
+                    for j in range(q):
+                        for h in range(q):
+                            found[j, h] += change[j] * change[h]
+                        for h in range(n):
+                            crossed[h, j] += jacobian[row, h] * change[j]
+                    row += 1
+        for j in range(q):
+            for h in range(q):
+                for a in range(n):
+                    for b in range(n):
+                        found[j, h] -= crossed[a, j] * spread[a, b] * crossed[b, h]
+    return found

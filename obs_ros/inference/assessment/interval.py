@@ -229,10 +229,7 @@ def _interval(best: Hypothesis, ends: Ends) -> Interval:
     told = np.where(ends.closed | bounded, values, np.nan)
     points = np.vstack([best.point[None], ends.points])
     last = np.flatnonzero(problem.objective.grid.measured)[-1]
-    if problem.events:
-        states = np.array([problem.trajectory(point)[0][last] for point in points]).T
-    else:
-        states = problem.roll(points)[0][last]
+    states = problem.roll(points)[0][last]
     states = np.where(np.isfinite(states), states, states[:, :1])
     middle = ends.middle[ends.pinned[:q]]
     return Interval(told[:q], middle, told[q:], np.array([states.min(axis=1), states.max(axis=1)]))
@@ -281,10 +278,10 @@ def _gradient(best: Hypothesis) -> Array:
 def covariance_without_boxes(best: Hypothesis) -> Array:
     """Return the covariance (D, D) of the point by samples and knowledge, to first order."""
     problem = _without_boxes(best)
-    jacobian = best.linearisation.jacobian
-    information = jacobian.T @ jacobian + problem.precision(best.point)
-    times = problem.layout.times
-    information[times, times] += 1.0 / BOX_VARIANCE  # a time lies anywhere in the window
+    information = best.linearisation.gram + problem.precision(best.point)
+    if best.problem.events:
+        times = problem.layout.times  # a time lies anywhere in the window
+        information[times, times] += 1.0 / BOX_VARIANCE
     return scaled_inverse(information)
 
 

@@ -248,8 +248,9 @@ def judged(findings: Findings) -> tuple[Outcome, str]:
 def states_at_bound(model: Model, states: Array) -> str:
     """Say which states (K, n) lie at a bound, or beyond it, for more than a moment."""
     found = []
-    least, most = states.min(axis=0).tolist(), states.max(axis=0).tolist()  # NaN is at no bound
-    for i, (variable, path) in enumerate(zip(model.states, states.T, strict=True)):
+    rows = np.ascontiguousarray(states.T)
+    least, most = rows.min(axis=1).tolist(), rows.max(axis=1).tolist()  # NaN is at no bound
+    for i, (variable, path) in enumerate(zip(model.states, rows, strict=True)):
         lower, upper = lasting_bounds(variable)
         reach = AT_BOUND * (upper - lower)
         margin = reach if np.isfinite(reach) else 0.0

@@ -15,7 +15,11 @@ from typing import Any
 
 import numpy as np
 
-from obs_ros.core.linear_algebra import log_determinant, scaled_inverse
+from obs_ros.core.linear_algebra import (
+    inverse_and_log_determinant,
+    log_determinant,
+    scaled_inverse,
+)
 from obs_ros.core.residual_tests import inflation_by
 from obs_ros.core.typing import Array, IntArray
 from obs_ros.inference.jumps.layout import Layout
@@ -114,12 +118,14 @@ def hypothesis_at(
     precision = problem.precision(point)
     off = point - problem.mean(point)
     # A time lies anywhere in the window: as a normal prior, that is about the time found.
-    known = precision.copy()
-    known[problem.layout.times, problem.layout.times] += 1.0 / BOX_VARIANCE
-    information = linearisation.jacobian.T @ linearisation.jacobian + known
-    narrowing = log_determinant(information) - log_determinant(known)
+    known, before = precision, problem.prior.log_determinant
+    if problem.events:
+        known = precision.copy()
+        known[problem.layout.times, problem.layout.times] += 1.0 / BOX_VARIANCE
+        before = log_determinant(known)
+    covariance, after = inverse_and_log_determinant(linearisation.gram + known)
+    narrowing = after - before
     squares = linearisation.residual @ linearisation.residual + off @ precision @ off
-    covariance = scaled_inverse(information)
     cost = float(squares) + _penalty(problem)
     if earlier:
         unseen = _unseen(problem, point, covariance, earlier)
@@ -193,7 +199,7 @@ def _linearised(problem: PiecewiseProblem, point: Array, curvature: Array | None
         steps = np.clip(steps, settings.smallest_step, settings.largest_step)
     for _ in range(settings.step_trials):
         linearisation = problem.linearisation(point, steps)
-        slopes = np.sqrt((linearisation.jacobian**2).sum(axis=0))
+        slopes = np.sqrt(np.diagonal(linearisation.gram))
         wanted = settings.noise_step / np.maximum(slopes, TINY)
         wanted = np.clip(wanted, settings.smallest_step, settings.largest_step)
         if (np.maximum(wanted / steps, steps / wanted) < settings.step_ratio).all():

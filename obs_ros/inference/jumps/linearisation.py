@@ -1,6 +1,7 @@
 """A window near one point: its residual and end state, with their derivatives by differences."""
 
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 
@@ -21,6 +22,11 @@ class Linearisation:
     state: Array
     state_jacobian: Array  # (n, D)
     path: tuple[Array, Array]
+
+    @cached_property
+    def gram(self) -> Array:
+        """The Jacobian's products J'J (D, D)."""
+        return np.asarray(self.jacobian.T @ self.jacobian)
 
 
 def _differences_on_arrays(

@@ -10,10 +10,14 @@ from obs_ros.core.changes import replace
 from obs_ros.core.typing import Array
 from obs_ros.inference.jumps.hypothesis import Hypothesis
 from obs_ros.inference.jumps.piecewise import PiecewiseProblem
-from obs_ros.inference.jumps.screening import screen, screen_earlier, values_at, widened
+from obs_ros.inference.jumps.screening import (
+    screen,
+    screen_earlier,
+    time_averages,
+    values_at,
+    widened,
+)
 from obs_ros.optimization.lm_linalg import TINY
-
-HUGE = float(np.finfo(np.float64).max)
 
 
 class Start(NamedTuple):
@@ -52,11 +56,7 @@ class NewJump:
         times, gains, sizes = screen(base, parameters)
         if times.size < 2:
             return
-        best = np.maximum(gains.max(axis=0), -HUGE)  # no gain at all: minus infinity
-        parts = np.append(np.diff(times), times[-1] - times[-2])
-        with np.errstate(divide='ignore'):
-            scores = best + 2.0 * np.log(parts @ np.exp(0.5 * (gains - best)))
-        scores -= base.problem.settings.jump_penalty
+        scores = time_averages(times, gains) - base.problem.settings.jump_penalty
         for j, parameter in enumerate(parameters):
             yield cls(float(scores[j]), parameter, times, gains[:, j], sizes[:, j])
 

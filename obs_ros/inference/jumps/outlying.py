@@ -17,7 +17,7 @@ import numpy as np
 from obs_ros.core.changes import replace
 from obs_ros.core.deadline import Deadline
 from obs_ros.core.linear_algebra import scaled_inverse
-from obs_ros.core.residual_tests import is_white, like_noise
+from obs_ros.core.residual_tests import is_white, like_noise, squares_of
 from obs_ros.core.typing import Array, BoolArray, IntArray
 from obs_ros.inference.jumps.hypothesis import Hypothesis, hypothesis_at
 from obs_ros.inference.jumps.piecewise import PiecewiseProblem
@@ -28,6 +28,8 @@ from obs_ros.inference.window_state import WindowState
 from obs_ros.optimization.levenberg_marquardt import levenberg_marquardt
 from obs_ros.optimization.memetic import MemeticSettings
 from obs_ros.optimization.problem import Problem
+
+Posed = Callable[[WindowState], Problem]  # what of a window is minimised
 
 
 @dataclass(frozen=True)
@@ -84,17 +86,18 @@ def without_outliers(
     window: WindowState,
     starts: Sequence[Array],
     deadline: Deadline,
-    problem: Callable[[WindowState], Problem] = attrgetter('posterior'),
+    problem: Posed = attrgetter('posterior'),
     *,
     jumps_follow: bool = True,
+    residuals: Array | None = None,
 ) -> Cleaned | None:
     """Return the window without its outliers and the optimum near one of the `starts` (d,).
 
-    The last start is the optimum of all samples. `problem` is what is minimised. None where no
-    sample is an outlier, or, if a search for jumps is to follow, a jump may stand for those that
-    seem to be.
+    The last start is the optimum of all samples, which leaves `residuals` (K, r) if these are
+    known. `problem` is what is minimised. None where no sample is an outlier, or, if a search for
+    jumps is to follow, a jump may stand for those that seem to be.
     """
-    if not window.robust or not _suspicious(window, window.objective.residuals(starts[-1])):
+    if not window.robust or not _suspicious(window, starts[-1], residuals):
         return None
     for start in starts:
         found = _found(window, start, deadline, problem)
@@ -117,8 +120,9 @@ def beside(window: WindowState, tried: Sequence[Hypothesis]) -> tuple[BoolArray,
     return found
 
 
-def _suspicious(window: WindowState, residuals: Array) -> bool:
-    """Whether residuals (K, r) of the fit to all samples may hide outliers."""
+def _suspicious(window: WindowState, z: Array, left: Array | None) -> bool:
+    """Whether residuals (K, r) of the fit to all samples, z (d,), may hide outliers."""
+    residuals = window.objective.residuals(z) if left is None else left
     if any(repeated(y[np.isfinite(y)]) for y in window.record.y.T):
         return True
     explained = _explained(window, residuals)
@@ -137,12 +141,7 @@ def _tail(sizes: Array) -> float:
     return float(largest.sum() / max(squares.sum(), np.finfo(float).tiny))
 
 
-def _found(
-    window: WindowState,
-    start: Array,
-    deadline: Deadline,
-    problem: Callable[[WindowState], Problem],
-) -> _Found | None:
+def _found(window: WindowState, start: Array, deadline: Deadline, problem: Posed) -> _Found | None:
     """Return the outliers near a start (d,), those that are left without themselves.
 
     Where one comes and goes with the fit, as the sample beside it is nearly too far out, the most
@@ -182,10 +181,7 @@ def _most_probable(tried: Sequence[_Choice], *, known: bool) -> _Choice:
 
 
 def _fit_of_most(
-    window: WindowState,
-    z: Array,
-    deadline: Deadline,
-    problem: Callable[[WindowState], Problem],
+    window: WindowState, z: Array, deadline: Deadline, problem: Posed
 ) -> tuple[Array, Array] | None:
     """Return the optimum (d,) near z (d,) of the samples that are not far from it themselves.
 
@@ -220,13 +216,14 @@ def _explained(window: WindowState, residuals: Array) -> bool:
     """Whether noise alone may leave residuals (K, r); NaN = not measured, or left out."""
     if not window.noise_known:
         return is_white(residuals)
-    freedom = max(1, int(np.isfinite(residuals).sum()) - window.objective.dimension)
-    return like_noise(float(np.nansum(residuals**2)), freedom, window.told_by * freedom)
+    counts, squares = squares_of(residuals)
+    freedom = max(1, int(counts.sum()) - window.objective.dimension)
+    return like_noise(float(squares.sum()), freedom, window.told_by * freedom)
 
 
 def _fitted(
     window: WindowState,
-    problem: Callable[[WindowState], Problem],
+    problem: Posed,
     z: Array,
     deadline: Deadline,
     iterations: int | None = None,

@@ -8,6 +8,7 @@ with x(0), p_0, the times t_k and the sizes d_k of the jumps unknown. Sizes are 
 the variance of a box, whatever the value before; times lie anywhere in the window.
 """
 
+from collections.abc import Iterator
 from dataclasses import dataclass
 from functools import cached_property
 
@@ -16,6 +17,7 @@ import numpy as np
 from obs_ros.core.typing import Array, BoolArray, IntArray
 from obs_ros.inference.jumps.layout import Layout
 from obs_ros.inference.jumps.linearisation import Linearisation, differences
+from obs_ros.inference.jumps.schedule import Placed, Schedule, moments, normal, scheduled
 from obs_ros.inference.jumps.settings import JUMP_SETTINGS, JumpSettings
 from obs_ros.inference.objective import Objective
 from obs_ros.inference.prior import Prior
@@ -40,6 +42,19 @@ class PiecewiseProblem:
     def layout(self) -> Layout:
         """Layout of the points."""
         return Layout(self.objective.dimension, self.events)
+
+    @cached_property
+    def _placed(self) -> Placed:
+        """The jumps of single parameters."""
+        unknowns, jumps = self.objective.unknowns, []
+        for event, (place, parameters) in enumerate(
+            zip(self.layout.times.tolist(), self.events, strict=True)
+        ):
+            jumps += [(event, each, place + 1 + i) for i, each in enumerate(parameters)]
+        event, parameter, after = np.array(jumps, dtype=np.int64).T.copy()
+        row = unknowns.index[parameter] - len(unknowns.model.states)
+        weight = 1.0 / unknowns.box_variances[parameter - unknowns.n_states]
+        return Placed(event, parameter, after, row, weight)
 
     @cached_property
     def _measured(self) -> tuple[BoolArray, Array, Array]:
@@ -79,10 +94,11 @@ class PiecewiseProblem:
         """Return the cost (B,) of every point (B, D): squares of residuals and priors."""
         costs = []
         with np.errstate(all='ignore'):  # the model may diverge
-            for point in z:
-                r = self.rows(point[None])[:, 0] - self._measured[2]
-                off = point - self.mean(point)
-                costs.append(r @ r + off @ self.precision(point) @ off)
+            residuals = self.rows(z, 1) - self._measured[2][:, None]
+            for point, r in zip(z, np.ascontiguousarray(residuals.T), strict=True):
+                mean, precision = self.normal(point)
+                off = point - mean
+                costs.append(r @ r + off @ precision @ off)
         return np.array(costs)
 
     def count(self, nodes: int) -> int:
@@ -96,68 +112,60 @@ class PiecewiseProblem:
     def linearise(self, z: Array, h: Array, nodes: int) -> tuple[Array, Array, Array]:
         """Return squares (P,), half gradients (P, D) and Gauss-Newton Hessians (P, D, D)."""
         assert nodes == self.objective.nodes, 'a jump is sought in whole windows'
-        parts = []
+        squares, gradients, hessians = np.empty(len(z)), np.empty_like(z), []
         with np.errstate(all='ignore'):  # the model may diverge
-            for point, steps in zip(z, h, strict=True):
-                linearisation = self.linearisation(point, steps)
-                precision = self.precision(point)
-                off = point - self.mean(point)
-                r, jacobian = linearisation.residual, linearisation.jacobian
-                parts.append((
-                    r @ r + off @ precision @ off,
-                    jacobian.T @ r + precision @ off,
-                    jacobian.T @ jacobian + precision,
-                ))  # fmt: skip
-        squares, gradients, hessians = zip(*parts, strict=True)
-        return np.array(squares), np.array(gradients), np.array(hessians)
+            for i, linear in enumerate(self._linearisations(z, h)):
+                mean, precision = self.normal(z[i])
+                off, r = z[i] - mean, linear.residual
+                pull = precision @ off
+                squares[i] = r @ r + off @ pull
+                gradients[i] = linear.jacobian.T @ r + pull
+                hessians.append(linear.gram + precision)
+        return squares, gradients, np.array(hessians)
+
+    def normal(self, point: Array) -> tuple[Array, Array]:
+        """Return mean (D,) and precision (D, D) of the prior.
+
+        The mean of a value after a jump is the one before.
+        """
+        if not self.events:
+            return self.prior.mean, self.prior.precision
+        event, parameter, after, _, weight = self._placed
+        places, prior = self.layout.times, self.prior
+        return normal(point, places, event, parameter, after, weight, prior.mean, prior.precision)
 
     def mean(self, point: Array) -> Array:
-        """Return the prior's mean (D,): that of a value after a jump is the one before."""
-        if not self.events:
-            return self.prior.mean
-        mean = np.zeros(self.layout.size)
-        mean[: self.layout.dimension] = self.prior.mean
-        mean[self.layout.times] = point[self.layout.times]
-        for jump in self.layout.jumped(point):
-            mean[jump.after] = mean[jump.before]
-        return mean
+        """Return the prior's mean (D,); see `normal`."""
+        return self.normal(point)[0]
 
     def precision(self, point: Array) -> Array:
-        """Return the prior's precision (D, D)."""
-        if not self.events:
-            return self.prior.precision.copy()
-        d = self.layout.dimension
-        precision = np.zeros((self.layout.size, self.layout.size))
-        precision[:d, :d] = self.prior.precision
-        weight = 1.0 / self.objective.unknowns.box_variances
-        for jump in self.layout.jumped(point):
-            before, after = jump.before, jump.after
-            size = weight[jump.parameter - self.objective.unknowns.n_states]
-            precision[before, before] += size
-            precision[after, after] += size
-            precision[before, after] -= size
-            precision[after, before] -= size
-        return precision
+        """Return the prior's precision (D, D); see `normal`."""
+        return self.normal(point)[1]
 
     def linearisation(self, point: Array, steps: Array) -> Linearisation:
         """Return residual and Jacobian at a point (D,), by forward differences of `steps` (D,)."""
-        points = np.repeat(point[None], point.size + 1, axis=0)
-        steps = self._inward(point, steps)
-        columns = np.arange(point.size)
-        points[1 + columns, columns] += steps
-        taken = points[1 + columns, columns] - point
-        states, outputs = self.roll(points)
+        return next(self._linearisations(point[None], steps[None]))
+
+    def _linearisations(self, points: Array, steps: Array) -> Iterator[Linearisation]:
+        """Yield those at points (P, D), by `steps` (P, D), all of one rollout."""
+        count, size = points.shape
+        moved, columns = np.repeat(points[:, None], size + 1, axis=1), np.arange(size)
+        moved[:, 1 + columns, columns] += self._inward(points, steps)
+        taken = moved[:, 1 + columns, columns] - points
+        states, outputs = self.roll(moved.reshape(-1, size), size + 1)
         grid = self.objective.grid
-        shown = np.ascontiguousarray(grid.shown(outputs))
-        residual, jacobian = differences(shown, grid.y, grid.weight, grid.period, taken)
-        end = states[self._last]
-        return Linearisation(
-            residual=residual,
-            jacobian=jacobian,
-            state=end[:, 0],
-            state_jacobian=(end[:, 1:] - end[:, :1]) / taken,
-            path=(states[:, :, 0], outputs[:, :, 0]),
-        )
+        shown, end = grid.shown(outputs), states[self._last]
+        for i in range(count):
+            base, lanes = i * (size + 1), slice(i * (size + 1), (i + 1) * (size + 1))
+            own = np.ascontiguousarray(shown[..., lanes])
+            residual, jacobian = differences(own, grid.y, grid.weight, grid.period, taken[i])
+            yield Linearisation(
+                residual=residual,
+                jacobian=jacobian,
+                state=end[:, base],
+                state_jacobian=(end[:, lanes][:, 1:] - end[:, base, None]) / taken[i],
+                path=(states[..., base].copy(), outputs[..., base].copy()),
+            )
 
     def trajectory(self, point: Array) -> tuple[Array, Array]:
         """Return states (K, n) and scaled residuals (K, r) of one point; NaN = not measured."""
@@ -171,61 +179,49 @@ class PiecewiseProblem:
         found[mask] = rows
         return found
 
-    def rows(self, points: Array) -> Array:
+    def rows(self, points: Array, width: int | None = None) -> Array:
         """Return the scaled outputs (M, B) of points (B, D) wherever one was measured."""
-        return self._rows(self.roll(points)[1])
+        mask, weight, _ = self._measured
+        outputs = self.roll(points, width)[1]
+        return np.asarray(weight * self.objective.grid.shown(outputs)[mask])
 
-    def roll(self, points: Array) -> tuple[Array, Array]:
+    def roll(self, points: Array, width: int | None = None) -> tuple[Array, Array]:
         """Return states (K, n, B) and outputs (K, r, B) of points (B, D).
 
-        All points must jump in the intervals of the first, and are integrated in its steps. In the
-        interval of its jump a parameter has its mean over that interval, so that outputs depend
-        smoothly on the time.
+        Each `width` of them, all if None, are integrated in the steps of the first.
         """
         objective, layout = self.objective, self.layout
         grid, kernels, unknowns = objective.grid, objective.kernels, objective.unknowns
         objective.counter.candidates += len(points)
         x, p = unknowns.values(points[:, : layout.dimension])
+        width = len(points) if width is None else width
         if not layout.events:
-            states, outputs = kernels.trajectories(grid, x, p, len(points))
-            return states, grid.nearest(outputs)
-        first, times, intervals = 0, *self._times(points)
-        if grid.injection is None:
-            schedule = self._sets(points, times, intervals, p)
-            states, outputs = kernels.scheduled(grid, x, *schedule, len(points))
-            return states, grid.nearest(outputs)
+            states, outputs = kernels.trajectories(grid, x, p, width)
+        elif grid.injection is None:
+            states, outputs = kernels.scheduled(grid, x, *self._schedule(points, p), width)
+        else:
+            states, outputs = self._corrected(x, self._schedule(points, p))
+        return states, grid.nearest(outputs)
+
+    def _corrected(self, x: Array, schedule: Schedule) -> tuple[Array, Array]:
+        """Return states and outputs of rollouts that measurements correct, from states (n, B)."""
+        grid, kernels = self.objective.grid, self.objective.kernels
         states = np.empty((grid.t.size, *x.shape))
         outputs = np.empty((grid.t.size, grid.y.shape[1], x.shape[1]))
-        for k in sorted(set(intervals.tolist())):
-            mixed, after = self._jumped(points, times, intervals, k, p)
+        first, p = 0, schedule.sets[0]
+        for k in np.flatnonzero(schedule.along[:-1] % 2).tolist():  # those in which some jump
+            mixed, after = (schedule.sets[schedule.along[k] + i] for i in range(2))
             part = slice(first, k + 1)
             states[part], outputs[part], moved = _run(kernels, grid.stretch(first, k), x, p)
             for row, value in moved:
                 mixed[row], after[row] = value, value
             # Measurements at the interval's end correct what comes after it.
             interval, x = grid.uncorrected.stretch(k, k + 1), np.ascontiguousarray(states[k])
-            x = kernels.trajectories(interval, x, mixed, len(points))[0][1]
+            x = kernels.trajectories(interval, x, mixed, x.shape[1])[0][1]
             first, p = k + 1, after
         rest = grid.stretch(first, grid.t.size - 1)
-        states[first:], outputs[first:] = kernels.trajectories(rest, x, p, len(points))
-        return states, grid.nearest(outputs)
-
-    def _jumped(
-        self, points: Array, times: Array, intervals: IntArray, k: int, p: Array
-    ) -> tuple[Array, Array]:
-        """Return the parameters (q, B) in the interval k, in which some jump, and after it."""
-        layout, unknowns = self.layout, self.objective.unknowns
-        rows = unknowns.index - len(unknowns.model.states)
-        order = np.argsort(times[:, 0], kind='stable')
-        mixed, after = p.copy(), p.copy()
-        for event in order[intervals[order] == k]:
-            share = (self._t[k + 1] - times[event]) / (self._t[k + 1] - self._t[k])
-            for i, parameter in enumerate(layout.events[event]):
-                place, row = layout.times[event] + 1 + i, rows[parameter]
-                value = unknowns.scale.values(points[:, place], parameter)
-                mixed[row] += share * (value - after[row])
-                after[row] = value
-        return mixed, after
+        states[first:], outputs[first:] = kernels.trajectories(rest, x, p, x.shape[1])
+        return states, outputs
 
     def schedule(self, point: Array) -> tuple[Array, IntArray, IntArray]:
         """Return the sets of parameters (S, q) of one point, and which hold where.
@@ -236,48 +232,32 @@ class PiecewiseProblem:
         if not self.events:
             always = np.zeros(self.nodes, dtype=np.int64)
             return p.T, always, always
-        sets, along, there = self._sets(point[None], *self._times(point[None]), p)
+        sets, along, there = self._schedule(point[None], p)
         return sets[:, :, 0], along, there
 
-    def _sets(
-        self, points: Array, times: Array, intervals: IntArray, p: Array
-    ) -> tuple[Array, IntArray, IntArray]:
-        """Return all sets of parameters (S, q, B), and those between nodes and at nodes."""
-        sets, nodes = [p], self.objective.nodes
-        along, there = np.zeros((2, nodes), dtype=np.int64)
-        for k in sorted(set(intervals.tolist())):
-            mixed, p = self._jumped(points, times, intervals, k, p)
-            sets += [mixed, p]
-            along[k], along[k + 1 :], there[k + 1 :] = len(sets) - 2, len(sets) - 1, len(sets) - 1
-        return np.array(sets), along, there
-
-    def _rows(self, outputs: Array) -> Array:
-        mask, weight, _ = self._measured
-        return np.asarray(weight * self.objective.grid.shown(outputs)[mask])
+    def _schedule(self, points: Array, p: Array) -> Schedule:
+        """Return the sets of parameters of points (B, D), of p (q, B) at the start, and where."""
+        event, parameter, after, row, _ = self._placed
+        values = self.objective.unknowns.scale.values(points[:, after], parameter).T
+        times = self._times(points)
+        return Schedule(*scheduled(*times, self._t, event, row, np.ascontiguousarray(values), p))
 
     def _times(self, points: Array) -> tuple[Array, IntArray]:
-        """Return the events' times (E, B), in s from the window's start, and their intervals (E,).
-
-        Those are the intervals in which the first point's lie.
-        """
-        t = self._t
-        times = points[:, self.layout.times].T * t[-1]
+        """Return the events' times (E, B), in s from the window's start, and their intervals."""
         # What rounding took off a node is given back.
-        above = np.searchsorted(t, times)
-        for node in (np.minimum(above, t.size - 1), np.maximum(above - 1, 0)):
-            nearest = t[node]
-            times = np.where(np.abs(times - nearest) <= 4.0 * np.spacing(t[-1]), nearest, times)
-        return times, interval_of(t, times[:, 0])
+        shares = np.ascontiguousarray(points[:, self.layout.times])
+        return moments(shares, self._t, 4.0 * np.spacing(self._t[-1]))
 
-    def _inward(self, point: Array, steps: Array) -> Array:
-        """Return steps (D,) towards the middle of box and, for a time, of its interval."""
-        if not self.events:
-            return np.where(point > 0.5, -steps, steps)
-        z, t = point.copy(), self._t
-        times, intervals = self._times(point[None])
-        # As if the interval were the box.
-        z[self.layout.times] = (times[:, 0] - t[intervals]) / (t[intervals + 1] - t[intervals])
-        return np.where(z > 0.5, -steps, steps)
+    def _inward(self, points: Array, steps: Array) -> Array:
+        """Return steps (P, D) towards the middle of box and, for a time, of its interval."""
+        if self.events:
+            t, (times, intervals) = self._t, self._times(points)
+            points = points.copy()
+            # As if the interval were the box.
+            points[:, self.layout.times] = (
+                (times - t[intervals]) / (t[intervals + 1] - t[intervals])
+            ).T
+        return np.where(points > 0.5, -steps, steps)
 
 
 def _run(

@@ -12,12 +12,14 @@ stands. One pass backward over one-step sensitivities gives the products of s fo
 candidate time, see `sensitivities`.
 """
 
+import functools
 from collections.abc import Sequence
 from dataclasses import replace
 from typing import NamedTuple
 
 import numpy as np
 
+from obs_ros.core.jit import accelerated
 from obs_ros.core.linear_algebra import scaled_inverse
 from obs_ros.core.typing import Array, IntArray
 from obs_ros.inference.jumps.hypothesis import Hypothesis
@@ -27,6 +29,7 @@ from obs_ros.inference.parameterisation import Unknowns
 from obs_ros.inference.prior import Prior
 from obs_ros.integration.delayed import DelayedKernels
 
+HUGE = float(np.finfo(np.float64).max)
 LEAST_LEFT = 1e-12  # of the determinant, that a wider prior leaves: below is rounding
 
 
@@ -41,6 +44,15 @@ class Screening(NamedTuple):
     sizes: Array
 
 
+@functools.cache
+def prepare() -> None:
+    """Compile what is below, or load it compiled."""
+    one, row = np.ones((2, 1)), np.ones(1)
+    gains, _ = _gains(one, np.ones((2, 1, 2)), one[:1], row, 1.0)
+    time_averages(np.arange(2.0), gains)
+    _gains_earlier(np.zeros(1, dtype=np.int64), row, row, row, one[:1], one[:1])
+
+
 def screen(base: Hypothesis, parameters: Sequence[int], times: Array | None = None) -> Screening:
     """Screen jumps of each parameter (J,) at each time (T,), a share of the window.
 
@@ -50,11 +62,13 @@ def screen(base: Hypothesis, parameters: Sequence[int], times: Array | None = No
     rolled out.
     """
     problem, linear = base.problem, base.linearisation
+    nodes: slice | IntArray
     settings, t = problem.settings, problem.objective.grid.t
     columns = np.column_stack([linear.residual, linear.jacobian])
     if sees_every_node(problem):
         if times is None:
-            nodes = np.flatnonzero(t[:-1] - t[0] >= settings.earliest * (t[-1] - t[0]))
+            since = t - t[0]
+            nodes = slice(int(np.searchsorted(since, settings.earliest * since[-1])), t.size - 1)
         else:
             nodes = nearest_nodes(t, times)
         every = products(base, parameters, problem.at_nodes(columns))
@@ -68,12 +82,69 @@ def screen(base: Hypothesis, parameters: Sequence[int], times: Array | None = No
         pulled = (shapes.reshape(len(shapes), -1).T @ columns).reshape(*squares.shape, -1)
     unknowns = problem.objective.unknowns
     weight = 1.0 / unknowns.box_variances[np.array(parameters) - unknowns.n_states]
+    found = _gains(squares, pulled, base.covariance, weight, settings.least_share)
+    return Screening((t[nodes] - t[0]) / (t[-1] - t[0]), *found)
+
+
+def _gains_on_arrays(
+    squares: Array, pulled: Array, covariance: Array, weight: Array, least_share: float
+) -> tuple[Array, Array]:
+    """Return the same on whole arrays."""
     slope, cross = pulled[:, :, 0], pulled[:, :, 1:]
-    height = squares + weight - ((cross @ base.covariance) * cross).sum(axis=2)
-    told = height > settings.least_share * squares
+    height = squares + weight - ((cross @ covariance) * cross).sum(axis=2)
+    told = height > least_share * squares
     height = np.maximum(height, weight)
     gains = np.where(told, slope**2 / height - np.log(height / weight), -np.inf)
-    return Screening((t[nodes] - t[0]) / (t[-1] - t[0]), gains, -slope / height)
+    return gains, -slope / height
+
+
+def _gains_in_loops(
+    squares: Array, pulled: Array, covariance: Array, weight: Array, least_share: float
+) -> tuple[Array, Array]:
+    """Return gains (T, J) and sizes (T, J) by products of shapes (T, J) and (T, J, 1 + D).
+
+    `weight` (J,) are the prior precisions of the sizes.
+    """
+    times, count = squares.shape
+    d = len(covariance)
+    gains, sizes = np.empty((times, count)), np.empty((times, count))
+    for k in range(times):
+        for j in range(count):
+            explained = 0.0
+            for a in range(d):  # of a symmetric matrix, twice the half below its diagonal
+                total = 0.5 * covariance[a, a] * pulled[k, j, 1 + a]
+                for b in range(a):
+                    total += covariance[a, b] * pulled[k, j, 1 + b]
+                explained += 2.0 * total * pulled[k, j, 1 + a]
+            height = squares[k, j] + weight[j] - explained
+            told = height > least_share * squares[k, j]
+            height = max(height, weight[j])
+            slope = pulled[k, j, 0]
+            sizes[k, j] = -slope / height
+            gains[k, j] = slope**2 / height - np.log(height / weight[j]) if told else -np.inf
+    return gains, sizes
+
+
+_gains = accelerated(_gains_in_loops, _gains_on_arrays)
+
+
+@accelerated
+def time_averages(times: Array, gains: Array) -> Array:
+    """Return -2 log of the inverse mean (J,) of exp(gain / 2) over a window, by gains (T, J).
+
+    Each of the times (T,), shares of the window, stands for the part up to the next.
+    """
+    found = np.empty(gains.shape[1])
+    for j in range(gains.shape[1]):
+        best = -HUGE  # no gain at all: minus infinity
+        for k in range(times.size):
+            best = max(best, gains[k, j])
+        total = 0.0
+        for k in range(times.size):
+            ahead = min(k, times.size - 2)
+            total += (times[ahead + 1] - times[ahead]) * np.exp(0.5 * (gains[k, j] - best))
+        found[j] = best + 2.0 * np.log(total)
+    return found
 
 
 def sees_every_node(problem: PiecewiseProblem) -> bool:
@@ -110,17 +181,35 @@ def screen_earlier(base: Hypothesis, parameters: Sequence[int]) -> tuple[Array, 
     """
     prior, places = base.problem.prior, np.array(parameters)
     unknowns, d = base.problem.objective.unknowns, base.layout.dimension
-    columns, own = prior.precision[:, places], prior.precision[places, places]
     variances = unknowns.box_variances[places - unknowns.n_states]
-    share = variances / (1.0 + variances * own)
-    step = base.covariance[:d, :d] @ columns
-    left = np.maximum(1.0 - share * (columns * step).sum(axis=0), LEAST_LEFT)
-    step = step[places, np.arange(places.size)]
-    pull = columns.T @ (base.point[:d] - prior.mean)
-    gains = share * pull**2 / left - np.log(left) - np.log1p(variances * own)
-    size = base.point[places] - prior.mean[places] + step * share * pull / left
-    spread = base.covariance[places, places] + share * step**2 / left
-    return gains, size**2 / spread
+    return _gains_earlier(
+        places, variances, base.point[:d], prior.mean, prior.precision, base.covariance
+    )
+
+
+@accelerated
+def _gains_earlier(
+    places: IntArray, variances: Array, point: Array, mean: Array, precision: Array,
+    covariance: Array,
+) -> tuple[Array, Array]:  # fmt: skip
+    """Return gains (J,) and squares (J,); see `screen_earlier`."""
+    d, gains, squares = point.size, np.empty(places.size), np.empty(places.size)
+    for j in range(places.size):
+        i, variance = places[j], variances[j]
+        share = variance / (1.0 + variance * precision[i, i])
+        step, bent, pull = 0.0, 0.0, 0.0
+        for a in range(d):
+            total = 0.0
+            for b in range(d):
+                total += covariance[a, b] * precision[b, i]
+            step = total if a == i else step
+            bent += precision[a, i] * total
+            pull += precision[a, i] * (point[a] - mean[a])
+        left = max(1.0 - share * bent, LEAST_LEFT)
+        gains[j] = share * pull**2 / left - np.log(left) - np.log1p(variance * precision[i, i])
+        size = point[i] - mean[i] + step * share * pull / left
+        squares[j] = size**2 / (covariance[i, i] + share * step**2 / left)
+    return gains, squares
 
 
 def widened(prior: Prior, unknowns: Unknowns, *places: int) -> Prior:
