@@ -17,6 +17,7 @@ from obs_ros.ros.diagnostics import publish_health
 from obs_ros.ros.estimator import Estimator
 from obs_ros.ros.guarded import GuardedNode
 from obs_ros.ros.info import publish_info, settings_info
+from obs_ros.ros.lean_middleware import lean_middleware
 from obs_ros.ros.paced_executor import PacedExecutor
 from obs_ros.ros.parameters import Parameters
 from obs_ros.ros.run import run
@@ -147,7 +148,12 @@ def _status(estimator: Estimator) -> PlantStatus:
 
 def main() -> int:
     """Run the fleet as a process."""
-    return run('fleet', Fleet, executor=PacedExecutor)
+    return run('fleet', _lean, executor=PacedExecutor)
+
+
+def _lean() -> Fleet:
+    with lean_middleware():
+        return Fleet()
 
 
 if __name__ == '__main__':

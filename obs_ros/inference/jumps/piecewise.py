@@ -156,7 +156,7 @@ class PiecewiseProblem:
             jacobian=jacobian,
             state=end[:, 0],
             state_jacobian=(end[:, 1:] - end[:, :1]) / taken,
-            path=(states[:, :, 0], outputs[:, :, 0]),
+            path=(states[:, :, 0].copy(), outputs[:, :, 0].copy()),  # not all lanes with it
         )
 
     def trajectory(self, point: Array) -> tuple[Array, Array]:
