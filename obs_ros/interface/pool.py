@@ -14,7 +14,6 @@ class Pool:
     """
 
     def __init__(self, size: int = 1) -> None:
-        self.size = size
         self._waiting: list[tuple[float, int, Callable[[], None]]] = []
         self._order = itertools.count()  # of jobs with one deadline
         self._changed = threading.Condition()

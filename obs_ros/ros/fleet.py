@@ -3,6 +3,7 @@
 import os
 import sys
 import time
+from collections import Counter
 from collections.abc import Mapping
 from typing import Any
 
@@ -61,11 +62,6 @@ class Fleet(GuardedNode):
     def nodes(self) -> list[Node]:
         """All nodes of the process."""
         return [self, *self.estimators.values()]
-
-    @property
-    def settled(self) -> bool:
-        """Whether every plant that is wanted runs or was refused, and no other."""
-        return {*self._wanted} == {*self.estimators, *self.refused}
 
     def close(self) -> bool:
         """End the threads; False when a solve has not ended in time."""
@@ -130,9 +126,11 @@ class Fleet(GuardedNode):
     def _examine(self) -> Health:
         before, self._examined = self._examined, time.monotonic()
         running = {name: _status(each) for name, each in self.estimators.items()}
-        there = [f'{space}/{name}' for name, space in self.get_node_names_and_namespaces()]
+        there = Counter(
+            f'{space.rstrip("/")}/{name}' for name, space in self.get_node_names_and_namespaces()
+        )
         own = [each.get_fully_qualified_name() for each in self.estimators.values()]
-        twice = [name for name in own if there.count(name) > 1]
+        twice = [name for name in own if there[name] > 1]
         return self._health.examine(running, self.refused, twice, self._examined - before)
 
 

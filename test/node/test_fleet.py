@@ -61,6 +61,11 @@ class Line:
         for publisher in self.publishers.pop(plant):
             self.ros.node.destroy_publisher(publisher)
 
+    def change(self, *plants):
+        """Set `plants`, and wait until these run and no others."""
+        assert set_parameter(self.fleet, 'plants', [*plants] or ['']).successful
+        self.until(lambda: [*self.fleet.estimators] == [*plants])
+
     def send(self, plant, t, levels, feeds=(30.0, 30.0)):
         for publisher, names, values in zip(
             self.publishers[plant], (FEEDS, LEVELS), (feeds, levels), strict=True
@@ -134,17 +139,14 @@ def test_a_file_gives_parameters_to_all_plants_and_to_one(tmp_path, line):
 def test_plants_come_and_go_while_the_others_run(line):
     fleet = fake(line)
     old = fleet.fleet.estimators['/a']
-    assert set_parameter(fleet.fleet, 'plants', ['/b', '/c/d', '/e']).successful
-    fleet.until(lambda: fleet.fleet.settled)
-    assert [*fleet.fleet.estimators] == ['/b', '/c/d', '/e']
+    fleet.change('/b', '/c/d', '/e')
     assert old.context.ok() and old not in fleet.executor.get_nodes()
     fleet.until(lambda: fleet.fleet.estimators['/e'].progress.ready)
     fleet.connect('/e')
     for t in (1.0, 2.0):
         fleet.send('/e', t, (t, t))
     fleet.until(lambda: fleet.fleet.estimators['/e'].progress.published == 1)
-    assert set_parameter(fleet.fleet, 'plants', ['']).successful
-    fleet.until(lambda: fleet.fleet.settled)
+    fleet.change()
     assert fleet.fleet.nodes == [fleet.fleet]
 
 
@@ -156,8 +158,7 @@ def test_a_plant_whose_solve_goes_on_can_be_ended(line):
     for t in (1.0, 2.0):
         fleet.send('/a', t, (t, t))
     fleet.until(lambda: fleet.fleet.estimators['/a'].lag is not None)
-    assert set_parameter(fleet.fleet, 'plants', ['/b']).successful
-    fleet.until(lambda: fleet.fleet.settled)
+    fleet.change('/b')
     held.go.set()
     fleet.connect('/b')
     for t in (1.0, 2.0):
@@ -177,7 +178,7 @@ def test_wrong_names_are_refused_and_nothing_changes(line, names, reason):
     fleet = fake(line)
     refused = set_parameter(fleet.fleet, 'plants', names)
     assert not refused.successful and reason in refused.reason
-    assert [*fleet.fleet.estimators] == ['/a', '/b'] and fleet.fleet.settled
+    assert [*fleet.fleet.estimators] == ['/a', '/b']
     with pytest.raises(ValueError, match=reason):
         line(plants=names)
 
@@ -192,7 +193,7 @@ def test_one_plant_that_cannot_start_is_told_and_harms_no_other(ros, tmp_path, l
     path = tmp_path / 'fleet.yaml'
     path.write_text('/b/estimator:\n  ros__parameters:\n    deadline: -1.0\n')
     fleet = line('--ros-args', '--params-file', str(path), plants=['/a', '/b'], observer=FAKE)
-    assert [*fleet.fleet.estimators] == ['/a'] and fleet.fleet.settled
+    assert [*fleet.fleet.estimators] == ['/a']
     told = fleet.fleet.refused['/b']
     assert told == '/b: deadline must be > 0, <= 3600 s, not -1.0'
     names = [name for name, space in fleet.fleet.get_node_names_and_namespaces() if space == '/b']
