@@ -39,6 +39,7 @@ setup(
         'console_scripts': [
             'check_model = obs_ros.cli.start:check_model',
             'estimator = obs_ros.cli.start:estimator',
+            'fleet = obs_ros.cli.start:fleet',
             'replay = obs_ros.cli.start:replay',
             'simulator = obs_ros.cli.start:simulator',
         ],

@@ -25,7 +25,7 @@ from std_msgs.msg import String
 from obs_ros.interface.vectors import TOPICS
 from obs_ros.ros.messages import LATCHED
 
-NODES = ('estimator', 'simulator')
+NODES = ('estimator', 'fleet', 'simulator')
 TROUBLE = ('Traceback', '[ERROR]', '[FATAL]')  # in the words of a node that ends in peace
 Action = Callable[['Session', list[str]], None]
 
@@ -78,14 +78,16 @@ class Session:
         if name not in NODES:
             self._foreground([str(path), *arguments])
             return
+        spaces = [w.removeprefix('__ns:=') for w in arguments if w.startswith('__ns:=')]
+        name = f'{"".join(spaces)}/{name}'
         if name in self.nodes:  # whoever reads on ends the one before
             self._end(name)
-        with (self.folder / name).open('wb') as words_of_it:
+        with self._words(name).open('wb') as words_of_it:
             self.nodes[name] = subprocess.Popen(
                 [path, *arguments], cwd=self.folder, env=self.environment,
                 stdout=words_of_it, stderr=words_of_it, start_new_session=True,
             )  # fmt: skip
-        told = self.ros.listen(f'/{name}/info', String, LATCHED)
+        told = self.ros.listen(f'{name}/info', String, LATCHED)
         self.ros.spin_until(lambda: told or self._ended(), timeout=30.0)
 
     def python(self, words: list[str]) -> None:
@@ -186,7 +188,11 @@ class Session:
         return [self._told(n) for n, process in self.nodes.items() if process.poll() is not None]
 
     def _told(self, name: str) -> str:
-        return (self.folder / name).read_text(errors='replace')
+        return self._words(name).read_text(errors='replace')
+
+    def _words(self, name: str) -> Path:
+        """Return the file of what a node says."""
+        return self.folder / name.strip('/').replace('/', '_')
 
     def _filled(self, word: str) -> str:
         """Put in what stands for something: other files, and the prefix of a package."""

@@ -9,11 +9,14 @@ from diagnostic_msgs.msg import DiagnosticArray
 from ros import figures, set_parameter
 
 from obs_ros.core.estimate import Outcome
+from obs_ros.interface.fleet import FLEET as FLEET_PARAMETERS
 from obs_ros.ros.estimator import Estimator
+from obs_ros.ros.fleet import Fleet
 from plant_sim.node import Simulator
 from plant_sim.scenarios import SCENARIOS, load_scenario
 
 FILES = {p.stem: p for p in sorted((Path(__file__).parents[1] / 'config').glob('*.yaml'))}
+FLEET = FILES.pop('fleet')
 REFERENCE = FILES['three_tank']
 WALL = 2.0  # s that a window may take to fill
 NODES = {'simulator': Simulator, 'estimator': Estimator}
@@ -70,6 +73,20 @@ def test_both_nodes_take_every_value_of_every_file(ros, capfd, path):
             taken = node.get_parameter(parameter).value
             assert same(list(taken) if isinstance(value, list) else taken, value), parameter
     assert 'ignored, as' not in capfd.readouterr().err
+
+
+def test_the_file_of_a_fleet_gives_parameters_to_it_to_all_plants_and_to_one(ros):
+    fleet = ros.start(Fleet, '--ros-args', '--params-file', str(FLEET))
+    given = listed(FLEET, 'fleet')
+    assert set(given) == {spec.name for spec in FLEET_PARAMETERS}
+    assert [*fleet.estimators] == given['plants'] and not fleet.refused
+    sections = yaml.safe_load(FLEET.read_text())
+    for name, estimator in fleet.estimators.items():
+        own = sections.get(f'{name}/estimator', {'ros__parameters': {}})['ros__parameters']
+        for parameter, value in {**listed(FLEET, 'estimator'), **dict(flat(own))}.items():
+            assert estimator.get_parameter(parameter).value == value
+    deviations = [each.get_parameter('noise.h1').value for each in fleet.estimators.values()]
+    assert deviations == [0.0, 0.01]
 
 
 @pytest.mark.parametrize('scenario', SCENARIOS)

@@ -17,10 +17,13 @@ def test_every_parameter_stands_in_the_readme_as_it_is_declared() -> None:
     pytest.importorskip('rclpy')
     from obs_ros.core.parameter_spec import markdown_table
     from obs_ros.interface import parameters as estimator
+    from obs_ros.interface.fleet import FLEET
     from plant_sim import fault_settings as faults
     from plant_sim import settings as simulator
 
     assert markdown_table((*estimator.CHOICE, *estimator.LIVE, *estimator.COMMON)) in README
+    for text in (README, (ROOT / 'docs' / 'fleets.md').read_text()):
+        assert markdown_table(FLEET) in text
     assert markdown_table((*simulator.CHOICE, *simulator.COMMON)) in README
     instruments = faults.sensor_parameters('<output>'), faults.actuator_parameters('<input>')
     assert markdown_table(row for rows in instruments for row in rows) in README

@@ -12,6 +12,11 @@ def estimator() -> int:
     return _node('obs_ros.ros.estimator', 'obs_ros.interface.usage')
 
 
+def fleet() -> int:
+    """Run a fleet of estimator nodes."""
+    return _node('obs_ros.ros.fleet', 'obs_ros.interface.fleet')
+
+
 def simulator() -> int:
     """Run the simulator node."""
     return _node('plant_sim.node', 'plant_sim.settings')

@@ -163,7 +163,8 @@ class Objective:
     def trajectory(self, z: Array) -> tuple[Array, Array]:
         """Return states (K, n) and scaled residuals (K, r) of one point (d,); see `residuals`."""
         states, outputs = self._trajectories(z[None])
-        return states[:, :, 0], self.grid.residuals(outputs[:, :, 0])
+        # A copy: it may be kept for long, and no more than it.
+        return states[:, :, 0].copy(), self.grid.residuals(outputs[:, :, 0])
 
     def _squares(self, z: Array, prefixes: IntArray) -> Array:
         self.counter.candidates += len(z)

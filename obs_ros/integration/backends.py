@@ -6,6 +6,7 @@ import importlib.util
 import logging
 import os
 import re
+import threading
 import time
 from collections.abc import Callable, Iterator
 from dataclasses import replace
@@ -36,6 +37,9 @@ Made = TypeVar('Made')
 TINY_TOLERANCE = 1e-3  # of own steps of a window that only compiles
 
 log = logging.getLogger(__name__)
+
+# Threads that ask for a model at the same time get the same kernels, made once.
+_MAKING = threading.RLock()
 
 
 class Kernels(Protocol):
@@ -133,7 +137,7 @@ def kernels_for(model: Model, backend: Backend | None = None) -> Kernels:
     Raises ValueError for another backend; with backend `numba`, ImportError where Numba does not
     work and ValueError where it cannot compile the model.
     """
-    with uncounted():
+    with uncounted(), _MAKING:
         return _kernels(model, check_backend(backend))
 
 

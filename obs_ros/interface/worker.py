@@ -1,11 +1,12 @@
-"""The thread that solves, so that callbacks only append."""
+"""The jobs of one observer in the threads of a pool, so that callbacks only append."""
 
-import queue
 import threading
 from collections import deque
 from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Any
+
+from obs_ros.interface.pool import Pool
 
 
 @dataclass(frozen=True)
@@ -18,33 +19,37 @@ class Finished:
 
 
 class Worker:
-    """Runs one job at a time in a thread of its own, and never queues a second.
+    """Runs one job at a time in a thread of the pool, and never queues a second.
 
     `notify` is called in that thread when a job has ended; `collect` then hands it out. Everything
-    but `notify` is for one and the same other thread.
+    but `notify` is for one and the same other thread. Without a pool it has a thread of its own.
     """
 
-    def __init__(self, notify: Callable[[], None]) -> None:
+    def __init__(self, notify: Callable[[], None], pool: Pool | None = None) -> None:
         self._notify = notify
-        self._jobs: queue.SimpleQueue[tuple[str, Callable[[], Any]] | None] = queue.SimpleQueue()
+        self._pool = Pool() if pool is None else pool
+        self._alone = pool is None
         self._finished: deque[Finished] = deque()
         self._running: str | None = None
         self._discard = False
-        self._thread = threading.Thread(target=self._run, name='solver', daemon=True)
-        self._thread.start()
+        self._closed = False
+        self._working = threading.Lock()  # held while a job runs
 
     @property
     def running(self) -> str | None:
-        """The kind of job that runs, or whose result is not collected yet; None when idle."""
+        """The kind of job that waits or runs, or whose result is not collected; None when idle."""
         return self._running
 
-    def start(self, kind: str, job: Callable[[], Any]) -> None:
-        """Start `job`; raises RuntimeError while another one runs."""
+    def start(self, kind: str, job: Callable[[], Any], due: float = 0.0) -> None:
+        """Start `job`, whose result is wanted at `due` (steady clock, s).
+
+        Raises RuntimeError while another one runs.
+        """
         if self._running is not None:
             raise RuntimeError(f'a job to {self._running} runs already')
         self._running = kind
         self._discard = False
-        self._jobs.put((kind, job))
+        self._pool.put(due, lambda: self._run(kind, job))
 
     def discard(self) -> None:
         """Let nobody see the result of the job that runs now."""
@@ -59,18 +64,23 @@ class Worker:
         return None if self._discard else finished
 
     def close(self, timeout: float) -> bool:
-        """End the thread; False when its job has not ended within `timeout` s."""
-        self._jobs.put(None)
-        self._thread.join(timeout)
-        return not self._thread.is_alive()
+        """Start no more; False when the job that runs has not ended within `timeout` s."""
+        self._closed = True
+        if self._alone:
+            self._pool.close()
+        if ended := self._working.acquire(timeout=timeout):
+            self._working.release()
+        return ended
 
-    def _run(self) -> None:
-        while (job := self._jobs.get()) is not None:
-            kind, work = job
+    def _run(self, kind: str, job: Callable[[], Any]) -> None:
+        with self._working:
+            if self._closed:
+                return
             result, error = None, None
             try:
-                result = work()
+                result = job()
             except Exception as caught:
                 error = caught
             self._finished.append(Finished(kind, result, error))
-            self._notify()
+            if not self._closed:
+                self._notify()

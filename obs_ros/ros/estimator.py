@@ -7,17 +7,17 @@ from functools import partial
 from typing import Any
 
 import rclpy
-from rclpy.clock import JumpThreshold
-from rclpy.duration import Duration
 from std_srvs.srv import SetBool, Trigger
 
 from obs_ros.core.estimate import Estimate
 from obs_ros.core.record import Sample
 from obs_ros.core.texts import one_line, quoted
 from obs_ros.interface.bindings import bindings, signal_parameters
+from obs_ros.interface.fleet import OWN
 from obs_ros.interface.forecast import Forecast
 from obs_ros.interface.health import examine
 from obs_ros.interface.parameters import CHOICE, RENAMED, observer_parameters
+from obs_ros.interface.pool import Pool
 from obs_ros.interface.progress import Progress
 from obs_ros.interface.sensors import with_sensors
 from obs_ros.interface.settings import build_observer, differs
@@ -34,7 +34,7 @@ from obs_ros.ros.publication import EstimatePublisher
 from obs_ros.ros.run import run
 from obs_ros.ros.streams import Streams, check_bindings
 
-_PATIENCE = 0.3  # s that the end of the node waits for a solve, which nothing can interrupt
+PATIENCE = 0.3  # s that the end of the node waits for a solve, which nothing can interrupt
 
 
 class Estimator(GuardedNode):
@@ -42,15 +42,15 @@ class Estimator(GuardedNode):
 
     Parameters `signals.<name>` bind outputs and inputs to fields of other topics.
 
-    Callbacks only append samples. A worker thread compiles the model once and then solves; of the
-    windows that close meanwhile it takes the newest, the others are counted as skipped. Immediate
+    Callbacks only append samples. A thread, of `pool` or its own, compiles the model once and then
+    solves; of windows that close meanwhile it takes the newest, others count as skipped. Immediate
     observers take their step in the callback instead, and samples are counted until they can.
     Between windows the state is predicted from sample to sample, in the callback as well.
 
     Raises ValueError when parameters given at start are wrong.
     """
 
-    def __init__(self, **options: Any) -> None:
+    def __init__(self, *, pool: Pool | None = None, **options: Any) -> None:
         super().__init__(
             'estimator', automatically_declare_parameters_from_overrides=True, **options
         )
@@ -65,15 +65,15 @@ class Estimator(GuardedNode):
         self._forecast: Forecast | None = None
         self._terminal = Terminal()
         self._guard = self.create_guard_condition(self._collect)
-        self._worker = Worker(notify=self._guard.trigger)
+        self._worker = Worker(self._guard.trigger, pool)
         try:
-            self._start()
+            self._start(Parameters(self, RENAMED, lambda name: pool is None or name not in OWN))
         except BaseException:
             self.close()
+            self.destroy_node()
             raise
 
-    def _start(self) -> None:
-        parameters = Parameters(self, RENAMED)
+    def _start(self, parameters: Parameters) -> None:
         parameters.declare(CHOICE)
         self.model = load_model(parameters.values['model'])
         parameters.declare(signal_parameters(self.model))
@@ -91,20 +91,12 @@ class Estimator(GuardedNode):
         )
         self.create_service(Trigger, '~/reset', self._on_reset)
         self.create_service(SetBool, '~/enable', self._on_enable)
-        # The handle must be kept: dropping it ends the callback.
-        self._jump_handle = self.get_clock().create_jump_callback(
-            JumpThreshold(
-                min_forward=None, min_backward=Duration(nanoseconds=-1), on_clock_change=False
-            ),
-            post_callback=lambda _: self._reset('ROS time jumped back'),
-        )
+        self.watch_clock(lambda _: self._reset('ROS time jumped back'))
         publish_health(self, self.model.name, self._examine)
 
-    def close(self) -> bool:
-        """End the worker; False when its solve has not ended in time."""
-        if handle := getattr(self, '_jump_handle', None):
-            handle.unregister()
-        return self._worker.close(_PATIENCE)
+    def close(self, patience: float = PATIENCE) -> bool:
+        """End the worker; False when its solve has not ended within so many s."""
+        return self._worker.close(patience)
 
     def _propose(self, values: Mapping[str, Any]) -> tuple[Mapping[str, Any], Observer | None]:
         new = differs(values, self._settings)
@@ -192,10 +184,13 @@ class Estimator(GuardedNode):
             self._worker.start('prepare', self._prepare)
         elif self._due is not None:
             deadline = self._settings['deadline']
-            self._worker.start('estimate', partial(self.observer.estimate, deadline))
+            solve = partial(self.observer.estimate, deadline)
+            self._worker.start('estimate', solve, self._due + deadline)
             self._solving, self._due = self._due, None
         elif not self._complete:
-            self._worker.start('prepare more', self.observer.prepare_more)
+            # Like a window, so that none of this plant waits behind it for long.
+            due = time.monotonic() + self._settings.get('deadline', 0.0)
+            self._worker.start('prepare more', self.observer.prepare_more, due)
 
     def _collect(self) -> None:
         if (finished := self._worker.collect()) is not None:
@@ -223,9 +218,10 @@ class Estimator(GuardedNode):
         )
 
     @property
-    def solving(self) -> bool:
-        """Whether a window is closed whose estimate is not published yet."""
-        return self._due is not None or self._worker.running == 'estimate'
+    def lag(self) -> float | None:
+        """Time (s) since a window closed whose estimate is not published; None if there is none."""
+        closed = self._solving if self._worker.running == 'estimate' else self._due
+        return None if closed is None else time.monotonic() - closed
 
     @property
     def idle(self) -> bool:
@@ -280,7 +276,7 @@ class Estimator(GuardedNode):
     def _examine(self) -> Health:
         self.progress.begin_examination(self.observer.counts.get('late', 0))
         self.progress.collected = self.observer.collected
-        self.progress.solving = self.solving
+        self.progress.solving = self.lag is not None
         health = examine(
             self.progress, self.streams.status(), self._settings, self.observer.counts,
             self._break, self._forecast,

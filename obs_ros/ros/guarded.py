@@ -6,6 +6,8 @@ from typing import Any
 
 import rclpy
 from rcl_interfaces.msg import SetParametersResult
+from rclpy.clock import JumpHandle, JumpThreshold
+from rclpy.duration import Duration
 from rclpy.impl.rcutils_logger import RcutilsLogger
 from rclpy.node import Node
 
@@ -39,6 +41,7 @@ class GuardedNode(Node):
     """
 
     failures: Failures
+    _jump_handle: JumpHandle | None = None
 
     def __init__(self, name: str, **options: Any) -> None:
         self.failures = Failures()  # rclpy makes services and subscriptions of its own
@@ -72,6 +75,21 @@ class GuardedNode(Node):
     def create_guard_condition(self, callback: Callable[..., Any], *rest: Any, **more: Any) -> Any:
         """Create a guard condition whose callback is guarded."""
         return super().create_guard_condition(self._guarded(callback), *rest, **more)
+
+    def watch_clock(self, callback: Callable[..., Any]) -> None:
+        """Call `callback(jump)` when the node's time has jumped back."""
+        back = Duration(nanoseconds=-1)
+        # The handle must be kept: dropping it ends the callback.
+        self._jump_handle = self.get_clock().create_jump_callback(
+            JumpThreshold(min_forward=None, min_backward=back, on_clock_change=False),
+            post_callback=self._guarded(callback),
+        )
+
+    def destroy_node(self) -> None:
+        """End the node, and all that belongs to it."""
+        if self._jump_handle is not None:
+            self._jump_handle.unregister()
+        super().destroy_node()  # type: ignore[no-untyped-call]
 
     def _guarded(self, callback: Callable[..., Any], *, answers: bool = False) -> Any:
         where = getattr(callback, '__name__', type(callback).__name__).strip('_')

@@ -9,6 +9,8 @@ from sensor_msgs.msg import JointState
 
 # Deep enough for a few seconds at 1 kHz while the reader is busy; lost samples bias an estimate.
 STREAM = QoSProfile(depth=5000, reliability=ReliabilityPolicy.RELIABLE)
+# Of windows there are some in a second at most; a publisher takes half the memory then.
+ESTIMATES = QoSProfile(depth=20, reliability=ReliabilityPolicy.RELIABLE)
 # Parameters qos_overrides.<topic>.<...> may change these of every stream.
 OVERRIDABLE = QoSOverridingOptions(
     (

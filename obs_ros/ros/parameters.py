@@ -16,23 +16,30 @@ from obs_ros.interface.parameters import is_foreign
 class Parameters:
     """The parameters of one node, which must declare automatically what the user gives.
 
+    Of those given whose names are not `ours` other nodes of the process take care.
     Raises ValueError where the user gives one of those that are `renamed` by its old name.
     """
 
-    def __init__(self, node: Node, renamed: Mapping[str, str] | None = None) -> None:
+    def __init__(
+        self,
+        node: Node,
+        renamed: Mapping[str, str] | None = None,
+        ours: Callable[[str], bool] = lambda name: True,
+    ) -> None:
         self._node = node
         self._specs: dict[str, ParameterSpec] = {}
         self._values: dict[str, Value] = {}
         self._proposed: Any = None
         # Values given at start, undeclared again so that each row declares its own type.
-        self._given = {
+        given = {
             name: parameter.value  # type: ignore[union-attr]  # annotated as its value
             for name, parameter in node.get_parameters_by_prefix('').items()
             if not is_foreign(name)
         }
-        check_names(self._given, renamed or {})
-        for name in self._given:
+        check_names(given, renamed or {})
+        for name in given:
             node.undeclare_parameter(name)
+        self._given = {name: value for name, value in given.items() if ours(name)}
 
     @property
     def values(self) -> Mapping[str, Any]:

@@ -11,7 +11,7 @@ from obs_ros.core.estimate import Estimate
 from obs_ros.core.model import Model
 from obs_ros.horizon.prediction import Predicted
 from obs_ros.interface.vectors import TOPICS, publishable, vectors
-from obs_ros.ros.messages import LATCHED, OVERRIDABLE, STREAM, named_vector
+from obs_ros.ros.messages import ESTIMATES, LATCHED, OVERRIDABLE, STREAM, named_vector
 
 PREDICTED = ('prediction', 'prediction_stddev')
 
@@ -25,12 +25,14 @@ class EstimatePublisher:
 
     def __init__(self, node: Node, model: Model, *, predicting: bool) -> None:
         self._model = model
+        rare = {*TOPICS} - {'residual'} if predicting else {*()}  # one for a window, not a sample
         self._publishers = {
             topic: node.create_publisher(
-                JointState, f'~/{topic}', copy(STREAM), qos_overriding_options=OVERRIDABLE
+                JointState, f'~/{topic}', copy(ESTIMATES if topic in rare else STREAM),
+                qos_overriding_options=OVERRIDABLE,
             )
             for topic in (*TOPICS, *(PREDICTED if predicting else ()))
-        }
+        }  # fmt: skip
         self._outcome = node.create_publisher(String, '~/outcome', LATCHED)
 
     def publish_prediction(self, predicted: Predicted) -> None:

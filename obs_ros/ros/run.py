@@ -7,20 +7,26 @@ from collections.abc import Callable
 
 import rclpy
 from rclpy.exceptions import ParameterException
-from rclpy.executors import ExternalShutdownException, SingleThreadedExecutor
+from rclpy.executors import Executor, ExternalShutdownException, SingleThreadedExecutor
 from rclpy.node import Node
 from rclpy.signals import SignalHandlerOptions, install_signal_handlers
 
 from obs_ros.core.texts import one_line
 
 
-def run(name: str, create: Callable[[], Node], args: list[str] | None = None) -> int:
+def run(
+    name: str,
+    create: Callable[[], Node],
+    args: list[str] | None = None,
+    executor: Callable[[], Executor] = SingleThreadedExecutor,
+) -> int:
     """Spin the node that `create` returns until a signal or shutdown ends it, and the process.
 
-    With exit code 0 after SIGINT, SIGTERM or a shutdown. Returns 1, with one line on stderr, when
-    it cannot start. A node with a `close()` gets it called at the end. Nothing else is waited for:
-    neither a thread in code that nothing can interrupt, nor Python, which takes its modules apart
-    for ten times as long as the node takes to end.
+    A node that has others names all of them, and itself, as `nodes`. With exit code 0 after SIGINT,
+    SIGTERM or a shutdown. Returns 1, with one line on stderr, when it cannot start. A node with a
+    `close()` gets it called at the end. Nothing else is waited for: neither a thread in code that
+    nothing can interrupt, nor Python, which takes its modules apart for ten times as long as the
+    node takes to end.
     """
     node = None
     caught: list[int] = []
@@ -31,11 +37,12 @@ def run(name: str, create: Callable[[], Node], args: list[str] | None = None) ->
             signal.signal(number, lambda number, _: caught.append(number))
         rclpy.init(args=args, signal_handler_options=SignalHandlerOptions.NO)
         node = create()
-        executor = SingleThreadedExecutor()
-        executor.add_node(node)
+        spinning = executor()
+        for each in getattr(node, 'nodes', [node]):
+            spinning.add_node(each)
         install_signal_handlers(SignalHandlerOptions.ALL)
         if not caught:
-            executor.spin()
+            spinning.spin()
     except (KeyboardInterrupt, ExternalShutdownException):
         pass
     # ROS raises a RuntimeError where it cannot write its log.

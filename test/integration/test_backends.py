@@ -2,6 +2,8 @@
 
 import logging
 import sys
+import threading
+from concurrent.futures import ThreadPoolExecutor
 from dataclasses import replace
 from pathlib import Path
 from types import ModuleType
@@ -9,10 +11,12 @@ from typing import Any
 
 import numpy as np
 import pytest
+from patience import patience
 from plants import BLOW_UP, LAG, OSCILLATOR
 
 from obs_ros import Record
 from obs_ros.core.prior_knowledge import with_knowledge
+from obs_ros.integration import backends
 from obs_ros.integration.backends import check_backend, kernels_for, run_once
 from obs_ros.integration.grid import Grid
 from obs_ros.integration.stepper import stepper_for
@@ -22,6 +26,27 @@ from obs_ros.integration.vectorised import NumpyKernels
 def test_kernels_are_made_once_per_model() -> None:
     assert kernels_for(OSCILLATOR, 'numpy') is kernels_for(OSCILLATOR, 'numpy')
     assert kernels_for(OSCILLATOR, 'numpy').model == OSCILLATOR
+
+
+def test_threads_that_ask_at_once_get_the_same_kernels(monkeypatch: Any) -> None:
+    made, begun, go = [], threading.Event(), threading.Event()
+
+    class Slow(NumpyKernels):
+        def __init__(self, model: Any) -> None:
+            super().__init__(model)
+            made.append(model)
+            begun.set()
+            assert go.wait(patience(5.0))
+
+    monkeypatch.setattr(backends, 'NumpyKernels', Slow)
+    model = replace(OSCILLATOR, name='of_two_threads')
+    with ThreadPoolExecutor(2) as pool:
+        one = pool.submit(kernels_for, model, 'numpy')
+        assert begun.wait(patience(5.0))
+        other = pool.submit(kernels_for, model, 'numpy')
+        go.set()
+        assert one.result() is other.result()
+    assert len(made) == 1
 
 
 def test_numba_is_taken_where_it_is_installed() -> None:

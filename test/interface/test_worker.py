@@ -3,15 +3,16 @@ import threading
 import pytest
 from patience import patience
 
+from obs_ros.interface.pool import Pool
 from obs_ros.interface.worker import Worker
 
 
 class Waiting:
     """A worker, and the end of its jobs."""
 
-    def __init__(self):
+    def __init__(self, pool=None):
         self.ended = threading.Semaphore(0)
-        self.worker = Worker(notify=self.ended.release)
+        self.worker = Worker(self.ended.release, pool)
 
     def collect(self):
         assert self.ended.acquire(timeout=patience(5.0))
@@ -66,9 +67,29 @@ def test_discarded_results_are_not_handed_out(waiting, ended):
 
 
 def test_closing_does_not_wait_for_ever():
-    go = threading.Event()
+    begun, go = threading.Event(), threading.Event()
     worker = Worker(notify=lambda: None)
-    worker.start('wait', lambda: go.wait(patience(5.0)))
+    worker.start('wait', lambda: begun.set() or go.wait(patience(5.0)))
+    assert begun.wait(patience(5.0))
     assert not worker.close(0.05)
     go.set()
     assert worker.close(5.0)
+
+
+def test_workers_share_the_threads_of_a_pool_and_one_that_closes_leaves_the_others():
+    pool, begun, go = Pool(), threading.Event(), threading.Event()
+    told = []
+    one, other = (Worker(lambda name=name: told.append(name), pool) for name in ('one', 'other'))
+    one.start('wait', lambda: begun.set() or go.wait(patience(5.0)), due=1.0)
+    assert begun.wait(patience(5.0))
+    other.start('never', lambda: told.append('began'), due=2.0)
+    assert other.running == 'never'
+    assert other.close(0.0)  # its job has not begun, and will not
+    assert not one.close(0.0)
+    go.set()
+    assert one.close(patience(5.0))
+    third = Waiting(pool)
+    third.worker.start('go on', lambda: 3)
+    assert third.collect().result == 3
+    assert told == []
+    pool.close()

@@ -164,7 +164,7 @@ def test_callbacks_run_on_while_it_solves_and_windows_do_not_queue_up(ros, bench
 def test_reset_drops_what_is_being_solved(ros, bench):
     bench.fake.go.clear()
     bench.feed(1, 2)
-    ros.spin_until(lambda: bench.estimator.solving)
+    ros.spin_until(lambda: bench.estimator.lag is not None)
     assert ros.call('/estimator/reset', Trigger).success
     assert bench.fake.resets == 1
     bench.fake.go.set()
@@ -176,7 +176,7 @@ def test_reset_drops_what_is_being_solved(ros, bench):
 def test_backward_stamps_drop_what_is_being_solved_and_are_named(ros, bench):
     bench.fake.go.clear()
     bench.feed(101, 102)
-    ros.spin_until(lambda: bench.estimator.solving)
+    ros.spin_until(lambda: bench.estimator.lag is not None)
     bench.feed(1)
     ros.spin_until(lambda: len(bench.fake.outputs) == 1)
     bench.fake.go.set()

@@ -17,7 +17,11 @@ _UNSENT = (
     "Failed to publish log message to rosout: publisher's context is invalid, "
     'at /project/src/rcl/publisher.c:423'
 )
-MODULES = {'simulator': 'plant_sim.node', 'estimator': 'obs_ros.ros.estimator'}
+MODULES = {
+    'simulator': 'plant_sim.node',
+    'estimator': 'obs_ros.ros.estimator',
+    'fleet': 'obs_ros.ros.fleet',
+}
 
 
 @pytest.fixture
@@ -68,6 +72,16 @@ def test_signals_end_a_node_in_peace_and_at_once(start, monkeypatch, tmp_path, n
     assert len(list(tmp_path.glob('**/*.nbi'))) < 3, 'it has waited for the compiler'
 
 
+def test_a_signal_ends_a_fleet_in_peace_and_at_once(start):
+    fleet = start('fleet', '-p', "plants:=['/a', '/b', '/c']")
+    assert any('ready' in line for line in fleet.stderr)
+    fleet.send_signal(signal.SIGINT)
+    _, stderr = fleet.communicate(timeout=patience(5.0))
+    assert fleet.returncode == 0, stderr
+    lines = [line for line in stderr.splitlines() if '.estimator]: ' not in line]
+    assert set(lines) <= {_UNSENT}, stderr
+
+
 @pytest.mark.parametrize('name', MODULES)
 def test_a_signal_while_the_node_is_being_made_is_no_error(start, name):
     node = start(name, '--log-level', 'debug')
@@ -88,6 +102,8 @@ def test_a_signal_while_the_node_is_being_made_is_no_error(start, name):
             'window.duration must be 0.001 to 1e9 s, not -5.0',
         ),
         ('estimator', ['-p', 'bounds.p1:=[0.5, 0.1]'], 'p1'),
+        ('fleet', ['-p', "plants:=['/a', '/a']"], "'/a' stands twice: take one of them away"),
+        ('fleet', ['-p', "plants:=['/a']", '-p', 'workers:=-1'], 'workers must be 0 to 64, not -1'),
         ('simulator', ['-p', 'scenario:=three_tnak'], "did you mean 'three_tank'?"),
         ('simulator', ['-p', 'speed:=fast'], "speed must be a number, not 'fast'"),
     ],
