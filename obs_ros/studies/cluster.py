@@ -78,6 +78,7 @@ def _local(distributed: Any, count: int) -> Iterator[str]:
     config = {
         'distributed.scheduler.allowed-failures': SETTINGS.deaths,
         'distributed.comm.timeouts.connect': SETTINGS.connecting,
+        'distributed.worker.profile.enabled': False,  # a hundred looks a second at every call
     }
     # A terminal sends Ctrl-C to all processes. Those that are started while it is blocked never
     # hear it, nor does the thread that replaces them; this one hears it when they are there.

@@ -62,10 +62,10 @@ class Progress:
         done, total = self.done, self._total
         rate = done / spent if spent > 0.0 else float('inf')
         filled = round(BAR * done / max(total, 1))
-        bar = f'[{"#" * filled}{"." * (BAR - filled)}] ' if self._bar else ''
+        bar = f' [{"#" * filled}{"." * (BAR - filled)}]' if self._bar else ''
         left = 'done' if done == total else f'{duration((total - done) / rate)} to go'
         speed = f'{rate:.3g}/s' if rate >= 1.0 else f'{60.0 * rate:.3g}/min'
-        return f'{self._label}: {bar}{done}/{total}, {speed}, {left}'
+        return f'{self._label}: {done}/{total}{bar}, {speed}, {left}'
 
 
 def duration(seconds: float) -> str:

@@ -4,7 +4,9 @@ from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
 from typing import Any
 
-from obs_ros.studies.worker import Arguments, called
+from obs_ros.studies.worker import Arguments, Failure, called
+
+__all__ = ['Failure', 'Where', 'carried_out']
 
 MOST_JOBS = 256  # processes on one machine
 

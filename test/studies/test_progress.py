@@ -26,7 +26,7 @@ def test_a_terminal_gets_a_bar_with_rate_and_time_left(clock):
         clock[0] = 0.5 * done
         shown.step()
     last = stream.getvalue().split('\r')[-1].rstrip()
-    assert last == 'replay: [#####...............] 50/200, 2/s, 75 s to go'
+    assert last == 'replay: 50/200 [#####...............], 2/s, 75 s to go'
     assert '\n' not in stream.getvalue()
     shown.say('a line')
     assert stream.getvalue().split('\r')[-1] == f'{"a line":<78}'.rstrip() + '\n'
