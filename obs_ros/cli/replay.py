@@ -10,7 +10,7 @@ from functools import partial
 from pathlib import Path
 from typing import Any
 
-from obs_ros.cli.study import STUDY, study
+from obs_ros.cli.study import STUDY, add_options, study
 from obs_ros.core.texts import LONGEST_NAME, one_line, quoted
 from obs_ros.replay.comparison import NONE, Other, alternative
 from obs_ros.replay.engine import Account, replay
@@ -212,16 +212,6 @@ def _parser() -> argparse.ArgumentParser:
     )
     add('--force', action='store_true', help='overwrite what an earlier replay wrote there')
     add(
-        '--vary',
-        action='append',
-        default=[],
-        metavar='NAME=A,B',
-        help='values of a parameter to compare; of several, every combination',
-    )
-    add('--jobs', type=int, metavar='N', help='processes that share a study (needs distributed)')
-    add('--scheduler', metavar='ADDRESS', help='a Dask scheduler, tcp://host:port, whose workers '
-        'share it')  # fmt: skip
-    add(
         '--topic',
         dest='topics',
         action='append',
@@ -246,4 +236,5 @@ def _parser() -> argparse.ArgumentParser:
     )
     add('--deadline', action='store_true', help='end each solve at the parameter deadline, as the '
         'node does; what comes out then depends on the machine')  # fmt: skip
+    add_options(parser)
     return parser

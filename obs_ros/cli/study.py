@@ -4,7 +4,7 @@ import argparse
 import signal
 import sys
 from collections.abc import Iterable, Mapping, Sequence
-from contextlib import ExitStack
+from contextlib import ExitStack, closing
 from pathlib import Path
 from typing import Any, NoReturn
 
@@ -24,6 +24,21 @@ from obs_ros.studies.variants import Variant, shown, variants
 STUDY = 'study'
 TABLE, PARQUET, SUMMARY, RESULTS = 'estimates.csv', 'estimates.parquet', 'summary.md', 'results'
 MOST_TOLD = 20  # remarks and failures on the terminal; the summary has more
+
+
+def add_options(parser: argparse.ArgumentParser) -> None:
+    """Add the options of a study to those of a replay."""
+    add = parser.add_argument_group('studies of many recordings and variants').add_argument
+    add(
+        '--vary',
+        action='append',
+        default=[],
+        metavar='NAME=A,B',
+        help='values of a parameter to compare; of several, every combination',
+    )
+    add('--jobs', type=int, metavar='N', help='processes that share a study (needs distributed)')
+    add('--scheduler', metavar='ADDRESS', help='a Dask scheduler, tcp://host:port, whose workers '
+        'share it')  # fmt: skip
 
 
 def study(
@@ -54,10 +69,11 @@ def study(
         signal.signal(number, _stop_once)
     bar = Progress('replay', len(left), lines=True)
     try:
-        for run, why in asked.carry_out(left, where, bar.say):
-            if why and len(asked.failed) <= MOST_TOLD:
-                bar.say(f'replay: {one_line(run)}: {one_line(why)}')
-            bar.step()
+        with closing(asked.carry_out(left, where, bar.say)) as steps:
+            for run, why in steps:
+                if why and len(asked.failed) <= MOST_TOLD:
+                    bar.say(f'replay: {one_line(run)}: {one_line(why)}')
+                bar.step()
         _write(asked, chosen, folder, told)
     except KeyboardInterrupt:
         bar.leave()

@@ -48,7 +48,7 @@ def carried_out(
     Raises MissingPackageError where Dask is needed and not installed, ValueError for versions that
     differ, and OSError for a scheduler that is not there or ends.
     """
-    if where.here:
+    if where.here or not runs:
         for index, run in enumerate(runs):
             yield index, called(work, run)
         return

@@ -1,6 +1,6 @@
 """A study: recordings by variants, what of it is stored, and the rest carried out."""
 
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Generator, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
 
@@ -85,7 +85,7 @@ class Study:
 
     def carry_out(
         self, left: Sequence[Run], where: Where, say: Callable[[str], None] = lambda line: None
-    ) -> Iterator[tuple[Run, str]]:
+    ) -> Generator[tuple[Run, str], None, None]:
         """Do these runs, and store each result as it comes; yield the run and why it failed.
 
         That is empty where it did not. Raises as `runner.carried_out` does.
