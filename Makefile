@@ -14,7 +14,7 @@ jobs := $(shell n=$$(nproc); echo $$((n < 8 ? n + 1 : 8)))
 pytest := $(bin)/python -m pytest -n $(jobs) --dist loadfile -rs --durations=10 \
 	$(if $(ORDER),-p randomly --randomly-seed=$(ORDER))
 
-.PHONY: help setup peers design demo test check test-design test-peers clean
+.PHONY: help setup fleet peers design demo test check test-design test-peers clean
 
 help:  ## this list
 	@sed -n 's/^\([a-z-]*\):.*## \(.*\)/make \1\t\2/p' Makefile
@@ -24,6 +24,9 @@ help:  ## this list
 
 setup:  ## build .venv with all that demo and test need
 	@tools/setup.sh test
+
+fleet:  ## what shares studies among processes and machines (Dask), into .venv
+	@tools/setup.sh fleet
 
 peers:  ## what benchmarks.peers compares with, into .venv
 	@tools/setup.sh peers

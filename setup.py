@@ -30,6 +30,7 @@ setup(
         'fast': ['numba'],
         'plot': ['matplotlib'],
         'design': ['cvxpy', 'clarabel'],
+        'fleet': ['distributed', 'pyarrow'],
         'peers': ['casadi', 'cma', 'do-mpc', 'filterpy', 'pygmo', 'pymoo'],
         'replay': ['matplotlib', 'rosbags'],
         'test': ['pytest'],

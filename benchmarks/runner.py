@@ -1,8 +1,7 @@
-"""The runner of benchmarks: options, process time, progress, Monte-Carlo runs on every core."""
+"""The runner of benchmarks: options, process time, progress, Monte Carlo on Dask."""
 
 import argparse
-import functools
-import multiprocessing
+import importlib.util
 import os
 import shutil
 import subprocess
@@ -10,23 +9,29 @@ import sys
 import time
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from pathlib import Path
-from typing import Any, TypeVar
+from typing import Any, ClassVar, TypeVar
 
 Item = TypeVar('Item')
 Key = TypeVar('Key')
 Result = TypeVar('Result')
 
 ROOT = Path(__file__).parents[1]
-TELL_EVERY = 0.2  # s, between two updates of the line of progress
 
 
-def options(description: str | None) -> argparse.ArgumentParser:
-    """Return a parser with the options that every benchmark has."""
+def options(description: str | None, *, shared: bool = False) -> argparse.ArgumentParser:
+    """Return a parser with the options that every benchmark has, or each that is `shared` out.
+
+    The place of their runs is then kept for `monte_carlo`.
+    """
     parser = argparse.ArgumentParser(
         description=description, formatter_class=argparse.ArgumentDefaultsHelpFormatter
     )
     results = Path(__file__).with_name('results')
     parser.add_argument('--results', type=Path, default=results, help='folder for the report')
+    _Place.chosen.clear()
+    if shared:
+        parser.add_argument('--jobs', type=int, action=_Place, help='processes (default: cores)')
+        parser.add_argument('--scheduler', action=_Place, help='a Dask scheduler, tcp://host:port')
     return parser
 
 
@@ -53,16 +58,19 @@ def repeats_for(call: Callable[[], object], seconds: float) -> int:
 
 def progress(items: Iterable[Item], label: str, total: int) -> Iterator[Item]:
     """Hand the items on; a terminal's line tells how many are done and the time that is left."""
-    begin = told = time.monotonic()
-    for done, item in enumerate(items, 1):
-        yield item
-        now = time.monotonic()
-        if sys.stderr.isatty() and (done == total or now > told + TELL_EVERY):
-            told, spent = now, now - begin
-            left = spent / done * (total - done)
-            line = f'{label}: {done}/{total}, {spent:.0f} s, {left:.0f} s to go'
-            end = '\n' if done == total else ''
-            print(f'\r{line:<78}', end=end, file=sys.stderr, flush=True)
+    # Imported only now: another source tree, whose package is measured, may not have it.
+    from obs_ros.studies.progress import progress as shown
+
+    return shown(items, label, total)
+
+
+class _Place(argparse.Action):
+    """Keeps the place of Monte-Carlo runs, which are made far below the command."""
+
+    chosen: ClassVar[dict[str, Any]] = {}
+
+    def __call__(self, parser: Any, namespace: Any, value: Any, option: str | None = None) -> None:
+        self.chosen[self.dest] = value
 
 
 def monte_carlo(
@@ -73,21 +81,31 @@ def monte_carlo(
 ) -> dict[Key, list[Result]]:
     """Return by cell the results of `work`, a module's function, in the order of the runs.
 
-    A run is a tuple of arguments, with its seed. Workers take `chunk` of them at a time, from cell
-    after cell.
+    A run is a tuple of arguments, with its seed. They are done where the command says, by default
+    on every core; workers take `chunk` of them at a time, from cell after cell.
+
+    Raises RuntimeError for a run that raises, and as `obs_ros.studies.runner.carried_out` does.
     """
+    from obs_ros.studies.runner import Failure, Where, carried_out
+
+    chosen = _Place.chosen
+    if not chosen and importlib.util.find_spec('distributed') is None:
+        print(f'{label}: in one process, as distributed is missing: make fleet', file=sys.stderr)
+    elif not chosen:
+        chosen = {'jobs': cores()}
     runs = [run for own in cells.values() for run in own]
-    # Every core has its own process: threads of linear algebra would only get in their way.
-    os.environ.setdefault('OPENBLAS_NUM_THREADS', '1')
-    # Spawned, not forked: a fork would copy the threads' locks of the libraries in use.
-    with multiprocessing.get_context('spawn').Pool(max(1, min(cores(), len(runs)))) as pool:
-        done = pool.imap(functools.partial(_called, work), runs, chunk)
-        results = iter(list(progress(done, label, len(runs))))
-    return {key: [next(results) for _ in own] for key, own in cells.items()}
+    results: dict[int, Any] = {}
 
+    def say(line: str) -> None:
+        print(f'{label}: {line}', file=sys.stderr)
 
-def _called(work: Callable[..., Result], arguments: tuple[Any, ...]) -> Result:
-    return work(*arguments)
+    done = carried_out(work, runs, Where(**chosen), chunk, say)
+    for index, result in progress(done, label, len(runs)):
+        if isinstance(result, Failure):
+            raise RuntimeError(result.details or result.words)
+        results[index] = result
+    in_order = (results[index] for index in range(len(runs)))
+    return {key: [next(in_order) for _ in own] for key, own in cells.items()}
 
 
 def cores() -> int:

@@ -1,5 +1,6 @@
 """Processes that measure with the package of another source tree, called one at a time."""
 
+import functools
 import os
 import pickle
 import subprocess
@@ -7,6 +8,7 @@ import sys
 import tempfile
 import traceback
 from collections.abc import Callable
+from multiprocessing.util import Finalize
 from pathlib import Path
 from typing import Any
 
@@ -55,6 +57,18 @@ class Tree:
         if error:
             raise RuntimeError(error)
         return result
+
+
+def called_in(path: Path, work: Callable[..., Any], *arguments: Any) -> Any:
+    """Return the result of a call by the package of the tree at `path`; one process for all."""
+    return _opened(path).call(work, *arguments)
+
+
+@functools.cache
+def _opened(path: Path) -> Tree:
+    tree = Tree(path)
+    Finalize(None, tree.__exit__, exitpriority=0)  # also where this is a worker
+    return tree
 
 
 def serve() -> None:

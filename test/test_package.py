@@ -23,7 +23,7 @@ MANIFEST = parse_package(ROOT / 'package.xml')
 DECLARED = {dependency.name for dependency in MANIFEST.exec_depends}
 ROS_PACKAGES = {name for name in DECLARED if not name.startswith('python3-')}
 ROSDEP_KEYS = {'numpy': 'python3-numpy', 'scipy': 'python3-scipy', 'yaml': 'python3-yaml'}
-OPTIONAL = {'cvxpy', 'numba', 'matplotlib', 'rosbags'}
+OPTIONAL = {'cvxpy', 'dask', 'distributed', 'matplotlib', 'numba', 'pyarrow', 'rosbags'}
 
 
 def source_files(package):

@@ -1,6 +1,7 @@
 #!/usr/bin/env bash
 # setup.sh runtime: .venv with ROS 2 Jazzy, the numerics and this package.
-# setup.sh test: that, and the test tools.
+# setup.sh test: that, the test tools, and what `fleet` installs.
+# setup.sh fleet: runtime, and what shares studies among processes and machines.
 # setup.sh peers: runtime, and what benchmarks.peers compares with.
 # setup.sh design: runtime, and what obs_ros.observers.papers.design solves matrix inequalities with.
 # Each finished step leaves a fingerprint of what it was made from in .venv/.steps, so the next run
@@ -154,6 +155,10 @@ pip_step runtime "$(fingerprint requirements/{pins,runtime}.txt)" \
 if [[ $what == test ]]; then
   pip_step test "$(fingerprint requirements/{pins,runtime,test}.txt)" \
     'pytest, hypothesis, ruff and mypy (30 MB, 10-30 seconds)' -r requirements/test.txt
+fi
+if [[ $what == fleet || $what == test ]]; then
+  pip_step fleet "$(fingerprint requirements/{pins,runtime,fleet}.txt)" \
+    'Dask distributed and PyArrow (60 MB, half a minute)' -r requirements/fleet.txt
 fi
 if [[ $what == peers ]]; then
   pip_step peers "$(fingerprint requirements/{pins,runtime,peers}.txt)" \

@@ -26,7 +26,7 @@ QUICK = {'windows': 40, 'referred': 10, 'timed': 4}
 
 def main(arguments: list[str] | None = None) -> str:
     """Solve, count, print, and write the report."""
-    parser = options(__doc__)
+    parser = options(__doc__, shared=True)
     parser.add_argument('--windows', type=int, default=400, help='of each cell')
     parser.add_argument('--referred', type=int, default=60, help='poor ones that are profiled')
     parser.add_argument('--timed', type=int, default=20, help='of each cell, with both trees')

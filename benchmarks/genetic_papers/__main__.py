@@ -17,7 +17,7 @@ from benchmarks.runner import monte_carlo, options
 
 def main(arguments: list[str] | None = None) -> Outcomes:
     """Run, print, and write the report with its pictures."""
-    parser = options(__doc__)
+    parser = options(__doc__, shared=True)
     parser.add_argument(
         '--seeds', type=int, default=30, help='runs per scenario of the first paper'
     )

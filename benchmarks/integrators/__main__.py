@@ -21,7 +21,7 @@ QUICK = {'windows': 4, 'kinked': 40, 'timed': 2}
 
 def main(arguments: list[str] | None = None) -> str:
     """Measure the parts that are chosen, print, and write the report."""
-    parser = options(__doc__)
+    parser = options(__doc__, shared=True)
     parser.add_argument('--windows', type=int, default=50, help='of each plant')
     parser.add_argument('--kinked', type=int, default=400, help='windows of kinked tanks')
     parser.add_argument('--timed', type=int, default=6, help='windows of each case of the cost')

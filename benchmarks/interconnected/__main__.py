@@ -15,7 +15,7 @@ from benchmarks.runner import options
 
 def main(arguments: list[str] | None = None) -> str:
     """Run, print, and write the report with its picture; return the text."""
-    parser = options(__doc__)
+    parser = options(__doc__, shared=True)
     parser.add_argument('--seeds', type=int, default=10, help='noises per contestant and case')
     parser.add_argument('--first-seed', type=int, default=100, help='of the noises')
     given = parser.parse_args(arguments)

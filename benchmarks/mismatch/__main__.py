@@ -9,7 +9,7 @@ from benchmarks.runner import monte_carlo, options
 
 def main(arguments: list[str] | None = None) -> str:
     """Simulate, solve, print, and write the report."""
-    parser = options(__doc__)
+    parser = options(__doc__, shared=True)
     parser.add_argument('--seeds', type=int, default=20, help='runs of each kind of sequence')
     parser.add_argument('--windows', type=int, default=WINDOWS, help='of each run')
     parser.add_argument('--seed', type=int, default=80000, help='of the first run')

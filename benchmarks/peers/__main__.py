@@ -19,7 +19,7 @@ PACKAGES = ('pygmo', 'pymoo', 'cma', 'casadi', 'do-mpc', 'filterpy')
 
 def main(arguments: list[str] | None = None) -> list[Measured]:
     """Judge, measure, print, and write the report."""
-    parser = options(__doc__)
+    parser = options(__doc__, shared=True)
     parser.add_argument('--windows', type=int, default=10, help='per case')
     parser.add_argument('--slow-windows', type=int, default=3, help='per case, for slow peers')
     parser.add_argument('--seed', type=int, default=8000, help='of the first window')

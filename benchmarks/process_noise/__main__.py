@@ -12,7 +12,7 @@ from benchmarks.runner import monte_carlo, options
 
 def main(arguments: list[str] | None = None) -> str:
     """Simulate, solve, print, and write the report."""
-    parser = options(__doc__)
+    parser = options(__doc__, shared=True)
     parser.add_argument('--windows', type=int, default=400, help='of each plant and walk')
     parser.add_argument('--seed', type=int, default=70000, help='of the first window')
     parser.add_argument('--referred', type=int, default=100, help='windows that the reference has')

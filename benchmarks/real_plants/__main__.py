@@ -25,7 +25,7 @@ MODES = ('off', 'auto')
 
 def main(arguments: list[str] | None = None) -> str:
     """Solve all windows of the recordings that are there, print, and write the report."""
-    parser = options(__doc__)
+    parser = options(__doc__, shared=True)
     parser.add_argument('--data', type=Path, default=FOLDER)
     chosen = parser.parse_args(arguments)
     names = []

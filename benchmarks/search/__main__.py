@@ -23,7 +23,7 @@ DEADLINE_WINDOWS = 10  # of every hard case
 
 def main(arguments: list[str] | None = None) -> str:
     """Solve, judge, print, and write the report."""
-    parser = options(__doc__)
+    parser = options(__doc__, shared=True)
     parser.add_argument('--windows', type=int, default=50, help='random windows of each case')
     parser.add_argument('--cases', nargs='+', default=list(CASES), choices=list(CASES))
     parser.add_argument('--seed', type=int, default=70_000, help='of the first window')

@@ -53,7 +53,7 @@ RECORDINGS = {
 
 def main(arguments: list[str] | None = None) -> str:
     """Measure the parts that are chosen, print, and write the report."""
-    parser = options(__doc__)
+    parser = options(__doc__, shared=True)
     parser.add_argument('--runs', type=int, default=20, help='of ten windows, in each cell')
     parser.add_argument('--windows', type=int, help='of each recording with spikes, not all')
     parser.add_argument('--seed', type=int, default=160_000, help='of the first run')

@@ -51,7 +51,7 @@ PARTS: Mapping[str, Callable[[argparse.Namespace], str]] = {
 
 def main(arguments: list[str] | None = None) -> str:
     """Measure the parts that are chosen, and return their reports."""
-    parser = options(__doc__)
+    parser = options(__doc__, shared=True)
     parser.add_argument(
         '--windows',
         type=int,

@@ -20,7 +20,7 @@ QUICK_SNRS = (40.0, 0.0)
 
 def main(arguments: list[str] | None = None) -> Errors:
     """Solve, print, and write the report with its two pictures."""
-    parser = options(__doc__)
+    parser = options(__doc__, shared=True)
     parser.add_argument('--seeds', type=int, default=50, help='noises and searches per cell')
     parser.add_argument('--quick', action='store_true', help='20 seeds, ft1 only, 40 and 0 dB')
     parser.add_argument('--windows', nargs='+', choices=PAPER_WINDOWS, default=[*PAPER_WINDOWS])

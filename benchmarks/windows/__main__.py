@@ -13,7 +13,7 @@ from benchmarks.windows.run import FULL_WINDOW, judge_all, solve_all, warm_up
 
 def main(arguments: list[str] | None = None) -> str:
     """Solve, judge, print, and write the report."""
-    parser = options(__doc__)
+    parser = options(__doc__, shared=True)
     parser.add_argument('--windows', type=int, default=50, help='number of random windows')
     parser.add_argument('--samples', type=int, default=FULL_WINDOW, help='per window, 1 s apart')
     parser.add_argument('--snr', type=float, nargs='+', default=[20.0], help='in dB')

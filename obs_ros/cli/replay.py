@@ -1,4 +1,4 @@
-"""`ros2 run obs_ros replay RECORDING --params FILE`: estimates of a recording, written to files."""
+"""`ros2 run obs_ros replay RECORDING... --params FILE`: estimates of recordings, in files."""
 
 import argparse
 import signal
@@ -10,6 +10,7 @@ from functools import partial
 from pathlib import Path
 from typing import Any
 
+from obs_ros.cli.study import STUDY, add_options, study
 from obs_ros.core.texts import LONGEST_NAME, one_line, quoted
 from obs_ros.replay.comparison import NONE, Other, alternative
 from obs_ros.replay.engine import Account, replay
@@ -19,6 +20,7 @@ from obs_ros.replay.recording import Recording, Source, open_recording
 from obs_ros.replay.settings import Setup, setup
 from obs_ros.replay.summary import summary
 from obs_ros.replay.writers import Take, bag_writer, table_writer
+from obs_ros.studies.runner import Where
 
 TABLE, BAG, SUMMARY = 'estimates.csv', 'estimates', 'summary.md'
 PICTURES = ('parameters.png', 'states.png', 'misfit.png')
@@ -33,7 +35,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
     signal.signal(signal.SIGTERM, signal.default_int_handler)
     options = _parser().parse_args(arguments)
     try:
-        run(options)
+        return run(options)
     except KeyboardInterrupt:
         print('\nreplay: stopped; what stands in the output is not all', file=sys.stderr)
         return 130
@@ -42,28 +44,40 @@ def main(arguments: Sequence[str] | None = None) -> int:
         begin = '\r' if sys.stdout.isatty() else ''
         print(f'{begin}replay: {one_line(error)}', file=sys.stderr)
         return 1
-    return 0
 
 
-def run(options: argparse.Namespace) -> None:
-    """Replay; raises ValueError, OSError or MissingPackageError when that is impossible."""
+def run(options: argparse.Namespace) -> int:
+    """Replay; return the exit code.
+
+    Raises ValueError, OSError or MissingPackageError when that is impossible.
+    """
     given: dict[str, Any] = read_parameters(options.params, options.node) if options.params else {}
     given |= dict(parse_assignment(text) for text in options.parameters)
-    chosen = setup(given)
-    compared = None
-    if options.compare != NONE:
-        asked = parse_assignment(options.compare) if options.compare else None
-        compared = alternative(chosen, given, asked)
+    first, *others = options.recordings
     source = Source(
-        options.recording,
+        first,
         columns=_pairs('--column', options.columns),
         period=options.period,
         topics=_pairs('--topic', options.topics),
         node=options.node,
     )
+    where = Where(options.jobs, options.scheduler)
+    if others or options.vary or not where.here:
+        return study(options, given, source, where)
+    single(options, given, source)
+    return 0
+
+
+def single(options: argparse.Namespace, given: Mapping[str, Any], source: Source) -> None:
+    """Replay one recording; raises as `run` does."""
+    chosen = setup(given)
+    compared = None
+    if options.compare != NONE:
+        asked = parse_assignment(options.compare) if options.compare else None
+        compared = alternative(chosen, given, asked)
     recording = open_recording(source, chosen)
-    name = options.recording.resolve().name
-    folder = options.output or options.recording.resolve().with_name(f'{name}_replay')
+    name = source.path.resolve().name
+    folder = options.output or source.path.resolve().with_name(f'{name}_replay')
     _make_room(folder, options.force)
     for remark in (*chosen.remarks, *recording.remarks):
         print(f'replay: {one_line(remark)}', file=sys.stderr)
@@ -173,10 +187,12 @@ def _parser() -> argparse.ArgumentParser:
     parser = argparse.ArgumentParser(
         prog='replay',
         description='Runs the estimator over a recording, faster than real time, and writes its '
-        'estimates, a summary and pictures. Same recording, parameters and seed: same estimates.',
+        'estimates, a summary and pictures. Same recording, parameters and seed: same estimates. '
+        'Several recordings, or variants of the parameters, are a study: one table, one summary.',
     )
     add = parser.add_argument
-    add('recording', type=Path, help='a bag (folder, .mcap, .db3) or a table (.csv, .tsv, .txt)')
+    add('recordings', type=Path, nargs='+', metavar='RECORDING',
+        help='a bag (folder, .mcap, .db3) or a table (.csv, .tsv, .txt)')  # fmt: skip
     add('--params', type=Path, metavar='FILE', help="the estimator's ROS parameter file")
     add(
         '-p',
@@ -191,7 +207,9 @@ def _parser() -> argparse.ArgumentParser:
         default='/estimator',
         help='whose parameters count, by its full name (default: %(default)s)',
     )
-    add('--output', type=Path, metavar='DIR', help='default: RECORDING_replay')
+    add(
+        '--output', type=Path, metavar='DIR', help=f'default: RECORDING_replay, {STUDY} for a study'
+    )
     add('--force', action='store_true', help='overwrite what an earlier replay wrote there')
     add(
         '--topic',
@@ -218,4 +236,5 @@ def _parser() -> argparse.ArgumentParser:
     )
     add('--deadline', action='store_true', help='end each solve at the parameter deadline, as the '
         'node does; what comes out then depends on the machine')  # fmt: skip
+    add_options(parser)
     return parser

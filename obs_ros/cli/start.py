@@ -28,7 +28,7 @@ def check_model() -> int:
 
 
 def replay() -> int:
-    """Run the observer over a recording, without ROS."""
+    """Run the observer over recordings, without ROS."""
     return _run('obs_ros.cli.replay')
 
 
@@ -47,6 +47,10 @@ def _run(module: str) -> int:
     # Importing ROS takes seconds; until it handles signals there is nothing to clean up.
     for number in (signal.SIGINT, signal.SIGTERM):
         signal.signal(number, lambda *_: os._exit(0))
+    # The bits of long sums depend on the number of threads of linear algebra: one, on any machine,
+    # in nodes, replays and their workers alike. It is read when NumPy is loaded.
+    for library in ('OPENBLAS', 'OMP', 'MKL'):
+        os.environ.setdefault(f'{library}_NUM_THREADS', '1')
     # NumPy's and SciPy's of numbers that are not finite: an estimate says so itself.
     warnings.simplefilter('ignore', RuntimeWarning)
     return int(importlib.import_module(module).main())

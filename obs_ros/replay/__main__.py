@@ -2,7 +2,7 @@
 
 import sys
 
-from obs_ros.cli.replay import main
+from obs_ros.cli.start import replay
 
 if __name__ == '__main__':
-    sys.exit(main())
+    sys.exit(replay())

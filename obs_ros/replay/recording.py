@@ -51,12 +51,6 @@ def open_recording(source: Source, chosen: Setup) -> Recording:
     MissingPackageError for a bag without the package that reads it.
     """
     path = source.path
-    if not path.exists():
-        there = [each.name for each in path.parent.iterdir()] if path.parent.is_dir() else []
-        hint = suggest(path.name, there)
-        raise FileNotFoundError(
-            f'{path} does not exist' + (f': {hint}' if hint.startswith('did') else '')
-        )
     check_file(path)
     if path.is_dir() or path.suffix in BAG_SUFFIXES:
         if source.columns or source.period is not None:
@@ -78,6 +72,15 @@ def open_recording(source: Source, chosen: Setup) -> Recording:
 
 
 def check_file(path: Path) -> None:
-    """Raise ValueError for what is neither file nor folder: it may be read only once, or never."""
-    if path.exists() and not (path.is_file() or path.is_dir()):
+    """Raise ValueError for what is neither file nor folder: it may be read only once, or never.
+
+    Raises FileNotFoundError for what is not there, naming what may be meant.
+    """
+    if not path.exists():
+        there = [each.name for each in path.parent.iterdir()] if path.parent.is_dir() else []
+        hint = suggest(path.name, there)
+        raise FileNotFoundError(
+            f'{path} does not exist' + (f': {hint}' if hint.startswith('did') else '')
+        )
+    if not (path.is_file() or path.is_dir()):
         raise ValueError(f'{path} is a pipe or a device: copy what it gives into a file first')

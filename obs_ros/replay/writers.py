@@ -25,36 +25,52 @@ def table_writer(path: Path, model: Model) -> Iterator[Take]:
     Behind the values stand standard deviations and the ends of 95 % intervals.
     Numbers are written so that they are read back bit by bit.
     """
-    unknowns, outputs = names(model.variables), names(model.outputs)
-    header = [
-        't', 'stamp_ns', 't0', 'outcome', *unknowns, *(f'{name}_stddev' for name in unknowns),
-        *(f'{name}_lower' for name in unknowns), *(f'{name}_upper' for name in unknowns),
-        *(f'residual_rms.{name}' for name in outputs), 'residual_rms', 'cost', 'skipped', 'jumps',
-        'message',
-    ]  # fmt: skip
     with path.open('w', newline='', encoding='utf-8') as file:
         rows = csv.writer(file, lineterminator='\n')
-        rows.writerow(header)
+        rows.writerow(columns(model))
 
         def take(estimate: Estimate, skipped: int) -> None:
-            values = {**estimate.state, **estimate.parameters}
-            ends = [estimate.interval.get(name, UNKNOWN) for name in unknowns]
-            numbers = (
-                *(values[name] for name in unknowns),
-                *(estimate.stddev.get(name, np.nan) for name in unknowns),
-                *(low for low, _ in ends),
-                *(high for _, high in ends),
-                *(estimate.output_rms.get(name, np.nan) for name in outputs),
-                estimate.residual_rms,
-                estimate.cost,
-            )
-            rows.writerow([
-                repr(estimate.t1), estimate.stamp, repr(estimate.t0), estimate.outcome.value,
-                *(repr(float(number)) for number in numbers), skipped,
-                '; '.join(str(jump) for jump in estimate.jumps if jump.new), estimate.message,
-            ])  # fmt: skip
+            rows.writerow(map(written, row(estimate, model, skipped)))
 
         yield take
+
+
+def columns(model: Model) -> dict[str, type]:
+    """Return the columns of a table of estimates, each with the type of its cells."""
+    unknowns = names(model.variables)
+    return {
+        't': float, 'stamp_ns': int, 't0': float, 'outcome': str,
+        **dict.fromkeys(unknowns, float),
+        **{f'{name}_{part}': float for part in ('stddev', 'lower', 'upper') for name in unknowns},
+        **{f'residual_rms.{name}': float for name in names(model.outputs)},
+        'residual_rms': float, 'cost': float, 'skipped': int, 'jumps': str, 'message': str,
+    }  # fmt: skip
+
+
+def row(estimate: Estimate, model: Model, skipped: int) -> list[float | int | str]:
+    """Return the cells of an estimate, one for each of the `columns`."""
+    unknowns = names(model.variables)
+    values = {**estimate.state, **estimate.parameters}
+    ends = [estimate.interval.get(name, UNKNOWN) for name in unknowns]
+    numbers = (
+        *(values[name] for name in unknowns),
+        *(estimate.stddev.get(name, np.nan) for name in unknowns),
+        *(low for low, _ in ends),
+        *(high for _, high in ends),
+        *(estimate.output_rms.get(name, np.nan) for name in names(model.outputs)),
+        estimate.residual_rms,
+        estimate.cost,
+    )
+    return [
+        float(estimate.t1), estimate.stamp or 0, float(estimate.t0), estimate.outcome.value,
+        *map(float, numbers), skipped, '; '.join(str(jump) for jump in estimate.jumps if jump.new),
+        estimate.message,
+    ]  # fmt: skip
+
+
+def written(cell: float | int | str) -> str:
+    """Return a cell as text, a number so that it is read back bit by bit."""
+    return cell if isinstance(cell, str) else repr(cell)
 
 
 @contextmanager

@@ -3,7 +3,7 @@
 import pytest
 
 from benchmarks.runner import ROOT, monte_carlo
-from benchmarks.trees import Tree
+from benchmarks.trees import Tree, called_in
 
 MARK = "__import__('obs_ros').MARK"
 
@@ -16,9 +16,10 @@ def test_a_call_uses_the_package_of_the_tree_and_these_benchmarks(tmp_path):
         assert tree.call(eval, MARK) == 7
         home = tree.call(eval, "__import__('benchmarks').__file__")
         assert home == str(ROOT / 'benchmarks' / '__init__.py')
-        assert tree.call(monte_carlo, eval, {'all': [(MARK,)] * 2}, 'marks') == {'all': [7, 7]}
         with pytest.raises(RuntimeError, match='ZeroDivisionError'):
             tree.call(divmod, 1, 0)
         assert tree.call(divmod, 7, 2) == (3, 1)  # it lives on
+    runs = {'all': [(tmp_path, eval, MARK)] * 2}
+    assert monte_carlo(called_in, runs, 'marks') == {'all': [7, 7]}
     with pytest.raises(FileNotFoundError, match='give a source tree'):
         Tree(tmp_path / 'obs_ros')

@@ -8,7 +8,7 @@ from benchmarks.runner import monte_carlo
 from benchmarks.sequence.jumps_elsewhere.cost import Timed, compare
 from benchmarks.sequence.jumps_elsewhere.follow import Followed, followed
 from benchmarks.sequence.jumps_elsewhere.scenes import CLEAN, JUMP, KINDS, PLANTS, Scene
-from benchmarks.trees import Tree
+from benchmarks.trees import Tree, called_in
 
 RUNS, WINDOWS = 40, 20
 TIMED = 6  # runs of each plant, at most
@@ -59,7 +59,7 @@ def carried_out(chosen: Mapping[Cell, Sequence[Scene]], other: Path | None) -> M
     shared = {cell: scenes for cell, scenes in chosen.items() if cell.kind in (CLEAN, JUMP)}
     with Tree(other) as tree:
         tree.call(compile_all, shared)
-        theirs = tree.call(solved_by, shared, 'by the other tree')
+    theirs = solved_by(shared, 'by the other tree', other)
     timed = [
         scene
         for cell, scenes in shared.items()
@@ -69,10 +69,13 @@ def carried_out(chosen: Mapping[Cell, Sequence[Scene]], other: Path | None) -> M
     return Measured(cells, theirs, compare(timed, other))
 
 
-def solved_by(chosen: Mapping[Cell, Sequence[Scene]], label: str) -> dict[Cell, list[Followed]]:
-    """Solve the scenes in the source tree of this process."""
-    runs = {cell: [(scene,) for scene in scenes] for cell, scenes in chosen.items()}
-    return monte_carlo(followed, runs, label)
+def solved_by(
+    chosen: Mapping[Cell, Sequence[Scene]], label: str, other: Path | None = None
+) -> dict[Cell, list[Followed]]:
+    """Solve the scenes by the package of this source tree, or of another one."""
+    work, before = (followed, ()) if other is None else (called_in, (other, followed))
+    runs = {cell: [(*before, scene) for scene in scenes] for cell, scenes in chosen.items()}
+    return monte_carlo(work, runs, label)
 
 
 def compile_all(chosen: Mapping[Cell, Sequence[Scene]]) -> None:

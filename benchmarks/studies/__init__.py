@@ -1,0 +1,1 @@
+"""Studies on two processes of Dask, beside two bare processes and one."""
