@@ -58,9 +58,9 @@ class Meter:
         found = self._timed(lambda: self.kernels.grams(grid, nodes, x0, p, width))
         return self._counted(found, grid, x0.shape[1], nodes)
 
-    def trajectories(self, grid: Grid, x0: Array, p: Array) -> tuple[Array, Array]:
+    def trajectories(self, grid: Grid, x0: Array, p: Array, width: int = 1) -> tuple[Array, Array]:
         """See `Kernels.trajectories`."""
-        found = self._timed(lambda: self.kernels.trajectories(grid, x0, p))
+        found = self._timed(lambda: self.kernels.trajectories(grid, x0, p, width))
         return self._counted(found, grid, x0.shape[1])
 
     def paths(self, grid: Grid, x0: Array, p: Array) -> tuple[Array, Array, Array]:
@@ -85,10 +85,15 @@ class Meter:
         return self._counted(found, grid, 1 + found[0].shape[2])
 
     def scheduled(
-        self, grid: Grid, x0: Array, p: Array, along: IntArray, there: IntArray
+        self, grid: Grid, x0: Array, p: Array, along: IntArray, there: IntArray, width: int = 1
     ) -> tuple[Array, Array]:
         """See `Kernels.scheduled`."""
-        found = self._timed(lambda: self.kernels.scheduled(grid, x0, p, along, there))
+        found = self._timed(lambda: self.kernels.scheduled(grid, x0, p, along, there, width))
+        return self._counted(found, grid, x0.shape[1])
+
+    def counts(self, grid: Grid, x0: Array, p: Array) -> IntArray:
+        """See `Kernels.counts`."""
+        found = self._timed(lambda: self.kernels.counts(grid, x0, p))
         return self._counted(found, grid, x0.shape[1])
 
     def restarted(self, grid: Grid, states: Array, p: Array) -> Array:

@@ -54,7 +54,7 @@ def noise_of(window: WindowState, residuals: Array | None = None) -> Array:
     if residuals is not None and objective.is_least_squares:
         sizes = root_mean_square(residuals)
         if window.noise_known:
-            sizes = np.maximum(1.0, np.sqrt(np.nanmean(residuals**2)))
+            sizes = np.maximum(1.0, root_mean_square(residuals.reshape(-1, 1)))
         scale = scale * np.where(np.isfinite(sizes) & (sizes > 0.0), sizes, 1.0)
     if (scale > FLOOR.share * np.abs(grid.y).max(axis=0)).all():  # which exceeds any deviation
         return np.asarray(scale)
