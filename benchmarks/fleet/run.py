@@ -179,6 +179,17 @@ class Senders:
                 raise TimeoutError(f'not every plant is ready within {timeout:g} s')
             self.spin(0.2)
 
+    def settle(self, longest: float = 60.0) -> None:
+        """Hear on until the diagnostics tell nothing new: all is read, and the last windows solved.
+
+        What was slow is told by the latencies; what was lost never comes.
+        """
+        end, before, now = time.monotonic() + longest, [-1], [0]
+        while now != before and time.monotonic() < end:
+            self.spin(3.0)
+            figures = 'input.received', 'output.received', 'published', 'withheld', 'skipped'
+            before, now = now, [self.total(figure) for figure in figures]
+
     def of(self, plant: str) -> dict[str, str]:
         """Return the figures of a plant's estimator."""
         return self.figures.get(f'{plant}/estimator', {})
@@ -245,7 +256,7 @@ def measured(load: Load, domain: int) -> Measured:
             for name, each in fleets.running.items()
         }
         shares['senders'] = (time.process_time() - own) / wall
-        senders.spin(4.0)  # until the last windows are solved, and the diagnostics say so
+        senders.settle()
         most = {n: max(most[n], now) for n, now in fleets.memory().items()}
         most['senders'] = memory('self')
         return Measured(
