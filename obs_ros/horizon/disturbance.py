@@ -15,7 +15,6 @@ from obs_ros.inference.assessment.structure import structure_of
 from obs_ros.inference.assessment.uncertainty import AtEnd, Uncertainty
 from obs_ros.inference.disturbed import (
     Disturbed,
-    criterion_of,
     disturbed,
     with_given_walks,
     with_known_noise,
@@ -24,7 +23,7 @@ from obs_ros.inference.jumps.hypothesis import Hypothesis, hypothesis_at
 from obs_ros.inference.jumps.piecewise import PiecewiseProblem
 from obs_ros.inference.outliers import first_far, left_out, outliers_in
 from obs_ros.inference.process_noise import ProcessNoise, ProcessNoiseMode
-from obs_ros.inference.window_state import WindowState
+from obs_ros.inference.window_state import WindowState, criterion_of
 from obs_ros.integration.smoother import smoothed
 from obs_ros.optimization.acceptance import Acceptance
 from obs_ros.optimization.result import Found

@@ -14,9 +14,9 @@ from obs_ros.core.record import Sample
 from obs_ros.core.typing import Array
 from obs_ros.horizon.propagation import Interval, Propagation, Start, prepare, propagation
 from obs_ros.inference.assessment.identifiability import undetermined_states
-from obs_ros.inference.disturbed import estimated_parameters
 from obs_ros.inference.innovation_gate import INNOVATION_GATE, InnovationGateSettings
 from obs_ros.inference.parameterisation import Unknowns
+from obs_ros.inference.process_noise import estimated_parameters
 from obs_ros.integration.backends import Backend
 from obs_ros.integration.path import own
 from obs_ros.samples.delay_line import Shifts

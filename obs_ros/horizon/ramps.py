@@ -17,11 +17,11 @@ from obs_ros.core.deadline import Deadline
 from obs_ros.core.typing import Array, IntArray
 from obs_ros.horizon.disturbance import DisturbedWindow
 from obs_ros.inference.assessment.uncertainty import Uncertainty
-from obs_ros.inference.disturbed import Disturbed, criterion_of, with_walk_of
+from obs_ros.inference.disturbed import Disturbed, with_walk_of
 from obs_ros.inference.jumps.hypothesis import Hypothesis, hypothesis_at
 from obs_ros.inference.jumps.piecewise import PiecewiseProblem
 from obs_ros.inference.process_noise import ProcessNoise
-from obs_ros.inference.window_state import WindowState
+from obs_ros.inference.window_state import WindowState, criterion_of
 from obs_ros.optimization.result import Found
 
 

@@ -12,6 +12,7 @@ from obs_ros.inference.parameterisation import Unknowns
 from obs_ros.inference.process_noise import (
     SETTINGS,
     ProcessNoise,
+    estimated_parameters,
     first_guess,
     groups_of,
     least_noise,
@@ -169,12 +170,6 @@ def disturbed_at(window: WindowState, z: Array, noise: ProcessNoise) -> Disturbe
     return Disturbed(corrected(window, found), z, noise, criterion, found)
 
 
-def criterion_of(window: WindowState, cost: float) -> float:
-    """Return the criterion of a window at a cost, squares and penalties in units of its scales."""
-    weight = window.objective.grid.weight
-    return cost - 2.0 * float(np.sum(np.log(weight, where=weight > 0.0, out=np.zeros_like(weight))))
-
-
 def _alternated(
     window: WindowState,
     z: Array,
@@ -259,11 +254,6 @@ def _restricted(
     if renewed is None or renewed.criterion > best.criterion + worse:
         return best
     return renewed
-
-
-def estimated_parameters(unknowns: Unknowns) -> IntArray:
-    """Return which of the model's q parameters are estimated."""
-    return np.asarray(unknowns.index[unknowns.n_states :] - len(unknowns.model.states))
 
 
 def filtered(

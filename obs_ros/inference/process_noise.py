@@ -232,3 +232,8 @@ def most_likely(
     )
     walks, noise = noises(solved.x[:, None])
     return ProcessNoise(walks[:, 0], noise[:, 0])
+
+
+def estimated_parameters(unknowns: Unknowns) -> IntArray:
+    """Return which of the model's q parameters are estimated."""
+    return np.asarray(unknowns.index[unknowns.n_states :] - len(unknowns.model.states))

@@ -76,3 +76,9 @@ class WindowState:
         record = self.record.with_outputs(np.where(samples, np.nan, self.record.y))
         objective = replace(self.objective, grid=self.objective.grid.without(samples))
         return replace(self, record=record, objective=objective)
+
+
+def criterion_of(window: WindowState, cost: float) -> float:
+    """Return the criterion of a window at a cost, squares and penalties in units of its scales."""
+    weight = window.objective.grid.weight
+    return cost - 2.0 * float(np.sum(np.log(weight, where=weight > 0.0, out=np.zeros_like(weight))))

@@ -6,6 +6,7 @@ import pytest
 from obs_ros.core.linear_algebra import (
     cholesky,
     eigen,
+    inverse_and_log_determinant,
     inverted,
     log_determinant,
     projected_out,
@@ -67,3 +68,12 @@ def test_the_logarithm_of_a_determinant() -> None:
     assert log_determinant(MATRIX) == pytest.approx(np.log(3.0))
     assert log_determinant(np.zeros((2, 2))) == -np.inf
     assert np.isnan(log_determinant(MATRIX * np.nan))
+
+
+@pytest.mark.parametrize('least', [0.5, 1e-9])
+def test_inverse_and_determinant_are_those_of_each_alone(least: float) -> None:
+    matrix = np.array([[1.0, 1.0 - least], [1.0 - least, 1.0]])
+    inverse, found = inverse_and_log_determinant(matrix)
+    np.testing.assert_array_equal(inverse, scaled_inverse(matrix))
+    assert found == log_determinant(matrix)
+    assert found == pytest.approx(np.log(least * (2.0 - least)), rel=1e-6)

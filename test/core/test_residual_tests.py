@@ -11,6 +11,7 @@ from obs_ros.core.residual_tests import (
     inflation,
     is_white,
     like_noise,
+    squares_of,
     too_small,
     whiteness,
 )
@@ -131,3 +132,8 @@ def test_few_values_or_none_change_as_they_like() -> None:
     assert not changes_slowly(np.linspace(-1.0, 1.0, 12)[:, None])
     assert not changes_slowly(np.full((100, 1), np.nan))
     assert not changes_slowly(np.zeros((100, 1)))
+
+
+def test_squares_of_what_was_measured_are_summed_by_output() -> None:
+    counts, squares = squares_of(np.array([[1.0, NAN], [2.0, 3.0], [NAN, np.inf]]))
+    assert counts.tolist() == [2, 1] and squares.tolist() == [5.0, np.inf]

@@ -11,7 +11,6 @@ from obs_ros import Model, Record, Variable
 from obs_ros.core.deadline import Deadline
 from obs_ros.core.typing import Array
 from obs_ros.inference.disturbed import (
-    criterion_of,
     disturbed,
     filtered,
     is_lost,
@@ -19,7 +18,7 @@ from obs_ros.inference.disturbed import (
 )
 from obs_ros.inference.prior import Prior
 from obs_ros.inference.process_noise import SETTINGS, ProcessNoise
-from obs_ros.inference.window_state import WindowState
+from obs_ros.inference.window_state import WindowState, criterion_of
 from obs_ros.optimization.levenberg_marquardt import levenberg_marquardt
 
 INTERVAL, SIGMA = 0.1, 0.02

@@ -21,7 +21,13 @@ from jump_windows import (
 )
 from plants import integrator_design
 
-from obs_ros.inference.jumps.screening import at_nodes, screen, screen_earlier, widened
+from obs_ros.inference.jumps.screening import (
+    at_nodes,
+    screen,
+    screen_earlier,
+    time_averages,
+    widened,
+)
 from obs_ros.inference.prior import Prior
 
 
@@ -107,3 +113,11 @@ def test_widened_it_keeps_what_is_given() -> None:
     unknowns = still(record()).problem.objective.unknowns
     given = replace(TIGHT, given=np.array([0.0, 50.0, 0.0]))
     np.testing.assert_array_equal(widened(given, unknowns, DRIFT).given, given.given)
+
+
+def test_a_gain_counts_by_the_share_of_the_window_in_which_a_jump_has_it() -> None:
+    gains = np.array([[8.0, -np.inf, 2e3], [0.0, -np.inf, 0.0], [0.0, -np.inf, 0.0]])
+    found = time_averages(np.array([0.0, 0.5, 0.75]), gains)
+    expected = 2.0 * np.log(0.5 * np.exp(4.0) + 0.5)
+    np.testing.assert_allclose(found[[0, 2]], [expected, 2e3 + 2.0 * np.log(0.5)])
+    assert found[1] < -1e300
