@@ -145,10 +145,13 @@ def _study(plan: Plan, folder: Path, *options: str) -> subprocess.Popen[bytes]:
 
 
 def _python(*words: str) -> subprocess.Popen[bytes]:
-    """Start a module as a group of its own, with one thread of linear algebra."""
+    """Start a module as a group of its own, with one thread of linear algebra.
+
+    All are of one session: the kernel shares processors among sessions first.
+    """
     return subprocess.Popen(
         [sys.executable, '-m', *words], cwd=ROOT, stdout=subprocess.DEVNULL,
-        stderr=subprocess.DEVNULL, start_new_session=True,
+        stderr=subprocess.DEVNULL, process_group=0,
         env={**os.environ, 'OPENBLAS_NUM_THREADS': '1', 'PYTHONPATH': str(ROOT)},
     )  # fmt: skip
 
