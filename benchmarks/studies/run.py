@@ -27,7 +27,7 @@ ONE, TWO = f'one {BARE} process', f'two {BARE} processes'
 ALONE, LOCAL, REMOTE = f'{STUDY}, one process', f'{STUDY}, {JOBS} 2', f'{STUDY}, {SCHEDULER}'
 WAYS = (ONE, TWO, ALONE, LOCAL, REMOTE)
 LOOK = 0.02  # s between two looks at what a process has done
-PATIENCE = 60.0  # s for a scheduler to start
+PATIENCE = 60.0  # s for a scheduler to start, or to end
 
 
 class Course(NamedTuple):
@@ -169,7 +169,10 @@ def _cluster(folder: Path) -> Iterator[str]:
     finally:
         for process in reversed(started):
             process.terminate()
-            process.wait()
+            try:
+                process.wait(PATIENCE)
+            except subprocess.TimeoutExpired:
+                process.kill()
 
 
 def _wait(process: subprocess.Popen[bytes]) -> None:
