@@ -27,7 +27,7 @@ ONE, TWO = f'one {BARE} process', f'two {BARE} processes'
 ALONE, LOCAL, REMOTE = f'{STUDY}, one process', f'{STUDY}, {JOBS} 2', f'{STUDY}, {SCHEDULER}'
 WAYS = (ONE, TWO, ALONE, LOCAL, REMOTE)
 LOOK = 0.02  # s between two looks at what a process has done
-PATIENCE = 60.0  # s for a scheduler to start
+PATIENCE = 60.0  # s for a scheduler to start, or to end
 
 
 class Course(NamedTuple):
@@ -145,10 +145,13 @@ def _study(plan: Plan, folder: Path, *options: str) -> subprocess.Popen[bytes]:
 
 
 def _python(*words: str) -> subprocess.Popen[bytes]:
-    """Start a module as a group of its own, with one thread of linear algebra."""
+    """Start a module as a group of its own, with one thread of linear algebra.
+
+    All are of one session: the kernel shares processors among sessions first.
+    """
     return subprocess.Popen(
         [sys.executable, '-m', *words], cwd=ROOT, stdout=subprocess.DEVNULL,
-        stderr=subprocess.DEVNULL, start_new_session=True,
+        stderr=subprocess.DEVNULL, process_group=0,
         env={**os.environ, 'OPENBLAS_NUM_THREADS': '1', 'PYTHONPATH': str(ROOT)},
     )  # fmt: skip
 
@@ -166,7 +169,10 @@ def _cluster(folder: Path) -> Iterator[str]:
     finally:
         for process in reversed(started):
             process.terminate()
-            process.wait()
+            try:
+                process.wait(PATIENCE)
+            except subprocess.TimeoutExpired:
+                process.kill()
 
 
 def _wait(process: subprocess.Popen[bytes]) -> None:
