@@ -37,14 +37,16 @@ def inlined(text: str) -> str:
 
 
 def needed(tree: ast.Module) -> list[ast.stmt]:
-    """Return the statements of a module without those functions, but `entry`, that none calls."""
-    entries = {id(each) for each in functions(tree, 'entry')}
-    helpers = {
-        each.name: each
-        for each in tree.body
-        if isinstance(each, ast.FunctionDef) and id(each) not in entries
-    }
-    kept = [each for each in tree.body if id(each) not in {*map(id, helpers.values())}]
+    """Return a module's statements without the functions, but `entry`, that nothing calls."""
+    entries = {each.name for each in functions(tree, 'entry')}
+    helpers: dict[str, ast.stmt] = {}
+    for each in tree.body:
+        if isinstance(each, ast.FunctionDef) and each.name not in entries:
+            helpers[each.name] = each
+        elif isinstance(each, ast.Assign) and isinstance(each.value, ast.Name):
+            helpers[ast.unparse(each.targets[0])] = each  # another name of a function
+    left_out = {*map(id, helpers.values())}
+    kept = [each for each in tree.body if id(each) not in left_out]
     for each in kept:
         names = {part.id for part in ast.walk(each) if isinstance(part, ast.Name)}
         kept += [helpers.pop(name) for name in names & helpers.keys()]
