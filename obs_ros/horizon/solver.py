@@ -107,6 +107,15 @@ class Solver:
         """The model's rollouts, each compiled at its first call, which may take a second."""
         return kernels_for(self.model, self.settings.backend)
 
+    @cached_property
+    def likely_kernels(self) -> list[Kernels]:
+        """The rollouts by all methods that a window is likely to need."""
+        if self.model.integrator != 'auto' or not may_be_stiff(self.model):
+            return [self.kernels]
+        return [
+            self.kernels, kernels_for(by_method(self.model, IMPLICIT), self.settings.backend)
+        ]  # fmt: skip
+
     @np.errstate(all='ignore')
     def prepare(self, *, process_noise: bool = True) -> float:
         """Compile what every window needs, and what `process_noise` does; return the seconds.
@@ -122,10 +131,8 @@ class Solver:
 
     def needed(self) -> Iterator[None]:
         """Compile, one thing at a time, what every window needs."""
-        yield from rollouts_rehearsed(self.kernels)
-        if self.model.integrator == 'auto' and may_be_stiff(self.model):
-            implicit = by_method(self.model, IMPLICIT)
-            yield from rollouts_rehearsed(kernels_for(implicit, self.settings.backend))
+        for kernels in self.likely_kernels:
+            yield from rollouts_rehearsed(kernels)
         self.unknowns.prepare()
         for module in LOOPS:
             module.prepare()
@@ -137,7 +144,8 @@ class Solver:
         yield
         schedule.prepare()
         yield
-        yield from jumps_rehearsed(self.kernels)
+        for kernels in self.likely_kernels:
+            yield from jumps_rehearsed(kernels)
         if self.settings.process_noise != 'off':
             yield from process_noise_rehearsed(self.kernels, self.unknowns)
 
