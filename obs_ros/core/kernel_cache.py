@@ -173,8 +173,8 @@ def make_known(called: list[str], target: Any) -> None:
     Few ask for more than memory. All that Numba can compile, which it takes a third of a second to
     import, is only loaded for those that do.
     """
-    from llvmlite.binding import address_of_symbol
-    from numba.core.runtime import rtsys
+    from llvmlite.binding import address_of_symbol  # type: ignore[import-untyped]
+    from numba.core.runtime.nrt import rtsys
 
     rtsys.initialize(target)
     if not all(map(address_of_symbol, called)):

@@ -234,11 +234,10 @@ def of_ufunc(ufunc: Any) -> Callable[..., Any]:
 
 def _of_scipy(value: Any) -> Callable[..., Any] | None:
     """Return the substitute of a function of scipy.special; whoever uses that has imported it."""
-    special = sys.modules.get('scipy.special')
-    for name in _SPECIAL.values():
-        if value is getattr(special, name, special):
-            return _special(value, name)
-    return None
+    special: Any = sys.modules.get('scipy.special')
+    names = (name for name in _SPECIAL.values() if getattr(special, name, None) is value)
+    found = next(names, None)
+    return None if value is None or found is None else _special(value, found)
 
 
 def substitute(value: Any) -> Any:

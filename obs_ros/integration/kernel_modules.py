@@ -44,7 +44,7 @@ def load_module(
         if isinstance(function := plain(getattr(model, kind)), PerCandidate):
             raise ValueError(f'{kind}: {function.reason}')
     text = source(model) if text is None else text
-    twins = *SELECTS.values(), *SPECIAL.values()
+    twins: list[Callable[..., Any]] = [*SELECTS.values(), *SPECIAL.values()]
     functions = model.dynamics, model.output, *twins, *made_for(model).values()
     called = '' if base is None else base.__name__
     name = f'obs_ros_kernels_{fingerprint(text + called, inlined, *functions)}'
