@@ -91,12 +91,6 @@ def _factored_looped(matrix: Array) -> tuple[Array, float, bool]:
 factored = unhurried(_factored_looped, _factored_on_arrays)
 
 
-@functools.cache
-def prepare() -> None:
-    """Compile what is above, or load it compiled."""
-    factored(np.ones((1, 1)))
-
-
 def scaled_inverse(information: Array) -> Array:
     """Return the inverse of a positive definite matrix (D, D), also where scales differ wildly."""
     inverse, _, sound = factored(np.ascontiguousarray(information))
@@ -148,6 +142,13 @@ def _cholesky_looped(matrix: Array) -> Array:
 
 
 cholesky = accelerated(_cholesky_looped, _cholesky_on_arrays)
+
+
+@functools.cache
+def prepare() -> None:
+    """Compile what is above, or load it compiled."""
+    factored(np.ones((1, 1)))
+    cholesky(np.ones((1, 1)))
 
 
 def log_determinant(matrix: Array) -> float:

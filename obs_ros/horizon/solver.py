@@ -34,7 +34,7 @@ from obs_ros.horizon.stepping import Integration
 from obs_ros.horizon.unsolvable import TooFewSamples, Unsolvable, check_steps
 from obs_ros.horizon.warm_start import propagated
 from obs_ros.inference import objective
-from obs_ros.inference.assessment import profile_steps
+from obs_ros.inference.assessment import informed_subspace, profile_steps
 from obs_ros.inference.assessment.assemble import empty
 from obs_ros.inference.disturbed import process_noise_rehearsed
 from obs_ros.inference.jumps import linearisation, schedule, screening
@@ -112,9 +112,8 @@ class Solver:
         """The rollouts by all methods that a window is likely to need."""
         if self.model.integrator != 'auto' or not may_be_stiff(self.model):
             return [self.kernels]
-        return [
-            self.kernels, kernels_for(by_method(self.model, IMPLICIT), self.settings.backend)
-        ]  # fmt: skip
+        implicit = by_method(self.model, IMPLICIT)
+        return [self.kernels, kernels_for(implicit, self.settings.backend)]
 
     @np.errstate(all='ignore')
     def prepare(self, *, process_noise: bool = True) -> float:
@@ -134,16 +133,15 @@ class Solver:
         for kernels in self.likely_kernels:
             yield from rollouts_rehearsed(kernels)
         self.unknowns.prepare()
-        for module in LOOPS:
+        for module in (*LOOPS, informed_subspace):
             module.prepare()
         yield
 
     def rehearsed(self) -> Iterator[None]:
         """Compile, one thing at a time, what only some windows need."""
-        screening.prepare()
-        yield
-        schedule.prepare()
-        yield
+        for module in (screening, schedule):
+            module.prepare()
+            yield
         for kernels in self.likely_kernels:
             yield from jumps_rehearsed(kernels)
         if self.settings.process_noise != 'off':
