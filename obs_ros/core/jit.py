@@ -91,6 +91,11 @@ class Unhurried:
         """The type by which compiled callers know it."""
         return self.compiled._numba_type_
 
+    @property
+    def signatures(self) -> list[Any]:
+        """The types of arguments that it is compiled for."""
+        return list(self.compiled.signatures)
+
     def compile(self, signature: Any) -> Any:
         """Return the code for arguments of these types."""
         return self.compiled.compile(signature)

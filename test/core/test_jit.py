@@ -52,7 +52,7 @@ def grown(values: Any, factor: float) -> Any:
 
 
 def signatures(function: Any) -> int:
-    return len(function.compiled.signatures)
+    return len(function.signatures)
 
 
 def test_a_loop_is_interpreted_until_that_has_taken_its_time_and_the_bits_stay(

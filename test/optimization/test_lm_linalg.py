@@ -95,9 +95,7 @@ def test_everything_is_compiled_before_the_clock_starts() -> None:
         parameterisation._perturbed,
     )
     Solver.of(load_model('three_tank')).prepare()
-    compiled = [
-        set(function.compiled.signatures) for function in functions
-    ]  # others' tests may add some
+    compiled = [set(function.signatures) for function in functions]  # others' tests may add some
     for options in (
         {},
         {'bounds': {'p1': (0.0, np.inf)}},
@@ -105,4 +103,4 @@ def test_everything_is_compiled_before_the_clock_starts() -> None:
     ):
         fixed = {'h1': 50.0, 'h2': 40.0} if 'states' in options else None
         solve_window('three_tank', tank_record(), fixed=fixed, deadline=1.0, **options)
-    assert [set(function.compiled.signatures) for function in functions] == compiled
+    assert [set(function.signatures) for function in functions] == compiled
