@@ -39,10 +39,12 @@ def starts_of(rounds: int) -> Mapping[str, Sequence[Start]]:
 
 def started(command: Sequence[str], cache: Path) -> Start:
     """Run a new process to its end and return its seconds."""
+    environment = {**os.environ, 'OBS_ROS_CACHE': str(cache)}
+    environment.pop('PYTHONDONTWRITEBYTECODE', None)  # byte code is there, as after installation
     before = resource.getrusage(resource.RUSAGE_CHILDREN)
     begin = time.monotonic()
     done = subprocess.run(
-        [sys.executable, *command], cwd=ROOT, env={**os.environ, 'OBS_ROS_CACHE': str(cache)},
+        [sys.executable, *command], cwd=ROOT, env=environment,
         stdout=subprocess.PIPE, text=True, check=True,
     )  # fmt: skip
     wall = time.monotonic() - begin

@@ -1,12 +1,15 @@
 """Fingerprints of functions: hashes of all that their compiled code depends on."""
 
 import dis
+import functools
 import hashlib
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterable, Iterator
 from types import CodeType, FunctionType, ModuleType
 from typing import Any
 
 import numpy as np
+
+_KINDS = {'LOAD_GLOBAL': 0, 'LOAD_NAME': 0, 'LOAD_ATTR': 1, 'LOAD_METHOD': 1}
 
 
 def fingerprint(text: str, *functions: Callable[..., Any]) -> str:
@@ -23,14 +26,14 @@ def fingerprint(text: str, *functions: Callable[..., Any]) -> str:
 
 def used_globals(function: FunctionType) -> Iterator[tuple[str, Any]]:
     """Yield name and value of every global that the function reads, in the names' order."""
-    for name in sorted(_operands(function.__code__, 'LOAD_GLOBAL', 'LOAD_NAME')):
+    for name in _names(function.__code__)[0]:
         if name in function.__globals__:
             yield name, function.__globals__[name]
 
 
-def used_attributes(function: FunctionType) -> list[str]:
+def used_attributes(function: FunctionType) -> tuple[str, ...]:
     """Return the names of all attributes that the function reads, of whatever, in order."""
-    return sorted(_operands(function.__code__, 'LOAD_ATTR', 'LOAD_METHOD'))
+    return _names(function.__code__)[1]
 
 
 def loaded(function: FunctionType) -> Iterator[Any]:
@@ -55,12 +58,16 @@ def _is_library(module: str) -> bool:
     return module.split('.')[0] in ('numpy', 'math', 'scipy', 'builtins')
 
 
-def _operands(code: CodeType, *operations: str) -> set[str]:
-    found = {step.argval for step in dis.get_instructions(code) if step.opname in operations}
-    for constant in code.co_consts:
-        if isinstance(constant, CodeType):
-            found |= _operands(constant, *operations)
-    return found
+@functools.lru_cache(maxsize=4096)  # several functions that are compiled call the same ones
+def _names(code: CodeType) -> tuple[tuple[str, ...], tuple[str, ...]]:
+    """Return the names that the code, and functions inside it, read as globals and attributes."""
+    codes, found = [code], (set[str](), set[str]())
+    for each in codes:
+        for step in dis.get_instructions(each):
+            if (kind := _KINDS.get(step.opname)) is not None:
+                found[kind].add(step.argval)
+        codes += [constant for constant in each.co_consts if isinstance(constant, CodeType)]
+    return tuple(sorted(found[0])), tuple(sorted(found[1]))
 
 
 def _hash_value(digest: Any, value: Any, seen: set[int]) -> None:
@@ -116,7 +123,9 @@ def _hash_layout(digest: Any, kind: Any) -> None:
             _hash_layout(digest, inner)
 
 
-def _hash_module(digest: Any, module: ModuleType, attributes: list[str], seen: set[int]) -> None:
+def _hash_module(
+    digest: Any, module: ModuleType, attributes: Iterable[str], seen: set[int]
+) -> None:
     """Hash what a function may use of a module, or of modules inside it, by these names."""
     reached = [module]
     for inner in reached:

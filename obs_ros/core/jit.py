@@ -1,7 +1,14 @@
 """Compile small numeric loops where Numba is installed; elsewhere they run as they are."""
 
-from collections.abc import Callable
+import contextlib
+import functools
+import threading
+import time
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass
 from typing import Any, TypeVar, cast
+
+import numpy as np
 
 from obs_ros.core.fingerprint import fingerprint
 from obs_ros.core.kernel_cache import stored
@@ -9,6 +16,18 @@ from obs_ros.core.kernel_cache import stored
 Function = TypeVar('Function', bound=Callable[..., Any])
 
 OPTIONS: dict[str, Any] = {'nogil': True, 'error_model': 'numpy'}
+
+
+@dataclass(frozen=True)
+class JitSettings:
+    """When loops are compiled that may be interpreted."""
+
+    patience: float = 0.05  # s that one is interpreted; loading it takes 0.01, compiling 0.2 to 1
+
+
+SETTINGS = JitSettings()
+_at_once: list[None] = []  # one entry for each that wants everything compiled
+_thread = threading.local()
 
 
 def accelerated(function: Function, elsewhere: Function | None = None) -> Function:
@@ -29,6 +48,79 @@ def accelerated(function: Function, elsewhere: Function | None = None) -> Functi
 
     compiled = numba.njit(**OPTIONS)(function)
     return cast(Function, stored(compiled, name, announce=lambda: None))
+
+
+def unhurried(function: Function, elsewhere: Function | None = None) -> Function:
+    """Return the function as `accelerated` does, but interpreted until that has taken a while.
+
+    A process that solves one window is through long before. Interpreted, the function has to give
+    the same bits, in whatever it returns or changes: so products stand in place of powers, and of
+    transcendental functions only those of `math`, which are those that Numba calls.
+    """
+    compiled = accelerated(function, elsewhere)
+    if not hasattr(compiled, 'py_func'):
+        return compiled
+    return cast(Function, Unhurried(compiled))
+
+
+@contextlib.contextmanager
+def at_once() -> Iterator[None]:
+    """Let every function that is called meanwhile be compiled, or loaded, and not interpreted."""
+    _at_once.append(None)
+    try:
+        yield
+    finally:
+        _at_once.pop()
+
+
+class Unhurried:
+    """A function that is interpreted at first; see `unhurried`."""
+
+    def __init__(self, compiled: Any) -> None:
+        functools.update_wrapper(self, compiled.py_func)
+        self.py_func: Callable[..., Any] = compiled.py_func
+        self.compiled = compiled
+        self._spent = 0.0  # s
+        self._run: Callable[..., Any] = self._interpreted
+
+    def __call__(self, *arguments: Any) -> Any:
+        return self._run(*arguments)
+
+    @property
+    def _numba_type_(self) -> Any:
+        """The type by which compiled callers know it."""
+        return self.compiled._numba_type_
+
+    @property
+    def signatures(self) -> list[Any]:
+        """The types of arguments that it is compiled for."""
+        return list(self.compiled.signatures)
+
+    def compile(self, signature: Any) -> Any:
+        """Return the code for arguments of these types."""
+        return self.compiled.compile(signature)
+
+    def _interpreted(self, *arguments: Any) -> Any:
+        if getattr(_thread, 'inside', False):  # a loop that is interpreted as well
+            return self.py_func(*arguments)
+        if _at_once or self._spent > SETTINGS.patience:
+            self._run = self.compiled
+            return self.compiled(*arguments)
+        begin = time.thread_time()
+        _thread.inside = True
+        try:
+            with np.errstate(all='ignore'):
+                return as_compiled(self.py_func(*arguments))
+        finally:
+            _thread.inside = False
+            self._spent += time.thread_time() - begin
+
+
+def as_compiled(result: Any) -> Any:
+    """Return a function's result in the types that compiled code returns."""
+    if isinstance(result, tuple):
+        return tuple(map(as_compiled, result))
+    return result.item() if isinstance(result, np.generic) else result
 
 
 def bound(function: Function, *arguments: Any) -> Function:

@@ -21,6 +21,7 @@ from typing import Any
 
 from obs_ros.core.deadline import uncounted
 
+FORMAT = 2  # of the files, in whose names it is
 DIGEST = hashlib.sha256().digest_size
 FOLDERS = ('obs_ros_kernels_*', 'obs_ros_accelerated_*')
 
@@ -109,7 +110,8 @@ class KernelCache:
         """Return the file of a signature (argument types), whether or not it exists."""
         import numba
 
-        key = numba.__version__, sys.version_info[:2], signature, target.codegen().magic_tuple()
+        machine = target.codegen().magic_tuple()
+        key = FORMAT, numba.__version__, sys.version_info[:2], signature, machine
         short = hashlib.sha256(repr(key).encode()).hexdigest()[:16]
         return Path(self.cache_path) / f'{self._function}-{short}.nbc'
 
@@ -118,13 +120,14 @@ class KernelCache:
         from numba.core.compiler import CompileResult
 
         rebuild: Any = CompileResult._rebuild
-        target.refresh()
         path = self.path(signature, target)
         try:
             content = path.read_bytes()
             if hashlib.sha256(content[DIGEST:]).digest() != content[:DIGEST]:
                 raise ValueError('damaged')
-            found = rebuild(target, *pickle.loads(content[DIGEST:]))
+            called, compiled = pickle.loads(content[DIGEST:])
+            make_known(called, target)
+            found = rebuild(target, *pickle.loads(compiled))
         except (FileNotFoundError, NotADirectoryError):
             return None
         except Exception as error:  # unpickling raises whatever the content makes it raise
@@ -143,7 +146,7 @@ class KernelCache:
         try:
             if compiled.library.has_dynamic_globals:
                 raise ValueError(f'{self._function} holds addresses, as of a large table')
-            content = dumps(compiled._reduce())
+            content = pickle.dumps((symbols(compiled), dumps(compiled._reduce())))
             write(path, hashlib.sha256(content).digest() + content)
             prune(path.parent.parent)
         except Exception as error:  # nothing that storing meets may cost the result
@@ -153,6 +156,29 @@ class KernelCache:
         """Delete the function's files."""
         for path in Path(self.cache_path).glob(f'{self._function}-*.nbc'):
             path.unlink(missing_ok=True)
+
+
+def symbols(compiled: Any) -> list[str]:
+    """Return the names of all that a compiled function calls, and that is not part of it."""
+    module = compiled.library._final_module
+    parts = (*module.functions, *module.global_variables)
+    return sorted(
+        part.name for part in parts if part.is_declaration and not part.name.startswith('llvm.')
+    )
+
+
+def make_known(called: list[str], target: Any) -> None:
+    """Let a Numba target know these names: what LLVM meets unknown ends the process.
+
+    Few ask for more than memory. All that Numba can compile, which it takes a third of a second to
+    import, is only loaded for those that do.
+    """
+    from llvmlite.binding import address_of_symbol  # type: ignore[import-untyped]
+    from numba.core.runtime.nrt import rtsys
+
+    rtsys.initialize(target)
+    if not all(map(address_of_symbol, called)):
+        target.refresh()
 
 
 def remembered(folder: str, file: str, make: Callable[[], str]) -> str:

@@ -4,9 +4,12 @@ Data and models may be anything. A matrix that is not finite or singular, or who
 not converge, makes deviations NaN, and those are withheld.
 """
 
+import functools
+import math
+
 import numpy as np
 
-from obs_ros.core.jit import accelerated
+from obs_ros.core.jit import accelerated, unhurried
 from obs_ros.core.typing import Array, ComplexArray
 
 SOUND = 1e-6  # of a diagonal entry, that the others leave: below, eigenvalues tell better
@@ -67,7 +70,7 @@ def _factored_looped(matrix: Array) -> tuple[Array, float, bool]:
                 root[i, i] = np.sqrt(value)
             else:
                 return inverse, 0.0, False
-        total += 2.0 * np.log(root[i, i] / scale[i])
+        total += 2.0 * math.log(root[i, i] / scale[i])
     for j in range(d):  # the inverse of the root, column by column
         half[j, j] = 1.0 / root[j, j]
         for i in range(j + 1, d):
@@ -85,7 +88,7 @@ def _factored_looped(matrix: Array) -> tuple[Array, float, bool]:
     return inverse, total, True
 
 
-factored = accelerated(_factored_looped, _factored_on_arrays)
+factored = unhurried(_factored_looped, _factored_on_arrays)
 
 
 def scaled_inverse(information: Array) -> Array:
@@ -139,6 +142,13 @@ def _cholesky_looped(matrix: Array) -> Array:
 
 
 cholesky = accelerated(_cholesky_looped, _cholesky_on_arrays)
+
+
+@functools.cache
+def prepare() -> None:
+    """Compile what is above, or load it compiled."""
+    factored(np.ones((1, 1)))
+    cholesky(np.ones((1, 1)))
 
 
 def log_determinant(matrix: Array) -> float:

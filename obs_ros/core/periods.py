@@ -11,7 +11,7 @@ from statistics import median
 
 import numpy as np
 
-from obs_ros.core.jit import accelerated
+from obs_ros.core.jit import unhurried
 from obs_ros.core.model import Model, Variable, inside
 from obs_ros.core.typing import Array
 
@@ -73,7 +73,7 @@ def shortest(differences: Array, period: Array) -> Array:
     return np.asarray(differences - period * turns)
 
 
-@accelerated
+@unhurried
 def shortest_way(difference: float, period: float) -> float:
     """Return one difference by the shortest way round; see `shortest`."""
     if period > 0.0:

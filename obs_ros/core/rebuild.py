@@ -5,7 +5,7 @@ from types import CellType, FunctionType, ModuleType
 from typing import Any
 
 from obs_ros.core.fingerprint import loaded, of_library, used_attributes, used_globals
-from obs_ros.core.selects import SELECTS, makes_arrays
+from obs_ros.core.selects import makes_arrays, selects
 
 Convert = Callable[[FunctionType], Callable[..., Any]]
 
@@ -62,7 +62,7 @@ class Rebuilder:
         """Return what stands in the copy for a value that the function uses."""
         if isinstance(value, ModuleType):
             return self._module_instead(value, attributes)
-        called = next((select for numpy, select in SELECTS.items() if numpy is value), value)
+        called = next((select for numpy, select in selects().items() if numpy is value), value)
         if not isinstance(called, FunctionType) or of_library(called):
             return value
         if called not in self._made:

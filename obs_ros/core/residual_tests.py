@@ -4,9 +4,9 @@ import functools
 from dataclasses import dataclass
 
 import numpy as np
-from scipy.special import chdtr, chdtri, fdtri
 
-from obs_ros.core.jit import accelerated
+from obs_ros.core.chi_square import exceeds
+from obs_ros.core.jit import accelerated, unhurried
 from obs_ros.core.typing import Array, IntArray
 
 
@@ -60,7 +60,7 @@ def whiteness(residuals: Array) -> Whiteness:
     return Whiteness(correlation, correlation * float(np.sqrt(count)))
 
 
-@accelerated
+@unhurried
 def _packed(residuals: Array, i: int, r: Array) -> tuple[int, float]:
     """Write what was measured of column i of residuals (K, n) to r (K,); return size and square."""
     size, square = 0, 0.0
@@ -129,7 +129,7 @@ def _head_looped(residuals: Array, lags: int, limit: float) -> tuple[IntArray, A
     return sizes, squares, products
 
 
-_head = accelerated(_head_looped, _head_on_arrays)
+_head = unhurried(_head_looped, _head_on_arrays)
 
 
 def inflation(correlation: float) -> float:
@@ -205,7 +205,7 @@ def changes_slowly(residuals: Array) -> bool:
     residuals = np.ascontiguousarray(residuals)
     for blocks in LIMITS.blocks:
         total, freedom = _block_means(residuals, blocks)
-        if freedom and total > _largest(freedom, LIMITS.slow):
+        if freedom and exceeds(total, freedom, LIMITS.slow):
             return True
     return False
 
@@ -239,13 +239,14 @@ def _block_means_looped(residuals: Array, blocks: int) -> tuple[float, int]:
             mean = 0.0
             for k in range(b * length, (b + 1) * length):
                 mean += r[k]
-            sums += (mean / length) ** 2
+            mean /= length
+            sums += mean * mean
         total += sums * length * size / square
         freedom += blocks
     return total, freedom
 
 
-_block_means = accelerated(_block_means_looped, _block_means_on_arrays)
+_block_means = unhurried(_block_means_looped, _block_means_on_arrays)
 
 
 def like_noise(squares: float, freedom: float, told: float = np.inf) -> bool:
@@ -255,16 +256,12 @@ def like_noise(squares: float, freedom: float, told: float = np.inf) -> bool:
     """
     freedom = max(1.0, freedom)
     if np.isfinite(told):
+        from scipy.special import fdtri
+
         return squares <= freedom * float(fdtri(freedom, max(1.0, told), 1.0 - LIMITS.tail))
-    return squares <= _largest(freedom, LIMITS.tail)
-
-
-@functools.lru_cache(maxsize=256)
-def _largest(freedom: float, tail: float) -> float:
-    """Return the squares that so many of noise exceed with this probability."""
-    return float(chdtri(freedom, tail))
+    return bool(np.isfinite(squares)) and not exceeds(squares, freedom, LIMITS.tail)
 
 
 def too_small(squares: float, freedom: float) -> bool:
     """Whether residuals of unit variance would hardly ever sum to so little, by chi-square."""
-    return bool(squares < freedom) and float(chdtr(max(1.0, freedom), squares)) < LIMITS.tail
+    return bool(squares < freedom) and not exceeds(squares, max(1.0, freedom), 1.0 - LIMITS.tail)

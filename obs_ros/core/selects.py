@@ -7,11 +7,11 @@ the second, or the bound, is tested for NaN: where it is constant, that costs no
 """
 
 import math
-from collections.abc import Callable
+import sys
+from collections.abc import Callable, Mapping
 from typing import Any
 
 import numpy as np
-from scipy import special
 
 from obs_ros.core.elementary import ELEMENTARY
 from obs_ros.core.float_bits import ONE, SIGN, bits, number
@@ -122,15 +122,22 @@ SELECTS: dict[Callable[..., Any], Callable[..., Any]] = {
     np.clip: clip,
     np.sign: sign,
     np.heaviside: heaviside,
-    special.erf: erf,
-    special.erfc: erfc,
-    special.gamma: gamma,
-    special.gammaln: gammaln,
-    special.psi: psi,
 }
+SPECIAL = {each.__name__: each for each in (erf, erfc, gamma, gammaln, psi)}  # of scipy.special
 
 # Functions that are no ufuncs, and yet compile to arithmetic.
 ARITHMETIC = {np.round, np.around, np.nan_to_num, np.sinc, np.angle, np.real, np.imag}
+
+
+def selects() -> Mapping[Callable[..., Any], Callable[..., Any]]:
+    """Return the twins of NumPy's functions, and of SciPy's.
+
+    Whoever uses those has imported scipy.special, which takes a sixth of a second: nobody else
+    has to wait for it.
+    """
+    special = sys.modules.get('scipy.special')
+    there = {getattr(special, name): own for name, own in SPECIAL.items() if hasattr(special, name)}
+    return {**SELECTS, **there}
 
 
 def makes_arrays(value: Any) -> bool:

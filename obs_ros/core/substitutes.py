@@ -7,11 +7,11 @@ each is the original.
 import builtins
 import functools
 import math
+import sys
 from collections.abc import Callable, Sequence
 from typing import Any
 
 import numpy as np
-import scipy.special
 
 from obs_ros.core.recorder import LIMITS, Untraceable
 from obs_ros.core.symbols import (
@@ -190,6 +190,11 @@ class Float(metaclass=_Floats):
     """Python's float, and np.float64, while a function is recorded."""
 
 
+def _special(original: Callable[..., Any], name: str) -> Callable[..., Any]:
+    """Return the substitute of a function that scipy.special has by this name."""
+    return _unless_plain(original, _single(f'special.{name}({{}})'))
+
+
 def _substitutes() -> list[tuple[Any, Any]]:
     """Return every function that has a substitute, with that."""
     found = [
@@ -197,8 +202,7 @@ def _substitutes() -> list[tuple[Any, Any]]:
         for original, ufunc in _MATHS.items()
     ]
     for original, name in _SPECIAL.items():
-        own = _single(f'special.{name}({{}})')
-        found += [(f, _unless_plain(f, own)) for f in (original, getattr(scipy.special, name))]
+        found.append((original, _special(original, name)))
     own_ones: dict[Callable[..., Any], Callable[..., Any]] = {
         math.log: _log, math.hypot: _hypot, np.where: _where, np.clip: _clip, np.select: _select,
         np.interp: _interp, np.linalg.solve: _solve, np.linalg.inv: _inverse,
@@ -228,8 +232,17 @@ def of_ufunc(ufunc: Any) -> Callable[..., Any]:
     return _unless_plain(ufunc, functools.partial(elementwise, ufunc))
 
 
+def _of_scipy(value: Any) -> Callable[..., Any] | None:
+    """Return the substitute of a function of scipy.special; whoever uses that has imported it."""
+    special: Any = sys.modules.get('scipy.special')
+    names = (name for name in _SPECIAL.values() if getattr(special, name, None) is value)
+    found = next(names, None)
+    return None if value is None or found is None else _special(value, found)
+
+
 def substitute(value: Any) -> Any:
     """Return what stands for a function while it is recorded; None where that is itself."""
-    if isinstance(value, np.ufunc) and value.signature is None and id(value) not in SUBSTITUTES:
+    found = SUBSTITUTES.get(id(value)) or _of_scipy(value)
+    if found is None and isinstance(value, np.ufunc) and value.signature is None:
         return of_ufunc(value)
-    return SUBSTITUTES.get(id(value))
+    return found

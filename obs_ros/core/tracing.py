@@ -5,13 +5,13 @@ come to. Where a function branches on values it is recorded once for every way t
 results are selected: all ways are computed for every candidate.
 """
 
+import importlib
 import linecache
 from collections.abc import Callable, Sequence
 from types import FunctionType
 from typing import Any
 
 import numpy as np
-import scipy.special
 
 from obs_ros.core.fingerprint import fingerprint
 from obs_ros.core.recorder import LIMITS, TOO_MANY, Operand, Recorder, Untraceable
@@ -138,7 +138,9 @@ def compiled(text: str, name: str, **used: Callable[..., Any]) -> FunctionType:
     """Return the function of a text, which tracebacks show, with the functions that it calls."""
     file = f'<straight-line {name} {fingerprint(text)}>'
     linecache.cache[file] = len(text), None, text.splitlines(keepends=True), file
-    scope: dict[str, Any] = {'np': np, 'special': scipy.special, '__name__': __name__, **used}
+    scope: dict[str, Any] = {'np': np, '__name__': __name__, **used}
+    if 'special.' in text:
+        scope['special'] = importlib.import_module('scipy.special')
     exec(compile(text, file, 'exec'), scope)
     made: FunctionType = scope[name if name.isidentifier() else 'function']
     return made

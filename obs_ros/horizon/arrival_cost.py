@@ -11,9 +11,9 @@ from dataclasses import dataclass
 from functools import partial
 
 import numpy as np
-from scipy.special import chdtri
 
 from obs_ros.core.changes import replace
+from obs_ros.core.chi_square import exceeds
 from obs_ros.core.linear_algebra import log_determinant, scaled_inverse
 from obs_ros.core.typing import Array
 from obs_ros.horizon.found_jumps import JumpFound
@@ -297,4 +297,4 @@ def contradicts_prior(
     off = best.point[n:q] - given.mean[n:]
     own = scaled_inverse(marginal_information(best, n) - given.information(q - n) + B)
     gain = off @ P @ off + off @ P @ own @ P @ off
-    return bool(gain > chdtri(q - n, settings.contradiction))
+    return exceeds(float(gain), q - n, settings.contradiction)

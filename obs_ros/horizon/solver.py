@@ -9,9 +9,10 @@ from typing import Any
 
 import numpy as np
 
-from obs_ros.core import residual_tests
+from obs_ros.core import linear_algebra, residual_tests
 from obs_ros.core.deadline import Deadline
 from obs_ros.core.estimate import Estimate, Outcome
+from obs_ros.core.jit import at_once
 from obs_ros.core.model import Model, checked_noise, names
 from obs_ros.core.periods import continuous, periods
 from obs_ros.core.prior_knowledge import with_knowledge
@@ -32,21 +33,29 @@ from obs_ros.horizon.settings import (
 from obs_ros.horizon.stepping import Integration
 from obs_ros.horizon.unsolvable import TooFewSamples, Unsolvable, check_steps
 from obs_ros.horizon.warm_start import propagated
-from obs_ros.inference.assessment import profile_steps
+from obs_ros.inference import objective
+from obs_ros.inference.assessment import informed_subspace, profile_steps
 from obs_ros.inference.assessment.assemble import empty
 from obs_ros.inference.disturbed import process_noise_rehearsed
-from obs_ros.inference.jumps import schedule, screening
+from obs_ros.inference.jumps import linearisation, schedule, screening
 from obs_ros.inference.jumps.sensitivities import jumps_rehearsed
 from obs_ros.inference.noise import noise_guess
 from obs_ros.inference.objective import Objective
 from obs_ros.inference.parameterisation import Unknowns
 from obs_ros.inference.prior import Posterior, Prior
 from obs_ros.inference.window_state import WindowState
+from obs_ros.integration import window_steps
 from obs_ros.integration.backends import Kernels, check_backend, kernels_for, rollouts_rehearsed
 from obs_ros.integration.grid import Grid
+from obs_ros.integration.live_steps import IMPLICIT
+from obs_ros.integration.time_scales import may_be_stiff
+from obs_ros.integration.window_steps import by_method
 from obs_ros.optimization.methods import Method, method_for
 from obs_ros.optimization.result import Found
 from obs_ros.samples.range_check import without_absurd
+
+# Modules with loops that every window needs.
+LOOPS = (residual_tests, linear_algebra, objective, linearisation, profile_steps, window_steps)
 
 
 @dataclass(frozen=True)
@@ -98,6 +107,14 @@ class Solver:
         """The model's rollouts, each compiled at its first call, which may take a second."""
         return kernels_for(self.model, self.settings.backend)
 
+    @cached_property
+    def likely_kernels(self) -> list[Kernels]:
+        """The rollouts by all methods that a window is likely to need."""
+        if self.model.integrator != 'auto' or not may_be_stiff(self.model):
+            return [self.kernels]
+        implicit = by_method(self.model, IMPLICIT)
+        return [self.kernels, kernels_for(implicit, self.settings.backend)]
+
     @np.errstate(all='ignore')
     def prepare(self, *, process_noise: bool = True) -> float:
         """Compile what every window needs, and what `process_noise` does; return the seconds.
@@ -105,21 +122,28 @@ class Solver:
         What is not compiled here is at its first call, the time of which no deadline counts.
         """
         begin = time.perf_counter()
-        self.unknowns.prepare()
-        profile_steps.prepare()
-        residual_tests.prepare()
-        deque(rollouts_rehearsed(self.kernels), maxlen=0)
-        if process_noise:
-            deque(self.rehearsed(), maxlen=0)
+        with at_once():
+            deque(self.needed(), maxlen=0)
+            if process_noise:
+                deque(self.rehearsed(), maxlen=0)
         return time.perf_counter() - begin
+
+    def needed(self) -> Iterator[None]:
+        """Compile, one thing at a time, what every window needs."""
+        for kernels in self.likely_kernels:
+            yield from rollouts_rehearsed(kernels)
+        self.unknowns.prepare()
+        for module in (*LOOPS, informed_subspace):
+            module.prepare()
+        yield
 
     def rehearsed(self) -> Iterator[None]:
         """Compile, one thing at a time, what only some windows need."""
-        screening.prepare()
-        yield
-        schedule.prepare()
-        yield
-        yield from jumps_rehearsed(self.kernels)
+        for module in (screening, schedule):
+            module.prepare()
+            yield
+        for kernels in self.likely_kernels:
+            yield from jumps_rehearsed(kernels)
         if self.settings.process_noise != 'off':
             yield from process_noise_rehearsed(self.kernels, self.unknowns)
 

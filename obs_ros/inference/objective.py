@@ -1,5 +1,6 @@
 """The cost that a search minimises: how far a candidate's outputs are from the measured ones."""
 
+import functools
 from dataclasses import dataclass, field
 from functools import cached_property
 from typing import Literal, Protocol, get_args
@@ -7,7 +8,7 @@ from typing import Literal, Protocol, get_args
 import numpy as np
 
 from obs_ros.core.changes import replace
-from obs_ros.core.jit import accelerated
+from obs_ros.core.jit import unhurried
 from obs_ros.core.periods import shortest
 from obs_ros.core.typing import Array, IntArray
 from obs_ros.inference.parameterisation import Unknowns
@@ -193,7 +194,7 @@ class Objective:
         return _finite(cost) if compared else np.full(len(z), np.inf)
 
 
-@accelerated
+@unhurried
 def _normal_equations(
     gram: Array, steps: Array, z: Array, mean: Array, precision: Array
 ) -> tuple[Array, Array, Array]:
@@ -219,6 +220,13 @@ def _normal_equations(
                 gradient[s, i] += pull
                 squares[s] += (z[s, i] - mean[i]) * pull
     return squares, gradient, hessian
+
+
+@functools.cache
+def prepare() -> None:
+    """Compile what is above, or load it compiled."""
+    one = np.ones((1, 1))
+    _normal_equations(np.ones((1, 2, 2)), one, one, np.ones(1), one)
 
 
 def _centred(values: Array) -> Array:

@@ -8,7 +8,7 @@ from functools import cached_property
 import numpy as np
 
 from obs_ros.core.estimated_delays import is_delay
-from obs_ros.core.jit import accelerated
+from obs_ros.core.jit import unhurried
 from obs_ros.core.model import Model, Variable, check_bounds, names
 from obs_ros.core.periods import nearest, periods
 from obs_ros.core.registry import suggest
@@ -199,7 +199,7 @@ class Unknowns:
         return np.clip(np.where(np.isfinite(z), z, 0.5), *self.limits)
 
 
-@accelerated
+@unhurried
 def _perturbed(
     z: Array, h: Array, lower: Array, upper: Array, growth: Array, index: IntArray, given: Array
 ) -> tuple[Array, Array]:

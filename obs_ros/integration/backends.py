@@ -240,9 +240,15 @@ def run_once(kernels: Kernels) -> float:
 def rollouts_rehearsed(kernels: Kernels) -> Iterator[None]:
     """Run once, which compiles it, what every window needs: one kernel at a time."""
     grid, x0, p = tiny_window(kernels.model)
-    kernels.trajectories(grid, x0, p)
-    yield
-    kernels.grams(grid, 2, x0, p, 1)
+    own = [replace(grid, tolerance=TINY_TOLERANCE, budget=1)] if kernels.own_steps else []
+    for each in (grid, *own):
+        kernels.squares(each, np.array([2]), x0, p)
+        yield
+        kernels.trajectories(each, x0, p)
+        yield
+        kernels.grams(each, 2, x0, p, 1)
+        yield
+    kernels.restarted(grid, np.repeat(x0[None], 2, axis=0), p)
     yield
 
 

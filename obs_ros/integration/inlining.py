@@ -17,8 +17,8 @@ CONDITIONAL = (ast.IfExp, ast.BoolOp, ast.Lambda, ast.ListComp, ast.GeneratorExp
 def inlined(text: str) -> str:
     """Return the text of a module in which functions decorated `entry` call none decorated `jit`.
 
-    Those with a `return` elsewhere than at their end are called as they were, and so is every one
-    where a condition decides whether it is called.
+    What nothing calls any more is left out. Those with a `return` elsewhere than at their end are
+    called as they were, and so is every one where a condition decides whether it is called.
     """
     tree = ast.parse(text)
     helpers = {f.name: f for f in functions(tree, 'jit') if is_short(f)}
@@ -32,7 +32,26 @@ def inlined(text: str) -> str:
         for each in functions(tree, decorator):
             if id(each) not in written_out:
                 each.body = _Inliner(helpers).block(each.body)
+    tree.body = needed(tree)
     return ast.unparse(ast.fix_missing_locations(tree))
+
+
+def needed(tree: ast.Module) -> list[ast.stmt]:
+    """Return a module's statements without the functions, but `entry`, that nothing calls."""
+    entries = {each.name for each in functions(tree, 'entry')}
+    helpers: dict[str, ast.stmt] = {}
+    for each in tree.body:
+        if isinstance(each, ast.FunctionDef) and each.name not in entries:
+            helpers[each.name] = each
+        elif isinstance(each, ast.Assign) and isinstance(each.value, ast.Name):
+            helpers[ast.unparse(each.targets[0])] = each  # another name of a function
+    left_out = {*map(id, helpers.values())}
+    kept = [each for each in tree.body if id(each) not in left_out]
+    for each in kept:
+        names = {part.id for part in ast.walk(each) if isinstance(part, ast.Name)}
+        kept += [helpers.pop(name) for name in names & helpers.keys()]
+    found = {*map(id, kept)}
+    return [each for each in tree.body if id(each) in found]
 
 
 def functions(tree: ast.Module, decorator: str) -> Iterator[ast.FunctionDef]:

@@ -17,7 +17,7 @@ from obs_ros.core.kernel_cache import remembered, stored
 from obs_ros.core.model import Model
 from obs_ros.core.plant_function import PerCandidate
 from obs_ros.core.rebuild import Rebuilder
-from obs_ros.core.selects import SELECTS
+from obs_ros.core.selects import SELECTS, SPECIAL
 from obs_ros.integration.inlining import inlined
 from obs_ros.integration.kernel_source import FASTMATH, filter_source, source
 from obs_ros.integration.rosenbrock_source import made_for
@@ -44,7 +44,8 @@ def load_module(
         if isinstance(function := plain(getattr(model, kind)), PerCandidate):
             raise ValueError(f'{kind}: {function.reason}')
     text = source(model) if text is None else text
-    functions = model.dynamics, model.output, *SELECTS.values(), *made_for(model).values()
+    twins: list[Callable[..., Any]] = [*SELECTS.values(), *SPECIAL.values()]
+    functions = model.dynamics, model.output, *twins, *made_for(model).values()
     called = '' if base is None else base.__name__
     name = f'obs_ros_kernels_{fingerprint(text + called, inlined, *functions)}'
     with _lock:

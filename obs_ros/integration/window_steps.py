@@ -5,7 +5,7 @@ from dataclasses import dataclass, field, replace
 
 import numpy as np
 
-from obs_ros.core.jit import accelerated
+from obs_ros.core.jit import unhurried
 from obs_ros.core.linear_algebra import poles
 from obs_ros.core.model import Integrator, Model
 from obs_ros.core.periods import shortest, shortest_way
@@ -82,7 +82,7 @@ class WindowTrial:
         """Return how far the candidates are apart on two grids."""
         kernels, grid, own = self.methods.kernels(method), self.grid, coarse_grid.tolerance > 0.0
         coarse, fine = (
-            grid.shown(kernels.trajectories(each, self.x0, self.p)[1])
+            np.ascontiguousarray(grid.shown(kernels.trajectories(each, self.x0, self.p)[1]))
             for each in (coarse_grid, fine_grid)
         )
         with np.errstate(all='ignore'):
@@ -185,19 +185,30 @@ def _differences(
     count = 0
     for k in range(nodes):
         for i in range(outputs):
-            if weight[k, i] > 0.0:
+            factor, turn = weight[k, i], period[i]
+            if factor > 0.0:
                 count += 1
+                rough, exact, measured = coarse[k, i], fine[k, i], y[k, i]
                 for lane in range(lanes):
-                    error = shortest_way(coarse[k, i, lane] - fine[k, i, lane], period[i])
-                    error = weight[k, i] * abs(error)
+                    there = exact[lane]
+                    error, away = rough[lane] - there, there - measured
+                    if turn > 0.0:
+                        error, away = shortest_way(error, turn), shortest_way(away, turn)
+                    error, away = factor * abs(error), factor * away
                     worst[lane] = max(worst[lane], error) if error < np.inf else np.inf
                     sizes[lane] += error * error
-                    away = shortest_way(fine[k, i, lane] - y[k, i], period[i])
-                    off[lane] += (weight[k, i] * away) ** 2
+                    off[lane] += away * away
     share = 1.0 / max(1, count)
     for lane in range(lanes):
         sizes[lane], off[lane] = np.sqrt(share * sizes[lane]), np.sqrt(share * off[lane])
     return worst, sizes, off
 
 
-differences = accelerated(_differences, differences_on_arrays)
+differences = unhurried(_differences, differences_on_arrays)
+
+
+@functools.cache
+def prepare() -> None:
+    """Compile what is above, or load it compiled."""
+    a, one = np.ones(1), np.ones((1, 1))
+    differences(one[None], one[None], one, one, a)

@@ -9,6 +9,7 @@ import numpy as np
 
 from obs_ros.core.deadline import Deadline
 from obs_ros.core.estimate import Estimate
+from obs_ros.core.jit import at_once
 from obs_ros.core.model import Model, names
 from obs_ros.core.record import Record, Sample
 from obs_ros.core.rng import random_generator
@@ -101,7 +102,8 @@ class SlidingWindowObserver:
     @np.errstate(all='ignore')
     def prepare_more(self) -> bool:
         """See `Observer.prepare_more`."""
-        return next(self._rehearsed, END) is not END
+        with at_once():
+            return next(self._rehearsed, END) is not END
 
     def absorb(self, sample: Sample) -> bool:
         """Store a sample; return whether it closed a window. Never blocks for long."""

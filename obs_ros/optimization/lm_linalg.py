@@ -8,7 +8,7 @@ import functools
 
 import numpy as np
 
-from obs_ros.core.jit import accelerated
+from obs_ros.core.jit import accelerated, unhurried
 from obs_ros.core.typing import AnyArray, Array, BoolArray
 
 TINY_DAMPING = 1e-11  # keeps a singular matrix solvable
@@ -27,7 +27,7 @@ def prepare() -> None:
     moved(*state, a.copy(), one, a, a, one, one[None], 1.0)
 
 
-@accelerated
+@unhurried
 def solved(hessian: Array, scale: Array, damping: float, right: Array, free: BoolArray) -> Array:
     """Return x (d,) of (hessian + damping * diag scale) x = right over the free unknowns, else 0.
 
@@ -64,7 +64,7 @@ def solved(hessian: Array, scale: Array, damping: float, right: Array, free: Boo
     return x
 
 
-@accelerated
+@unhurried
 def damped_steps(
     z: Array, gradient: Array, hessian: Array, damping: Array, limits: Array, least_curvature: float
 ) -> tuple[Array, Array, Array]:
@@ -105,7 +105,7 @@ def damped_steps(
     return step, gain, full_gain
 
 
-@accelerated
+@unhurried
 def judged(
     squares: Array,
     tried: Array,
@@ -126,7 +126,8 @@ def judged(
         ratio = (squares[s] - tried[s]) / gain[s] if gain[s] > 0.0 else -1.0
         won[s] = ratio > 0.0  # false for NaN
         if won[s]:
-            damping[s] *= max(fastest_shrink, 1.0 - (2.0 * min(ratio, 1.0) - 1.0) ** 3)
+            better = 2.0 * min(ratio, 1.0) - 1.0
+            damping[s] *= max(fastest_shrink, 1.0 - better * better * better)
             growth[s] = 2.0
             rejections[s] = 0
         else:

@@ -6,7 +6,8 @@ from typing import Any, NamedTuple
 import numpy as np
 import pytest
 
-from obs_ros.core.jit import accelerated, bound
+from obs_ros.core import jit
+from obs_ros.core.jit import accelerated, bound, unhurried
 from obs_ros.core.typing import Array
 
 
@@ -40,6 +41,57 @@ def test_without_numba_the_function_stays_or_gives_way_to_the_one_for_arrays(
     monkeypatch.setitem(sys.modules, 'numba', None)
     assert accelerated(sum_of_inverses) is sum_of_inverses
     assert accelerated(sum_of_inverses, at_once) is at_once
+
+
+def grown(values: Any, factor: float) -> Any:
+    total = values[0] * factor
+    for i in range(values.size):
+        values[i] = values[i] * factor + 0.1
+        total += values[i] / (values[i] - 2.1)  # 0 / 0 in the second place
+    return total, total > 0.0
+
+
+def signatures(function: Any) -> int:
+    return len(function.signatures)
+
+
+def test_a_loop_is_interpreted_until_that_has_taken_its_time_and_the_bits_stay(
+    tmp_path: Any, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    pytest.importorskip('numba')
+    monkeypatch.setenv('OBS_ROS_CACHE', str(tmp_path))
+    loop = unhurried(grown)
+    found = []
+    for patience in (np.inf, -1.0, np.inf):  # what is compiled stays compiled
+        monkeypatch.setattr(jit, 'SETTINGS', jit.JitSettings(patience))
+        values = np.array([0.3, 1.0, 1.7])
+        result = loop(values, 2.0)
+        found.append((values.tolist(), repr(result)))
+        assert signatures(loop) == (patience < 0.0 or len(found) == 3)
+    assert found[0] == found[1] == found[2]
+    assert found[0][1] == '(inf, True)'
+
+
+def test_loops_that_call_each_other_are_interpreted_and_compiled_together(
+    tmp_path: Any, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    pytest.importorskip('numba')
+    monkeypatch.setenv('OBS_ROS_CACHE', str(tmp_path))
+    inner = unhurried(grown)
+
+    def outer(values: Any, factor: float) -> Any:
+        total, _ = inner(values, factor)
+        return total + 1.0
+
+    loop = unhurried(outer)
+    values = np.ones(2)
+    total = loop(values, 3.0)
+    assert signatures(loop) == signatures(inner) == 0
+    with jit.at_once():
+        again = np.ones(2)
+        assert loop(again, 3.0) == total
+    np.testing.assert_array_equal(again, values)
+    assert (signatures(loop), signatures(inner)) == (1, 1)
 
 
 class Line(NamedTuple):

@@ -1,5 +1,11 @@
 """Tests of obs_ros.horizon.solver."""
 
+import json
+import os
+import subprocess
+import sys
+from pathlib import Path
+
 import numpy as np
 import pytest
 from plants import LAG, lag_outputs, square_wave
@@ -12,6 +18,7 @@ from obs_ros.horizon.settings import EstimationSettings
 from obs_ros.horizon.solver import Solver
 from obs_ros.horizon.unsolvable import TooFewSamples
 from obs_ros.inference.prior import Prior
+from obs_ros.models import MODELS
 
 T = 0.1 * np.arange(200)
 U = square_wave(T)
@@ -84,3 +91,20 @@ def test_walks_and_priors_take_the_place_of_the_models() -> None:
     assert window.prior.given is not None and window.prior.given[2] > 0.0
     with pytest.raises(ValueError, match="give a state of model 'lag' a walk"):
         solver(walks={'k': 0.1}, process_noise='given')
+
+
+SOLVES = Path(__file__).parents[1] / 'prepared_windows.py'
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize('model', ['plants:LAG', 'stiff_plants:MOTOR', *MODELS])
+def test_after_preparing_no_window_compiles_anything(model: str, tmp_path: Path) -> None:
+    """Beside a node's load the first window took 20 s when its loops were compiled there."""
+    pytest.importorskip('numba')
+    done = subprocess.run(
+        [sys.executable, str(SOLVES), model], env={**os.environ, 'OBS_ROS_CACHE': str(tmp_path)},
+        stdout=subprocess.PIPE, text=True, check=True,
+    )  # fmt: skip
+    prepared, later = json.loads(done.stdout)
+    assert {'squares', 'grams', 'trajectories', 'damped_steps'} <= {*prepared}
+    assert later == []

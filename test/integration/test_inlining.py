@@ -91,3 +91,10 @@ def test_kernels_of_every_model_call_no_short_helper(name: str) -> None:
         assert called(text, 'squares') <= {'range', 'max', 'load', 'advance', 'output'} | {
             'shortest', 'min',
         }  # fmt: skip
+
+
+def test_what_is_written_out_everywhere_is_left_out() -> None:
+    left = {
+        each.name for each in ast.parse(inlined(TEXT)).body if isinstance(each, ast.FunctionDef)
+    }
+    assert left == {'sign', 'march', 'kernel'}

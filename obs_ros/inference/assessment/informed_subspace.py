@@ -12,6 +12,7 @@ with G the information of priors that the user gives, which no noise feigns. The
 eigenvectors of both forms tell them apart.
 """
 
+import functools
 from dataclasses import dataclass
 
 import numpy as np
@@ -118,6 +119,14 @@ def _feigned_in(hypothesis: Hypothesis, spread: Array) -> Array:
     points = _around(z, cholesky(spread), problem.limits, step)
     outputs = np.ascontiguousarray(grid.shown(problem.roll(points)[1]))
     return _feigned(outputs, grid.weight, jacobian, spread, step)
+
+
+@functools.cache
+def prepare() -> None:
+    """Compile what is below, or load it compiled."""
+    a, one, pair = np.ones(1), np.ones((1, 1)), np.ones((2, 2))
+    _around(a.repeat(2), one, pair, a)
+    _feigned(pair[None, :1], one, pair[:1], one, a)
 
 
 @accelerated

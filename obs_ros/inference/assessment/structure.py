@@ -14,8 +14,8 @@ no more than chi-square.
 from dataclasses import dataclass
 
 import numpy as np
-from scipy.special import chdtri
 
+from obs_ros.core.chi_square import exceeds
 from obs_ros.core.linear_algebra import projected_out, singular
 from obs_ros.core.model import names
 from obs_ros.core.typing import Array, BoolArray, IntArray
@@ -98,4 +98,4 @@ def _depends(e: Array, J: Array, U: Array, tail: float) -> bool:
     left, s, _ = singular(U[:, told] / size[told])
     left = left[:, s > 1e-6 * s[0]]
     gained = float(np.sum((left.T @ e) ** 2) / np.mean(e**2))
-    return gained > float(chdtri(left.shape[1], tail))
+    return exceeds(gained, left.shape[1], tail)

@@ -1,11 +1,12 @@
 """A window near one point: its residual and end state, with their derivatives by differences."""
 
+import functools
 from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
 
-from obs_ros.core.jit import accelerated
+from obs_ros.core.jit import unhurried
 from obs_ros.core.periods import shortest, shortest_way
 from obs_ros.core.typing import Array
 
@@ -59,14 +60,26 @@ def _differences(
     row = 0
     for k in range(nodes):
         for i in range(count):
-            if weight[k, i] > 0.0:
-                base = weight[k, i] * outputs[k, i, 0]
-                residual[row] = base - weight[k, i] * y[k, i]
+            factor, turn = weight[k, i], weight[k, i] * period[i]
+            if factor > 0.0:
+                values, slopes = outputs[k, i], jacobian[row]
+                base = factor * values[0]
+                residual[row] = base - factor * y[k, i]
                 for j in range(lanes - 1):
-                    off = weight[k, i] * outputs[k, i, 1 + j] - base
-                    jacobian[row, j] = shortest_way(off, weight[k, i] * period[i]) / taken[j]
+                    off = factor * values[1 + j] - base
+                    if turn > 0.0:
+                        off = shortest_way(off, turn)
+                    slopes[j] = off / taken[j]
                 row += 1
     return residual, jacobian
 
 
-differences = accelerated(_differences, _differences_on_arrays)
+differences = unhurried(_differences, _differences_on_arrays)
+
+
+@functools.cache
+def prepare() -> None:
+    """Compile what is above, or load it compiled."""
+    a, one = np.ones(1), np.ones((1, 1))
+    shortest_way(1.0, 1.0)
+    differences(np.ones((1, 1, 2)), one, one, a, a)
