@@ -40,9 +40,9 @@ class CompiledKernels:
         x, q, count = *padded(x0, p), x0.shape[1]
         out = np.empty((prefixes.size, len(self.model.outputs), x.shape[1]))
         if grid.injection is None:
-            self.module.squares(*axis(grid), *measurements(grid), prefixes, x, q, out)
+            self.module.squares(*axis(grid), *measurements(grid), prefixes, count, x, q, out)
         else:
-            self.module.squares_injected(*corrections(grid), prefixes, x, q, out)
+            self.module.squares_injected(*corrections(grid), prefixes, count, x, q, out)
         return out[:, :, :count]
 
     def grams(self, grid: Grid, nodes: int, x0: Array, p: Array, width: int) -> Array:
@@ -75,7 +75,7 @@ class CompiledKernels:
         x, q = filled(x0), filled(p)
         states = np.empty((grid.t.size, *x.shape))
         outputs = np.empty((grid.t.size, len(self.model.outputs), x.shape[1]))
-        self.module.trajectories(*axis(grid), x, q, along, there, states, outputs)
+        self.module.trajectories(*axis(grid), count, x, q, along, there, states, outputs)
         return states[..., :count], outputs[..., :count]
 
     def counts(self, grid: Grid, x0: Array, p: Array) -> IntArray:
@@ -89,7 +89,7 @@ class CompiledKernels:
         """See `Kernels.restarted`."""
         x, q, count = filled(states), filled(p), states.shape[2]
         ends = np.empty((grid.t.size - 1, *x.shape[1:]))
-        self.module.restarted(*axis(grid), x, q, ends)
+        self.module.restarted(*axis(grid), count, x, q, ends)
         return ends[..., :count]
 
     def one_step(
@@ -121,7 +121,9 @@ class CompiledKernels:
         states = np.empty((grid.t.size, *x.shape))
         moved = np.empty((grid.t.size, injection.moving.size, x.shape[1]))
         outputs = np.empty((grid.t.size, len(self.model.outputs), x.shape[1]))
-        self.module.trajectories_injected(*corrections(grid), x, q, states, moved, outputs)
+        self.module.trajectories_injected(
+            *corrections(grid), x0.shape[1], x, q, states, moved, outputs
+        )
         parameters[:, injection.moving] = moved[..., :count]
         return states[..., :count], parameters, outputs[..., :count]
 

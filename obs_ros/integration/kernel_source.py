@@ -9,7 +9,7 @@ from obs_ros.core.periods import periods
 from obs_ros.core.saturation import has_range, ranges
 from obs_ros.integration.delayed import delay_names
 from obs_ros.integration.filter_pass import DIFFERENCE, central
-from obs_ros.integration.path import LANES, lanes
+from obs_ros.integration.path import LANES, REGISTER, lanes
 from obs_ros.integration.rosenbrock_source import method_texts, own_steps_texts, text_in
 
 BLOCK_VALUES = 4096  # 32 kB: the outputs of one time block stay in the first-level cache
@@ -40,8 +40,10 @@ def source(model: Model) -> str:
 
 def filter_source(model: Model, d: int) -> str:
     """Text of the module of a filter of d states and moving parameters."""
-    chunks = 1 if central(d) else lanes(1 + d) // LANES
+    points = 1 + (2 * d if central(d) else d)
+    chunks = lanes(points) // LANES
     sizes = f'N_JOINT, N_CHUNKS, CENTRAL, DIFFERENCE = {d}, {chunks}, {central(d)}, {DIFFERENCE}'
+    sizes += f'\nN_POINTS = {points}'
     return f'{text_of(model, "kernels.py", "kernels_filter.py")}\n{sizes}\n'
 
 
@@ -76,6 +78,7 @@ def header(model: Model) -> str:
             'import numpy as np\n',
             f'N_STATES, N_OUTPUTS, N_PARAMETERS, N_LANES = {n}, {r}, {q}, {LANES}',
             f'LANES, BLOCK_VALUES = np.uint64({LANES}), {BLOCK_VALUES}',
+            f'REST, WHOLE = np.uint64({REGISTER - 1}), np.uint64({2 * LANES - REGISTER})',
             *(f'ROW{i} = np.uint64({i * LANES})' for i in range(max(n, m, r, q))),
             f'PERIODS, PERIODIC = {tuple(turns)}, {any(turns)}',
             f'RANGED, inf = {has_range(model.outputs)}, np.inf',

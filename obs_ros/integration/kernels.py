@@ -33,16 +33,25 @@ def step_discrete(t, h, x, u0, u1, u2, p):
 
 
 @jit
-def advance(x, p, t, dt, steps, u, slope, k):
-    """Propagate the candidates in x over the interval from node k to the next."""
+def advance(x, p, count, t, dt, steps, u, slope, k):
+    """Propagate the first `count` candidates in x over the interval from node k to the next.
+
+    They are counted in whole registers: a compiler that knows makes no loop for the rest.
+    """
     h = dt / steps
     for j in range(steps):
         s = j * h
         u0 = input_at(u, slope, k, s)
         u1 = input_at(u, slope, k, s + 0.5 * h)
         u2 = input_at(u, slope, k, s + h)
-        for lane in range(LANES):
+        for lane in range((count + REST) & WHOLE):
             scatter_x(x, lane, step(t + s, h, gather_x(x, lane), u0, u1, u2, gather_p(p, lane)))
+
+
+@jit
+def count_of(candidates, chunk):
+    """Return how many of the candidates are in this chunk; others fill up its lanes."""
+    return np.uint64(min(N_LANES, candidates - chunk * N_LANES))
 
 
 @jit
@@ -54,12 +63,13 @@ def load(source, chunk, rows, x):
 
 
 @entry
-def squares(t, steps, u, slope, y, weight, measured, period, prefixes, x0, p, out):
+def squares(t, steps, u, slope, y, weight, measured, period, prefixes, candidates, x0, p, out):
     """Sums of squared scaled residuals from prefix to prefix: out (prefixes, outputs, lanes)."""
     x = np.empty(N_STATES * N_LANES)
     q = np.empty(max(1, N_PARAMETERS) * N_LANES)
     total = np.empty(N_OUTPUTS * N_LANES)
     for chunk in range(x0.shape[1] // N_LANES):
+        count = count_of(candidates, chunk)
         load(x0, chunk, N_STATES, x)
         load(p, chunk, N_PARAMETERS, q)
         k = np.int64(0)
@@ -67,7 +77,7 @@ def squares(t, steps, u, slope, y, weight, measured, period, prefixes, x0, p, ou
             total[:] = 0.0
             while k < prefixes[g]:
                 if k > 0:
-                    advance(x, q, t[k - 1], t[k] - t[k - 1], steps[k - 1], u, slope, k - 1)
+                    advance(x, q, count, t[k - 1], t[k] - t[k - 1], steps[k - 1], u, slope, k - 1)
                 if measured[k]:
                     uk = input_at(u, slope, k, 0.0)
                     for lane in range(LANES):
@@ -81,7 +91,7 @@ def squares(t, steps, u, slope, y, weight, measured, period, prefixes, x0, p, ou
 
 
 @entry
-def trajectories(t, steps, u, slope, x0, sets, along, there, states, outputs):
+def trajectories(t, steps, u, slope, candidates, x0, sets, along, there, states, outputs):
     """States (K, n, lanes) and outputs (K, r, lanes) at every node.
 
     Of the sets of parameters (S, q, lanes) the one along[k] holds between two nodes, that there[k]
@@ -90,6 +100,7 @@ def trajectories(t, steps, u, slope, x0, sets, along, there, states, outputs):
     x = np.empty(N_STATES * N_LANES)
     q = np.empty(max(1, N_PARAMETERS) * N_LANES)
     for chunk in range(x0.shape[1] // N_LANES):
+        count = count_of(candidates, chunk)
         load(x0, chunk, N_STATES, x)
         number = there[0]
         load(sets[number], chunk, N_PARAMETERS, q)
@@ -98,7 +109,7 @@ def trajectories(t, steps, u, slope, x0, sets, along, there, states, outputs):
                 if along[k - 1] != number:
                     number = along[k - 1]
                     load(sets[number], chunk, N_PARAMETERS, q)
-                advance(x, q, t[k - 1], t[k] - t[k - 1], steps[k - 1], u, slope, k - 1)
+                advance(x, q, count, t[k - 1], t[k] - t[k - 1], steps[k - 1], u, slope, k - 1)
             if there[k] != number:
                 number = there[k]
                 load(sets[number], chunk, N_PARAMETERS, q)
@@ -111,15 +122,16 @@ def trajectories(t, steps, u, slope, x0, sets, along, there, states, outputs):
 
 
 @entry
-def restarted(t, steps, u, slope, states, p, ends):
+def restarted(t, steps, u, slope, candidates, states, p, ends):
     """States (K - 1, n, lanes) where intervals end that begin at states (K, n, lanes)."""
     x = np.empty(N_STATES * N_LANES)
     q = np.empty(max(1, N_PARAMETERS) * N_LANES)
     for chunk in range(states.shape[2] // N_LANES):
+        count = count_of(candidates, chunk)
         load(p, chunk, N_PARAMETERS, q)
         for k in range(t.size - 1):
             load(states[k], chunk, N_STATES, x)
-            advance(x, q, t[k], t[k + 1] - t[k], steps[k], u, slope, k)
+            advance(x, q, count, t[k], t[k + 1] - t[k], steps[k], u, slope, k)
             for lane in range(LANES):
                 put_x(ends, k, np.uint64(chunk) * LANES + lane, gather_x(x, lane))
 
@@ -133,7 +145,7 @@ def propagate(t, dt, steps, u, slope, pieces, x0, p):
         load(x0, chunk, N_STATES, x)
         load(p, chunk, N_PARAMETERS, q)
         for k in range(pieces):
-            advance(x, q, t[k], dt[k], steps[k], u, slope, k)
+            advance(x, q, LANES, t[k], dt[k], steps[k], u, slope, k)
         for lane in range(LANES):
             put_lane(x0, np.uint64(chunk) * LANES + lane, gather_x(x, lane))
 
@@ -223,11 +235,11 @@ def grams(t, steps, u, slope, y, weight, measured, period, nodes, x0, p, out):
         for chunk in range(chunks):
             xc = x[chunk]
             qc = q[chunk]
-            offset = np.uint64(chunk) * LANES
+            offset, count = np.uint64(chunk) * LANES, count_of(starts * width, chunk)
             row = 0
             for k in range(first, last):
                 if k > 0:
-                    advance(xc, qc, t[k - 1], t[k] - t[k - 1], steps[k - 1], u, slope, k - 1)
+                    advance(xc, qc, count, t[k - 1], t[k] - t[k - 1], steps[k - 1], u, slope, k - 1)
                 if measured[k]:
                     uk = input_at(u, slope, k, 0.0)
                     for lane in range(LANES):

@@ -29,7 +29,8 @@ def filter_pass(
         if k > 0:
             dt = t[k] - t[k - 1]
             for chunk in range(N_CHUNKS):
-                advance(x[chunk], q[chunk], t[k - 1], dt, steps[k - 1], u, slope, k - 1)
+                used = count_of(N_POINTS, chunk)
+                advance(x[chunk], q[chunk], used, t[k - 1], dt, steps[k - 1], u, slope, k - 1)
             for s in range(N_STATES):
                 z[s] = x[0, s * N_LANES]
                 differentiate(x, s, inverse, transition[k - 1, s], 0.0)
@@ -82,7 +83,8 @@ def filter_step(
     for k in range(pieces):
         spread(z, moving, size, low, high, lanes, q, inverse)
         for chunk in range(N_CHUNKS):
-            advance(lanes[chunk], q[chunk], t[k], dt[k], steps[k], u, slope, k)
+            used = count_of(N_POINTS, chunk)
+            advance(lanes[chunk], q[chunk], used, t[k], dt[k], steps[k], u, slope, k)
         for s in range(N_STATES):
             z[s] = lanes[0, s * N_LANES]
             differentiate(lanes, s, inverse, F[s], 0.0)

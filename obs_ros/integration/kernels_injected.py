@@ -20,14 +20,16 @@ def move(q, errors, gain, moving, k):
 
 @entry
 def squares_injected(
-    t, steps, u, slope, y, weight, measured, period, gain, cross, moving, prefixes, x0, p, out
-):
+    t, steps, u, slope, y, weight, measured, period, gain, cross, moving, prefixes, candidates, x0,
+    p, out,
+):  # fmt: skip
     """Sums of squared scaled innovations from prefix to prefix: out (prefixes, outputs, lanes)."""
     x = np.empty(N_STATES * N_LANES)
     q = np.empty(max(1, N_PARAMETERS) * N_LANES)
     errors = np.empty(N_OUTPUTS * N_LANES)
     total = np.empty(N_OUTPUTS * N_LANES)
     for chunk in range(x0.shape[1] // N_LANES):
+        count = count_of(candidates, chunk)
         load(x0, chunk, N_STATES, x)
         load(p, chunk, N_PARAMETERS, q)
         k = np.int64(0)
@@ -35,7 +37,7 @@ def squares_injected(
             total[:] = 0.0
             while k < prefixes[g]:
                 if k > 0:
-                    advance(x, q, t[k - 1], t[k] - t[k - 1], steps[k - 1], u, slope, k - 1)
+                    advance(x, q, count, t[k - 1], t[k] - t[k - 1], steps[k - 1], u, slope, k - 1)
                 if measured[k]:
                     uk = input_at(u, slope, k, 0.0)
                     node = node_at(y, weight, period, gain, cross, k)
@@ -55,20 +57,21 @@ def squares_injected(
 
 @entry
 def trajectories_injected(
-    t, steps, u, slope, y, weight, measured, period, gain, cross, moving, x0, p, states, moved,
-    outputs,
+    t, steps, u, slope, y, weight, measured, period, gain, cross, moving, candidates, x0, p,
+    states, moved, outputs,
 ):  # fmt: skip
     """States (K, n, lanes), moving parameters (K, w, lanes) and outputs (K, r, lanes)."""
     x = np.empty(N_STATES * N_LANES)
     q = np.empty(max(1, N_PARAMETERS) * N_LANES)
     errors = np.empty(N_OUTPUTS * N_LANES)
     for chunk in range(x0.shape[1] // N_LANES):
+        count = count_of(candidates, chunk)
         load(x0, chunk, N_STATES, x)
         load(p, chunk, N_PARAMETERS, q)
         offset = np.uint64(chunk) * LANES
         for k in range(t.size):
             if k > 0:
-                advance(x, q, t[k - 1], t[k] - t[k - 1], steps[k - 1], u, slope, k - 1)
+                advance(x, q, count, t[k - 1], t[k] - t[k - 1], steps[k - 1], u, slope, k - 1)
             uk = input_at(u, slope, k, 0.0)
             node = node_at(y, weight, period, gain, cross, k)
             for lane in range(LANES):
@@ -117,11 +120,11 @@ def grams_injected(
         for chunk in range(chunks):
             xc = x[chunk]
             qc = q[chunk]
-            offset = np.uint64(chunk) * LANES
+            offset, count = np.uint64(chunk) * LANES, count_of(starts * width, chunk)
             row = 0
             for k in range(first, last):
                 if k > 0:
-                    advance(xc, qc, t[k - 1], t[k] - t[k - 1], steps[k - 1], u, slope, k - 1)
+                    advance(xc, qc, count, t[k - 1], t[k] - t[k - 1], steps[k - 1], u, slope, k - 1)
                 if measured[k]:
                     uk = input_at(u, slope, k, 0.0)
                     node = node_at(y, weight, period, gain, cross, k)

@@ -4,17 +4,18 @@
 
 Here all lanes go through each part of a step together, so that loops over rows and columns have
 the lanes innermost. It stands in the place of `advance` and `advance_late` for these models.
-Short loops over lanes count them by an array: of constant length they would be unrolled before the
+Loops over lanes count them by an array: of constant length short ones would be unrolled before the
 compiler vectorises.
 """
 
 
 @jit
-def advance(x, p, t, dt, steps, u, slope, k):
-    """Propagate the candidates in x over the interval from node k to the next."""
+def advance(x, p, count, t, dt, steps, u, slope, k):
+    """Propagate the first `count` candidates in x over the interval from node k to the next."""
     h = dt / steps
     first, last = np.empty(max(1, N_INPUTS) * N_LANES), np.empty(max(1, N_INPUTS) * N_LANES)
-    now, every, work = np.empty(N_LANES), np.empty(N_LANES), workspace()
+    lanes = (count + REST) & WHOLE
+    now, every, work = np.empty(lanes), np.empty(lanes), workspace(lanes)
     every[:] = h
     for j in range(steps):
         s = j * h
@@ -30,7 +31,7 @@ def advance(x, p, t, dt, steps, u, slope, k):
 def advance_late(x, p, start, t, steps, u, slope, f, begin):
     """Propagate the candidates in x over step f; each has times and inputs of its own."""
     first, last = np.empty(max(1, N_INPUTS) * N_LANES), np.empty(max(1, N_INPUTS) * N_LANES)
-    now, every, work = np.empty(N_LANES), np.empty(N_LANES), workspace()
+    now, every, work = np.empty(N_LANES), np.empty(N_LANES), workspace(LANES)
     for j in range(steps):
         for lane in range(LANES):
             place = begin + lane
@@ -44,10 +45,10 @@ def advance_late(x, p, start, t, steps, u, slope, f, begin):
 
 
 @jit
-def workspace():
-    """Return arrays: the matrix, a row, two entries, three stages, and states."""
+def workspace(lanes):
+    """Return arrays of the first lanes: the matrix, a row, two entries, three stages, states."""
     n = N_STATES * N_LANES
-    row, low, scale = np.empty(n), np.empty(N_LANES), np.empty(N_LANES)
+    row, low, scale = np.empty(n), np.empty(lanes), np.empty(lanes)
     k1, k2, k3, between = np.empty(n), np.empty(n), np.empty(n), np.empty(n)
     return np.empty(N_STATES * n), row, low, scale, k1, k2, k3, between
 
@@ -60,9 +61,13 @@ def step_lanes(x, p, t, h, u0, u2, work):
 
 @jit
 def try_lanes(x, p, t, h, u0, u2, out, k3, work):
-    """Advance all lanes from x to `out`, with the local errors k3 (n, lanes) of the last stage."""
+    """Advance lanes from x to `out`, with the local errors k3 (n, lanes) of the last stage.
+
+    They are as many as there is work space for.
+    """
     W, row, low, scale, k1, k2, _, y = work
-    for lane in range(LANES):
+    lanes = np.uint64(low.size) & WHOLE
+    for lane in range(lanes):
         inverse, step = 1.0 / h[lane], h[lane]
         a, b = gather_u(u0, lane), gather_u(u2, lane)
         slope = slopes(a, b, inverse)
@@ -72,20 +77,20 @@ def try_lanes(x, p, t, h, u0, u2, out, k3, work):
         scatter_x(k2, lane, first_stage(found, 1.5 * step))
     factor(W, row, low)
     solve(W, k1, low)
-    for lane in range(LANES):
+    for lane in range(lanes):
         scale[lane] = 4.0 / h[lane]
     add(k2, scale, k1, k2)
     solve(W, k2, low)
     scale[:] = 2.0
     add(x, scale, k1, y)
-    for lane in range(LANES):
+    for lane in range(lanes):
         f = dynamics(t[lane] + h[lane], gather_x(y, lane), gather_u(u2, lane), gather_p(p, lane))
         inverse = 1.0 / h[lane]
         scatter_x(k3, lane, third_stage(f, inverse, gather_x(k1, lane), gather_x(k2, lane)))
     solve(W, k3, low)
     scale[:] = 1.0
     add(y, scale, k3, y)
-    for lane in range(LANES):
+    for lane in range(lanes):
         f = dynamics(t[lane] + h[lane], gather_x(y, lane), gather_u(u2, lane), gather_p(p, lane))
         a, b, c = gather_x(k1, lane), gather_x(k2, lane), gather_x(k3, lane)
         scatter_x(k3, lane, fourth_stage(f, 1.0 / h[lane], a, b, c))

@@ -44,6 +44,7 @@ def one_step(
     for chunk in range(sets.shape[2] // N_LANES):
         first = chunk * own
         last = min(first + own, transition.shape[2])
+        count = np.uint64(1 + last - first)
         for k in range(t.size):
             in_lanes(states, k, moved, first, last, x)
             load(sets[there[k]], chunk, N_PARAMETERS, q)
@@ -58,7 +59,7 @@ def one_step(
             if k < t.size - 1:
                 in_lanes(begins, k, moved, first, last, x)
                 load(sets[along[k]], chunk, N_PARAMETERS, q)
-                advance(x, q, t[k], t[k + 1] - t[k], steps[k], u, slope, k)
+                advance(x, q, count, t[k], t[k + 1] - t[k], steps[k], u, slope, k)
                 for i in range(N_STATES):
                     for j in range(first, last):
                         transition[k, i, j] = x[i * N_LANES + 1 + j - first] - x[i * N_LANES]

@@ -95,7 +95,7 @@ def working():
     n, m = N_STATES * N_LANES, max(1, N_INPUTS) * N_LANES
     numbers = np.empty(N_LANES), np.empty(N_LANES), np.empty(N_LANES), np.ones(N_LANES)
     places = np.empty(N_LANES, np.int64), np.empty(N_LANES, np.int64), np.empty(N_LANES, np.bool_)
-    error, stages = np.empty(N_LANES), workspace()
+    error, stages = np.empty(N_LANES), workspace(LANES)
     return np.empty(n), np.empty(n), *numbers, error, np.empty(m), np.empty(m), *places, stages
 
 

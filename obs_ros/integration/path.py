@@ -9,9 +9,10 @@ import numpy as np
 
 from obs_ros.core.typing import AnyArray, Array, BoolArray, IntArray
 
-# Candidates are stepped in chunks of so many: of fewer LLVM unrolls the loop over the lanes instead
-# of vectorising it.
-LANES = 16
+# Candidates lie in chunks of so many lanes, of which only registers that hold some are stepped: one
+# of AVX-512 holds 8 numbers. Lanes are counted when the loop runs. Over a constant number below 16
+# LLVM does not vectorise where it has to find out first whether arrays overlap.
+LANES, REGISTER = 16, 8
 
 
 class Path(NamedTuple):

@@ -357,8 +357,8 @@ def test_stopping_while_compiling_keeps_what_is_done(cache: Path, way: str) -> N
     kernels = fresh(BLOW_UP)
     kernels.module.squares(
         np.zeros(1), np.empty(0, np.int64), np.empty((1, 0)), np.empty((1, 0)), np.ones((1, 1)),
-        np.ones((1, 1)), np.ones(1, np.bool_), np.zeros(1), np.array([1]), np.full((1, 16), 3.0),
-        np.empty((0, 16)), out := np.empty((1, 1, 16)),
+        np.ones((1, 1)), np.ones(1, np.bool_), np.zeros(1), np.array([1]), 1,
+        np.full((1, 16), 3.0), np.empty((0, 16)), out := np.empty((1, 1, 16)),
     )  # fmt: skip
     assert hits(kernels.module.squares) == 1
     np.testing.assert_allclose(out, 4.0)
