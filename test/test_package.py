@@ -23,7 +23,9 @@ MANIFEST = parse_package(ROOT / 'package.xml')
 DECLARED = {dependency.name for dependency in MANIFEST.exec_depends}
 ROS_PACKAGES = {name for name in DECLARED if not name.startswith('python3-')}
 ROSDEP_KEYS = {'numpy': 'python3-numpy', 'scipy': 'python3-scipy', 'yaml': 'python3-yaml'}
-OPTIONAL = {'cvxpy', 'dask', 'distributed', 'matplotlib', 'numba', 'pyarrow', 'rosbags'}
+OPTIONAL = {
+    'cvxpy', 'dask', 'distributed', 'llvmlite', 'matplotlib', 'numba', 'pyarrow', 'rosbags',
+}  # fmt: skip
 
 
 def source_files(package):

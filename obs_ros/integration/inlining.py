@@ -6,10 +6,12 @@ three quarters of the time that a kernel takes. Written out they compile to the 
 """
 
 import ast
+import contextlib
 import copy
 import itertools
 from collections.abc import Iterable, Iterator, Mapping
 
+TRIES = 5  # to parse a text, beside other threads that do
 # Of these only parts are evaluated, so that no call may be taken out of them.
 CONDITIONAL = (ast.IfExp, ast.BoolOp, ast.Lambda, ast.ListComp, ast.GeneratorExp)
 
@@ -20,7 +22,7 @@ def inlined(text: str) -> str:
     What nothing calls any more is left out. Those with a `return` elsewhere than at their end are
     called as they were, and so is every one where a condition decides whether it is called.
     """
-    tree = ast.parse(text)
+    tree = parsed(text)
     helpers = {f.name: f for f in functions(tree, 'jit') if is_short(f)}
     for each in tree.body:  # another name of a function
         if isinstance(each, ast.Assign) and isinstance(each.value, ast.Name):
@@ -34,6 +36,17 @@ def inlined(text: str) -> str:
                 each.body = _Inliner(helpers).block(each.body)
     tree.body = needed(tree)
     return ast.unparse(ast.fix_missing_locations(tree))
+
+
+def parsed(text: str) -> ast.Module:
+    """Return the syntax tree of a module.
+
+    Of two threads that make one at once Python 3.11 and 3.12 may refuse either (gh-106905).
+    """
+    for _ in range(TRIES):
+        with contextlib.suppress(SystemError):
+            return ast.parse(text)
+    return ast.parse(text)
 
 
 def needed(tree: ast.Module) -> list[ast.stmt]:

@@ -5,7 +5,7 @@ import ast
 import numpy as np
 import pytest
 
-from obs_ros.integration.inlining import inlined
+from obs_ros.integration.inlining import inlined, parsed
 from obs_ros.integration.kernel_source import filter_source, source
 from obs_ros.models import MODELS, load_model
 
@@ -98,3 +98,18 @@ def test_what_is_written_out_everywhere_is_left_out() -> None:
         each.name for each in ast.parse(inlined(TEXT)).body if isinstance(each, ast.FunctionDef)
     }
     assert left == {'sign', 'march', 'kernel'}
+
+
+def test_a_text_is_parsed_again_where_another_thread_stood_in_the_way(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    plain, tries = ast.parse, []
+
+    def refusing(text: str) -> ast.Module:
+        tries.append(text)
+        if len(tries) < 3:
+            raise SystemError('AST constructor recursion depth mismatch (before=84, after=164)')
+        return plain(text)
+
+    monkeypatch.setattr(ast, 'parse', refusing)
+    assert isinstance(parsed('x = 1'), ast.Module) and len(tries) == 3

@@ -114,7 +114,7 @@ def test_callbacks_of_a_node_that_a_callback_ends_do_not_run_and_no_other_is_for
 
     def end(own, other):
         woken.append(own.node.get_name())
-        if len(woken) == 1:
+        if other.node.get_name() not in woken:
             executor.remove_node(other.node)
             other.node.destroy_node()
 
