@@ -39,7 +39,7 @@ class IdentifiabilitySettings:
     support: float = 0.1
     unseen: float = 2.0
     smallest_value: float = 0.01
-    horizon: int = 32
+    horizon: int = 30
     nodes: int = 2048
     lengths: int = 25
 
