@@ -89,6 +89,8 @@ class Session:
             )  # fmt: skip
         told = self.ros.listen(f'{name}/info', String, LATCHED)
         self.ros.spin_until(lambda: told or self._ended(), timeout=30.0)
+        if name.endswith('/estimator'):  # what comes once must not come before it is compiled
+            self.ros.spin_until(lambda: 'ready' in self._told(name) or self._ended(), timeout=60.0)
 
     def python(self, words: list[str]) -> None:
         """`python -m MODULE ...`."""
