@@ -30,8 +30,8 @@ class IdentifiabilitySettings:
     - `support`: share of a direction's largest entry below which a parameter does not belong to it;
     - `unseen`: standard deviations by which a change along such a product may show;
     - `smallest_value` (boxes): below, a relative change means nothing;
-    - `horizon` (windows), `nodes`, `lengths`: how far ahead, in how many nodes and at how many
-      lengths, each a fifth longer than the one before, longer windows are looked at.
+    - `horizon` (windows), `nodes`, `lengths`: how far ahead, in how many nodes at most and at how
+      many lengths, each a fifth longer than the one before, longer windows are looked at.
     """
 
     undetermined: float = 0.1
@@ -39,7 +39,7 @@ class IdentifiabilitySettings:
     support: float = 0.1
     unseen: float = 2.0
     smallest_value: float = 0.01
-    horizon: int = 30
+    horizon: int = 32
     nodes: int = 2048
     lengths: int = 25
 
@@ -139,8 +139,8 @@ def _longer(objective: Objective, state: Array, p: Array, chosen: IntArray) -> s
     jacobian = _jacobian_ahead(objective, state, p)
     if not np.isfinite(jacobian).all():
         return ''
-    shortest = LIMITS.nodes / (2 * LIMITS.horizon)
-    ends = np.geomspace(shortest, LIMITS.nodes, LIMITS.lengths).astype(int)
+    nodes = len(jacobian)
+    ends = np.geomspace(nodes / (2 * LIMITS.horizon), nodes, LIMITS.lengths).astype(int)
     information = Prior.known(unknowns, start=True).precision
     deviations = []
     for first, last in pairwise([0, *ends]):
@@ -156,7 +156,7 @@ def _longer(objective: Objective, state: Array, p: Array, chosen: IntArray) -> s
             'move the inputs: while they stay as they are, no window up to '
             f'{LIMITS.horizon} times as long would determine {names}'
         )
-    seconds = max(length * ends[enough[0]] * LIMITS.horizon / LIMITS.nodes, 2.0 * length)
+    seconds = max(length * ends[enough[0]] * LIMITS.horizon / nodes, 2.0 * length)
     return (
         f'a window of about {float(f"{seconds:.2g}"):g} s would determine {names}, '
         'even if the inputs stay as they are; moving them may be quicker'
@@ -167,19 +167,22 @@ def _jacobian_ahead(objective: Objective, state: Array, p: Array) -> Array:
     """Return the Jacobian (N, r, d) of scaled outputs over the horizon ahead, input held."""
     unknowns, grid = objective.unknowns, objective.grid
     n = len(unknowns.model.states)
-    t = np.linspace(0.0, LIMITS.horizon * float(grid.t[-1] - grid.t[0]), LIMITS.nodes)
-    samples = objective.count(objective.nodes) / grid.y.shape[1] * LIMITS.horizon / LIMITS.nodes
-    weight = np.tile(np.sqrt(samples) / grid.scale, (LIMITS.nodes, 1))
-    interval = t[1] / usual_step(unknowns.model, grid)
+    horizon = LIMITS.horizon * float(grid.t[-1] - grid.t[0])
+    wanted = horizon / usual_step(unknowns.model, grid)  # steps in all
+    each = max(1, math.ceil(wanted / (LIMITS.nodes - 1) - 1e-6))
+    # As many nodes as these steps reach: more of them would only round each one's steps up.
+    nodes = LIMITS.nodes if each == 1 else 1 + math.ceil(wanted / each - 1e-6)
+    samples = objective.count(objective.nodes) / grid.y.shape[1] * LIMITS.horizon / nodes
+    weight = np.tile(np.sqrt(samples) / grid.scale, (nodes, 1))
     ahead = replace(
         grid,
-        t=t + grid.t[-1],
-        steps=np.full(LIMITS.nodes - 1, max(1, math.ceil(interval - 1e-6))),
-        u=np.tile(grid.u[-1], (LIMITS.nodes, 1)),
-        slope=np.zeros((LIMITS.nodes, grid.u.shape[1])),
+        t=np.linspace(0.0, horizon, nodes) + grid.t[-1],
+        steps=np.full(nodes - 1, each),
+        u=np.tile(grid.u[-1], (nodes, 1)),
+        slope=np.zeros((nodes, grid.u.shape[1])),
         y=np.zeros_like(weight),
         weight=weight,
-        measured=np.ones(LIMITS.nodes, dtype=bool),
+        measured=np.ones(nodes, dtype=bool),
         injection=None,
     )
     lanes = np.repeat(np.concatenate([state, p])[:, None], 1 + unknowns.dimension, axis=1)

@@ -183,7 +183,7 @@ def test_where_no_window_would_do_moving_the_inputs_is_advised() -> None:
     nodes = 61
     at_rest = lag(nodes, np.zeros(nodes), start=0.0)
     assert advised(at_rest, 2) == (
-        'move the inputs: while they stay as they are, no window up to 30 times as long would '
+        'move the inputs: while they stay as they are, no window up to 32 times as long would '
         'determine tau'
     )
 
