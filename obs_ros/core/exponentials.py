@@ -145,7 +145,8 @@ def power(x: Any, y: Any) -> Any:
     part = twice + further
     whole = main + part
     upper = number(bits(whole) & UPPER)
-    lost = ((twice - part) + further) + (2.0 * lost + k * LN2_REST)
+    # What s has lost counts by the slope of 2 artanh(s), which is 2 + 2 z + ...
+    lost = ((twice - part) + further) + (2.0 * (lost + z * lost) + k * LN2_REST)
     lower = (whole - upper) + ((part - (whole - main)) + lost)
     first = number(bits(y) & UPPER) if np.abs(y) > 1e-290 else y
     product = first * upper
