@@ -5,10 +5,11 @@ the rollouts.
 """
 
 import functools
+import math
 
 import numpy as np
 
-from obs_ros.core.jit import accelerated, unhurried
+from obs_ros.core.jit import unhurried
 from obs_ros.core.typing import AnyArray, Array, BoolArray
 
 TINY_DAMPING = 1e-11  # keeps a singular matrix solvable
@@ -137,13 +138,17 @@ def judged(
     return won
 
 
-@accelerated
+@unhurried
 def usable(squares: float, hessian: Array) -> bool:
     """Whether residuals and derivatives of one start are finite, by its J'J (d, d)."""
-    return bool(np.isfinite(squares) and np.isfinite(hessian).all())
+    finite = math.isfinite(squares)
+    for i in range(len(hessian)):
+        for j in range(len(hessian)):
+            finite = finite and math.isfinite(hessian[i, j])
+    return finite
 
 
-@accelerated
+@unhurried
 def difference_steps(hessian: Array, variance: float, rules: Array, h: Array) -> None:
     """Write steps h (d,) of finite differences for noise of this variance, near J'J (d, d)."""
     for i in range(h.size):
@@ -151,7 +156,7 @@ def difference_steps(hessian: Array, variance: float, rules: Array, h: Array) ->
         h[i] = min(max(step, rules[6]), rules[7])
 
 
-@accelerated
+@unhurried
 def proposed(
     z: Array,
     squares: Array,
@@ -197,7 +202,7 @@ def proposed(
     return trial, gain, h, converged, over, number
 
 
-@accelerated
+@unhurried
 def moved(
     z: Array,
     squares: Array,
@@ -222,13 +227,17 @@ def moved(
         if not usable(tried[s], hessian_there[s]):
             tried[s] = np.inf
     won = judged(squares, tried, gain, damping, growth, rejections, fastest_shrink)
+    # Number by number: assigning arrays compiles a message on their shapes, for seconds.
     for s in range(squares.size):
         if won[s]:
             squares[s] = tried[s]
-            z[s], gradient[s], hessian[s] = trial[s], gradient_there[s], hessian_there[s]
+            for i in range(z.shape[1]):
+                z[s, i], gradient[s, i] = trial[s, i], gradient_there[s, i]
+                for j in range(z.shape[1]):
+                    hessian[s, i, j] = hessian_there[s, i, j]
 
 
-@accelerated
+@unhurried
 def last_step(
     z: Array,
     squares: Array,
@@ -243,7 +252,7 @@ def last_step(
 
     From the one start z (1, d). And whether that gains more than the `least` that counts.
     """
-    trial, h = z.copy(), np.empty(z.shape)
+    trial, h = z.copy(), np.empty((1, z.shape[1]))
     if not usable(squares[0], hessian[0]):
         return trial, h, False
     damping = np.full(1, TINY_DAMPING)

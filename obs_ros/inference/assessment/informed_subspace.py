@@ -149,8 +149,8 @@ def _around(z: Array, roots: Array, limits: Array, step: Array) -> Array:
         # Towards the side with more room: beyond its bounds a state may mean nothing.
         side = 1 if room[1] > room[0] else 0
         for row in range(k * (1 + q), (k + 1) * (1 + q)):
-            points[row, :n] = moved[side]
-            points[row, n:] = z[n:]
+            for i in range(z.size):  # assigning arrays compiles a message on their shapes
+                points[row, i] = moved[side, i] if i < n else z[i]
         for j in range(q):
             points[k * (1 + q) + 1 + j, n + j] += step[j]
     return points
