@@ -30,7 +30,7 @@ FOLDERS = ('obs_ros_kernels_*', 'obs_ros_accelerated_*')
 class CacheSettings:
     """Limits of the cache of compiled functions."""
 
-    kept: int = 200  # folders of each kind, those used last: edited models leave old ones behind
+    kept: int = 500  # folders of each kind, those used last: edited models leave old ones behind
     longest_wait: float = 60.0  # s for another process that compiles the same, some 10 s of work
     poll: float = 0.05  # s from one look at its lock to the next
 
