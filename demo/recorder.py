@@ -1,5 +1,6 @@
 """A node that listens to the plant, its simulated truth and the estimates."""
 
+import time
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 
@@ -7,6 +8,7 @@ import yaml
 from diagnostic_msgs.msg import DiagnosticArray
 from rclpy.node import Node
 from rclpy.qos import DurabilityPolicy, QoSProfile
+from rclpy.task import Future
 from sensor_msgs.msg import JointState
 from std_msgs.msg import String
 from std_srvs.srv import SetBool
@@ -28,6 +30,7 @@ TOPICS = {
     'parameters_interval': 'estimator/parameters_interval',
     'jump': 'estimator/jump',
 }
+PATIENCE = 5.0  # s for the simulator's answer; a machine that stood still may have lost it
 DEPTH = 2000  # messages; nothing may be lost while the screen is written
 VOUCHED = ('converged', 'at_bound')  # outcomes of estimates that the node stands by
 
@@ -56,7 +59,8 @@ class Recorder(Node):
         self.received: dict[str, dict[int, Vector]] = {key: {} for key in TOPICS}
         self.verdicts: dict[int, Verdict] = {}
         self.estimator_ready = False
-        self._running = False
+        self._running, self._asked = False, 0.0
+        self._answer: Future | None = None
         self.intervals: dict[int, Intervals] = {}
         self.jumps: dict[int, Announced] = {}
         others = {'parameters_interval': self._keep_interval, 'jump': self._note_jump}
@@ -98,16 +102,20 @@ class Recorder(Node):
     def pace(self, window: float, period: float) -> None:
         """Hold the plant while estimates, or what is heard here, lag two periods (s) behind it.
 
-        So the estimator misses no window, however busy the machine is.
+        So the estimator misses no window, however busy the machine is. What the simulator does not
+        answer it is told again.
         """
         newest = max(self.verdicts, default=0) / 1e9
         run = runs_on(self._running, self.plant_time, newest, window, period)
-        if run != self._running:
+        unanswered = self._answer is not None and not self._answer.done()
+        if run != self._running or (unanswered and time.monotonic() > self._asked + PATIENCE):
             self._let_run(run)
 
     def _let_run(self, run: bool) -> None:
-        self._running = run
-        self._enable.call_async(SetBool.Request(data=run))
+        if self._answer is not None and not self._answer.done():
+            self._enable.remove_pending_request(self._answer)
+        self._running, self._asked = run, time.monotonic()
+        self._answer = self._enable.call_async(SetBool.Request(data=run))
 
     def _keep(self, key: str) -> Callable[[JointState], None]:
         def callback(message: JointState) -> None:

@@ -32,7 +32,7 @@ def test_demo_finds_every_valve_and_draws_a_picture(
     run = subprocess.run(
         [sys.executable, '-m', 'demo.three_tank', '--picture', str(picture)],
         cwd=ROOT,
-        env={**os.environ, 'PYTHONPATH': str(ROOT)},
+        env={**os.environ, 'PYTHONPATH': str(ROOT), 'PYTHONUNBUFFERED': '1'},
         capture_output=True,
         text=True,
         timeout=patience(60.0),
