@@ -18,7 +18,6 @@ from obs_ros.horizon.settings import EstimationSettings
 from obs_ros.horizon.solver import Solver
 from obs_ros.horizon.unsolvable import TooFewSamples
 from obs_ros.inference.prior import Prior
-from obs_ros.models import MODELS
 
 T = 0.1 * np.arange(200)
 U = square_wave(T)
@@ -97,7 +96,7 @@ SOLVES = Path(__file__).parents[1] / 'prepared_windows.py'
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize('model', ['plants:LAG', 'stiff_plants:MOTOR', *MODELS])
+@pytest.mark.parametrize('model', ['plants:LAG', 'stiff_plants:MOTOR', 'three_tank'])
 def test_after_preparing_no_window_compiles_anything(model: str, tmp_path: Path) -> None:
     """Beside a node's load the first window took 20 s when its loops were compiled there."""
     pytest.importorskip('numba')
