@@ -34,9 +34,11 @@ from obs_ros.core.kernel_cache import (
     remembered,
     write,
 )
+from obs_ros.integration.backends import tiny_window
 from obs_ros.integration.compiled import CompiledKernels
 from obs_ros.integration.grid import Grid
 from obs_ros.integration.kernel_modules import load_module
+from obs_ros.integration.vectorised import NumpyKernels
 
 PATIENCE = patience(50.0)  # s for a process that compiles
 
@@ -355,13 +357,10 @@ def test_stopping_while_compiling_keeps_what_is_done(cache: Path, way: str) -> N
     done = stored_files(cache)
     assert 1 <= len(done) < 3  # squares, grams, trajectories
     kernels = fresh(BLOW_UP)
-    kernels.module.squares(
-        np.zeros(1), np.empty(0, np.int64), np.empty((1, 0)), np.empty((1, 0)), np.ones((1, 1)),
-        np.ones((1, 1)), np.ones(1, np.bool_), np.zeros(1), np.array([1]), 1,
-        np.full((1, 16), 3.0), np.empty((0, 16)), out := np.empty((1, 1, 16)),
-    )  # fmt: skip
-    assert hits(kernels.module.squares) == 1
-    np.testing.assert_allclose(out, 4.0)
+    grid, x0, p = tiny_window(BLOW_UP)
+    states, _ = kernels.trajectories(grid, x0, p)
+    assert hits(kernels.module.trajectories) == 1
+    np.testing.assert_array_equal(states, NumpyKernels(BLOW_UP).trajectories(grid, x0, p)[0])
 
 
 SPREAD = """

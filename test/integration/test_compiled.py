@@ -33,7 +33,7 @@ def test_kernels_compile_one_after_the_other_when_they_are_first_used() -> None:
 
     assert compiled() == set()
     run_kernels_once(kernels)
-    assert compiled() == {'squares'}
+    assert compiled() == {'trajectories'}
     steps = []
     for rehearsed in (rollouts_rehearsed(kernels), correction_rehearsed(kernels)):
         for _ in rehearsed:
