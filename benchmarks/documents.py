@@ -54,11 +54,13 @@ def with_tables(text: str, results: Path = RESULTS) -> str:
 
     def renewed(found: re.Match[str]) -> str:
         begin, name, heading, end = found.groups()
-        content = (
-            counted_verdicts(results)
-            if name == VERDICTS
-            else table_below(heading or CLAIMS, results / f'papers_{name}.md')
-        )
+        path = results / f'papers_{name}.md'
+        if name == VERDICTS:
+            content = counted_verdicts(results)
+        elif path.exists():
+            content = table_below(heading or CLAIMS, path)
+        else:
+            content = f'Not measured yet: `python -m benchmarks.papers {name}`.'
         return f'{begin}\n{content}\n\n{end}'
 
     return MARKED.sub(renewed, text)

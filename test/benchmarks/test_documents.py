@@ -58,6 +58,11 @@ def test_a_marked_table_is_replaced_and_nothing_else(results: Path) -> None:
     assert with_tables(new, results) == new
 
 
+def test_a_paper_without_results_says_so(results: Path) -> None:
+    page = with_tables('<!-- papers:begin b -->\n<!-- papers:end -->', results)
+    assert 'Not measured yet: `python -m benchmarks.papers b`.' in page
+
+
 def test_verdicts_are_counted(results: Path) -> None:
     page = with_tables('<!-- papers:begin verdicts -->\n<!-- papers:end -->', results)
     assert '| A paper | 4 | 2 | 1 | 1 |' in page
