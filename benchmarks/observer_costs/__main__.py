@@ -5,9 +5,9 @@ scenario that the observer is for. Three tanks, every parameter free: share of t
 that are right 1000 s after valves have closed in part.
 """
 
-from benchmarks.observer_costs.report import costs_table, valves_table
+from benchmarks.observer_costs.report import asked, costs_table, valves_table
 from benchmarks.observer_costs.run import FILTERS, cost, valves
-from benchmarks.report import filled, publish
+from benchmarks.report import filled, publish, requirements
 from benchmarks.runner import options
 from obs_ros.observers.base import OBSERVERS
 
@@ -18,9 +18,14 @@ def main(arguments: list[str] | None = None) -> None:
     parser.add_argument('--samples', type=int, default=2000, help='samples of each observer')
     parser.add_argument('--seeds', type=int, default=10, help='noises of the three tanks')
     chosen = parser.parse_args(arguments)
-    costs = costs_table([cost(name, chosen.samples) for name in OBSERVERS])
+    costs = [cost(name, chosen.samples) for name in OBSERVERS]
     found = valves_table([valves(name, chosen.seeds) for name in FILTERS], chosen.seeds)
-    text = filled('observer_costs/report', costs=costs, valves=found)
+    text = filled(
+        'observer_costs/report',
+        costs=costs_table(costs),
+        asked=requirements(asked(costs)),
+        valves=found,
+    )
     publish(chosen.results, 'observer_costs', 'Observers: cost, and free valves', text)
 
 

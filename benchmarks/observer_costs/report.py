@@ -5,9 +5,10 @@ from collections.abc import Sequence
 import numpy as np
 
 from benchmarks.observer_costs.run import Cost, Valves
-from benchmarks.report import table
+from benchmarks.report import Requirement, table
 
 RIGHT = 0.02  # of an opening
+MOST = {'ekf': 20.0, 'ukf': 60.0, 'gase': 1000.0}  # us asked to absorb a sample
 
 
 def costs_table(costs: Sequence[Cost]) -> str:
@@ -22,6 +23,19 @@ def costs_table(costs: Sequence[Cost]) -> str:
         }
         for one in costs
     )
+
+
+def asked(costs: Sequence[Cost]) -> list[Requirement]:
+    """Judge the times to absorb: filters with six joint states, 1 kHz of the genetic estimator."""
+    return [
+        Requirement(
+            f'{one.observer}: absorb, median <= {MOST[one.observer]:g} us',
+            f'{one.absorb:.1f} us',
+            one.absorb <= MOST[one.observer],
+        )
+        for one in costs
+        if one.observer in MOST
+    ]
 
 
 def valves_table(found: Sequence[Valves], seeds: int) -> str:

@@ -5,8 +5,8 @@ import math
 import numpy as np
 
 from benchmarks.judge import Judge
+from benchmarks.papers.yang.reference import SYMBOLS
 from benchmarks.tanks import paper_window
-from benchmarks.three_tank_tables.reference import SYMBOLS
 from obs_ros.models.three_tank import THREE_TANK
 
 

@@ -11,7 +11,7 @@ from benchmarks.intervals import confidently_wrong, coverage
 from benchmarks.report import Requirement, filled, pictures, publish, requirements, rms, table
 from benchmarks.runner import ROOT, monte_carlo, progress
 
-PAGES = [p for p in (ROOT / 'benchmarks').glob('*/*.md') if p.parent.name != 'results']
+PAGES = [p for p in (ROOT / 'benchmarks').glob('*/**/*.md') if p.parent.name != 'results']
 
 
 def test_a_requirement_is_judged_as_it_is() -> None:

@@ -10,9 +10,9 @@ blind, or a UKF beat it on nearly all of its own plants. Nor is the start (0, 0)
 oscillator innocent: x2 = 0 stays 0 there, and to first order y does not see x2, so that an EKF
 with exact derivatives never leaves it.
 
-Gains out of their domain are clamped. Bred again first, up to `tries` times, as the paper has it
-without telling its limit, they stay larger, and some runs diverge. The paper's freeze of the gains
-makes others diverge, and is off unless asked for.
+Some runs diverge, whether gains out of their domain are clamped (`tries` 0) or bred again first, as
+the paper has it without telling its limit. The paper's freeze of the gains makes many more diverge,
+and is off unless asked for. Rates: docs/papers.md.
 """
 
 from collections import deque

@@ -2,14 +2,16 @@
 
 import functools
 from collections.abc import Mapping, Sequence
+from typing import NamedTuple
 
 import numpy as np
 
 from benchmarks.judge import Judge, values_of
+from benchmarks.papers.seeds import seeds_of
+from benchmarks.papers.yang.convergence import Followed, follow
+from benchmarks.papers.yang.reference import FITNESSES, SNRS, SYMBOLS, Cell
 from benchmarks.runner import monte_carlo
-from benchmarks.tanks import TankWindow, paper_window
-from benchmarks.three_tank_tables.convergence import Followed, follow
-from benchmarks.three_tank_tables.reference import FITNESSES, SYMBOLS, Cell
+from benchmarks.tanks import PAPER_WINDOWS, TankWindow, paper_window
 from obs_ros import solve_window
 from obs_ros.core.typing import Array
 from obs_ros.models.three_tank import THREE_TANK
@@ -24,10 +26,28 @@ WAYS = {
 FOLLOWED_SNR = 40.0  # dB
 
 
+FOLLOWED = 20  # runs, at most
+
 Errors = Mapping[tuple[Cell, str], Array]  # absolute errors (seeds, 4)
 
 
-def all_errors(cells: Sequence[Cell], seeds: Sequence[int]) -> Errors:
+class Figures(NamedTuple):
+    """All that was measured, of so many seeds for each rate."""
+
+    seeds: int
+    cells: Sequence[Cell]
+    errors: Errors
+    followed: Mapping[tuple[str, str], Followed]
+
+
+def measure(seeds: int) -> Figures:
+    """Solve all cells of both tables, and follow some searches."""
+    cells = [Cell(f, w, snr) for f in FITNESSES for w in PAPER_WINDOWS for snr in SNRS]
+    followed = follow_all(list(PAPER_WINDOWS), min(FOLLOWED, seeds))
+    return Figures(seeds, cells, all_errors(cells, seeds), followed)
+
+
+def all_errors(cells: Sequence[Cell], seeds: int) -> Errors:
     """Solve every cell in every way that applies to it."""
     first = cells[0].fitness
     pairs = [
@@ -38,8 +58,14 @@ def all_errors(cells: Sequence[Cell], seeds: Sequence[int]) -> Errors:
         # Least squares has no other fitness; without noise the first sample is the truth.
         or (cell.fitness == first and not (way == FIRST_SAMPLE and np.isinf(cell.snr_db)))
     ]
-    runs = {pair: [(*pair, seed) for seed in seeds] for pair in pairs}
-    found = monte_carlo(errors_of, runs, 'solve', chunk=len(seeds))
+    runs = {
+        (cell, way): [
+            (cell, way, seed)
+            for seed in seeds_of('yang', f'{cell.fitness} {cell.window} {cell.snr_db} {way}', seeds)
+        ]
+        for cell, way in pairs
+    }
+    found = monte_carlo(errors_of, runs, 'solve', chunk=50)
     return {pair: np.array(errors) for pair, errors in found.items()}
 
 
@@ -77,16 +103,18 @@ def bounds(window_name: str, unknowns: int) -> Array:
     return np.sqrt(np.diag(judge.bound(window.truth, 1.0)))[: len(SYMBOLS)]
 
 
-def follow_all(windows: Sequence[str], seeds: Sequence[int]) -> Mapping[tuple[str, str], Followed]:
+def follow_all(windows: Sequence[str], runs: int) -> Mapping[tuple[str, str], Followed]:
     """Follow both searches on every window; excesses are medians over the seeds."""
     tasks = {
-        (window, method): [(window, method, seed) for seed in seeds]
+        (window, method): [
+            (window, method, seed) for seed in seeds_of('yang', f'follow {window} {method}', runs)
+        ]
         for window in windows
         for method in ('chaotic_de', 'memetic')
     }
     return {
-        pair: Followed(runs[0].evaluations, np.median([run.excess for run in runs], axis=0))
-        for pair, runs in monte_carlo(followed_one, tasks, 'follow', chunk=4).items()
+        pair: Followed(own[0].evaluations, np.median([run.excess for run in own], axis=0))
+        for pair, own in monte_carlo(followed_one, tasks, 'follow', chunk=4).items()
     }
 
 

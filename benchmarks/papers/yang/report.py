@@ -4,11 +4,9 @@ from collections.abc import Mapping, Sequence
 
 import numpy as np
 
-from benchmarks.report import Requirement, filled, requirements, rms, table
-from benchmarks.tanks import noise_of
-from benchmarks.three_tank_tables.convergence import LAST_EVALUATIONS, Followed
-from benchmarks.three_tank_tables.reference import Cell, references
-from benchmarks.three_tank_tables.run import (
+from benchmarks.papers.yang.convergence import LAST_EVALUATIONS, Followed
+from benchmarks.papers.yang.reference import Cell, references
+from benchmarks.papers.yang.run import (
     DEFAULT,
     FIRST_SAMPLE,
     FOLLOWED_SNR,
@@ -16,37 +14,33 @@ from benchmarks.three_tank_tables.run import (
     PAPER,
     WAYS,
     Errors,
+    Figures,
     bounds,
 )
+from benchmarks.report import Requirement, filled, requirements, rms, table
+from benchmarks.tanks import noise_of
 from obs_ros.core.typing import Array
 
 TITLES = {'ft1': '1 (f_t1, euclidean)', 'ft2': '2 (f_t2, correlation)'}
 
 
-def report(
-    errors: Errors,
-    cells: Sequence[Cell],
-    followed: Mapping[tuple[str, str], Followed],
-    seeds: int,
-    drawn: str,
-) -> str:
-    """Return the report, with the pictures at its end."""
+def report(figures: Figures) -> str:
+    """Return the tables of the report."""
+    errors, cells = figures.errors, figures.cells
     one_fitness = [cell for cell in cells if cell.fitness == cells[0].fitness]
     noisy = [cell for cell in one_fitness if np.isfinite(cell.snr_db)]
     reading, distance = reading_table(errors, noisy)
     told = (f'`{way}`: {meaning}' for way, meaning in WAYS.items() if way != FIRST_SAMPLE)
     return filled(
-        'three_tank_tables/report',
-        seeds=seeds,
+        'papers/yang/report',
         tables='\n\n'.join(paper_tables(errors, cells)),
         ways='; '.join(told),
         default=default_table(errors, noisy),
         reading=reading,
         off=distance,
         nearer=('the true initial levels', 'the first sample')[int(np.argmin(distance))],
-        convergence=convergence_table(followed),
+        convergence=convergence_table(figures.followed),
         snr=FOLLOWED_SNR,
-        pictures=drawn,
     )
 
 

@@ -1,14 +1,14 @@
-"""The tables of Yang, Li & Dahhou 2020, reproduced."""
+"""The audit of Yang, Li & Dahhou 2020."""
 
 import math
 
 import numpy as np
 import pytest
 
+from benchmarks.papers.yang.convergence import follow
+from benchmarks.papers.yang.reference import FITNESSES, SNRS, SYMBOLS, Cell, references
+from benchmarks.papers.yang.run import FIRST_SAMPLE, MEMETIC, PAPER, bounds, errors_of
 from benchmarks.tanks import PAPER_WINDOWS, paper_window
-from benchmarks.three_tank_tables.convergence import follow
-from benchmarks.three_tank_tables.reference import FITNESSES, SNRS, SYMBOLS, Cell, references
-from benchmarks.three_tank_tables.run import FIRST_SAMPLE, MEMETIC, PAPER, bounds, errors_of
 
 
 @pytest.mark.parametrize(

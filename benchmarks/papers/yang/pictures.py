@@ -6,11 +6,11 @@ from typing import Any
 import numpy as np
 
 from benchmarks.judge import SAME_OPTIMUM
+from benchmarks.papers.yang.convergence import FIRST_EVALUATIONS, Followed
+from benchmarks.papers.yang.reference import SYMBOLS, Cell, references
+from benchmarks.papers.yang.run import MEMETIC, PAPER, Errors, bounds
 from benchmarks.report import panels
 from benchmarks.tanks import noise_of
-from benchmarks.three_tank_tables.convergence import FIRST_EVALUATIONS, Followed
-from benchmarks.three_tank_tables.reference import SYMBOLS, Cell, references
-from benchmarks.three_tank_tables.run import MEMETIC, PAPER, Errors, bounds
 
 UNITS = {'p1': '', 'p2': '', 'p3': '', 'h3': ' (cm)'}
 LABELS = {'ft1': 'paper mode, f_t1 (euclidean)', 'ft2': 'paper mode, f_t2 (correlation)'}

@@ -1,0 +1,247 @@
+"""The claims of Gremling & Passino 2000, judged by the figures."""
+
+import numpy as np
+
+from benchmarks.intervals import share_interval
+from benchmarks.papers.claims import Claim, Verdict, share, verdict
+from benchmarks.papers.gremling.counts import DIGITS, ELITE, MUTATION, RANGES, N, W
+from benchmarks.papers.gremling.plan import (
+    DEFAULT,
+    EKF,
+    JETS,
+    LINEAR,
+    LUENBERGER,
+    MIDDLE,
+    MINIMUM,
+    NON_MINIMUM,
+    PAPER,
+)
+from benchmarks.papers.gremling.run import Figures
+from benchmarks.papers.gremling.scores import RARE, mean_interval, mean_text, squares, undetected
+from benchmarks.papers.observed import diverged
+from benchmarks.report import slashed
+
+TABLES = {MINIMUM: ('Table 1', (4328.79, 2008.48)), NON_MINIMUM: ('Table 2', (7244.04, 2563.16))}
+JET_TABLES = {'Table 3': ('jet_engine_case1', (310.91, 1116.81)),
+              'Table 4': ('jet_engine_case2', (186.77, 226.11))}  # fmt: skip
+LUENBERGER_SUMS = {MINIMUM: ('4.2', (4365.23, 3427.46)), NON_MINIMUM: ('5.2', (6320.0, 8348.1))}
+PRINTED_RUNS = 50
+LUENBERGER_WITHIN = 0.005
+ZERO = 0.05  # of a state's own RMS: an error below is called none
+
+
+def claims(figures: Figures) -> list[Claim]:
+    """Return the claims in the order of the paper."""
+    return [
+        to_zero(figures),
+        higher_performance(figures),
+        operations(figures),
+        whole_draws(figures),
+        real_draws(figures),
+        printed_sums(figures, MINIMUM),
+        luenberger(figures, MINIMUM),
+        as_well(figures),
+        printed_sums(figures, NON_MINIMUM),
+        luenberger(figures, NON_MINIMUM),
+        outperformed(figures),
+        *(jet_sums(figures, table) for table in JET_TABLES),
+        *(detection(figures, case) for case in JETS),
+        never_fails(figures),
+        kalman(figures),
+    ]
+
+
+def to_zero(figures: Figures) -> Claim:
+    """Judge the abstract's error that is driven to zero, on the linear plants."""
+    relative = {
+        way: {s: np.array([one.rms[1:] / one.size[1:] for one in figures.outcomes[s, way]])
+              for s in LINEAR}
+        for way in (PAPER, DEFAULT)
+    }  # fmt: skip
+    texts = {
+        way: '; '.join(f'{LINEAR[s]} {mean_text(each, ".3f")}' for s, each in own.items())
+        for way, own in relative.items()
+    }
+    small = all((mean_interval(own)[2] <= ZERO).all() for own in relative[PAPER].values())
+    return Claim(
+        'Abstract', 'the state estimation error is driven to zero',
+        'RMS x2 / x3 over the second half, by the RMS of the state: means', texts[PAPER],
+        verdict(small), texts[DEFAULT],
+    )  # fmt: skip
+
+
+def higher_performance(figures: Figures) -> Claim:
+    """Judge the main conclusion beside a Kalman filter that estimates the parameters, too."""
+    found, better = [], []
+    for case, name in JETS.items():
+        own, other = (squares(figures.outcomes, case, way) for way in (PAPER, EKF))
+        found.append(f'{name}: {mean_text(own, ".3g")}, {EKF} {mean_text(other, ".3g")}')
+        better.append(bool((mean_interval(own)[2] < other[0]).all()))
+    ours = '; '.join(
+        f'{name}: {mean_text(squares(figures.outcomes, case, DEFAULT), ".3g")}'
+        for case, name in JETS.items()
+    )
+    return Claim(
+        'Abstract, 7', 'for nonlinear systems, potentially higher performance than other methods',
+        'Es R / Phi of the jet engine, means', '; '.join(found), verdict(all(better)), ours,
+    )  # fmt: skip
+
+
+def operations(figures: Figures) -> Claim:
+    """Judge eq. 6 by the operations of a literal evaluation."""
+    printed = 2 * N * (W + 1), N * (W + 2)
+    criterion, total = (
+        (each['additions'], each['multiplications']) for each in figures.operations
+    )  # fmt: skip
+    return Claim(
+        'Eq. 6', f'a generation takes {printed[0]} additions, {printed[1]} multiplications in all',
+        'operations counted, N 200, W 50, third order',
+        f'{total[0]}, {total[1]} with the steps of the model (eq. 18), '
+        f'{criterion[0]}, {criterion[1]} without',
+        verdict(total == printed), 'the same',
+    )  # fmt: skip
+
+
+def whole_draws(figures: Figures) -> Claim:
+    """Judge eqs. 7 and 8: random integers of parents, sites and alleles."""
+    traits, genes, children = len(RANGES), len(RANGES) * DIGITS, N - ELITE
+    expected = (traits / 2 + MUTATION * genes + 1) * children
+    low, high = (traits / 2 + 1) * children, (traits / 2 + genes + 1) * children
+    drawn = np.array([
+        [each['parents'] + each['sites'] + each['alleles']] for each in figures.draws
+    ], float)  # fmt: skip
+    within = bool((drawn >= low).all() and (drawn <= high).all())
+    _, least, most = mean_interval(drawn)
+    return Claim(
+        'Eqs. 7, 8', f'random integers of a generation: {low:.0f} to {high:.0f}, '
+        f'{expected:.0f} in the mean', f'{len(drawn)} generations counted',
+        f'{drawn.min():.0f} to {drawn.max():.0f}, mean {mean_text(drawn, ".1f")}',
+        verdict(within and bool(least[0] <= expected <= most[0])), 'the same',
+    )  # fmt: skip
+
+
+def real_draws(figures: Figures) -> Claim:
+    """Judge eq. 9: random floating-point numbers."""
+    most = len(RANGES) * (N - ELITE)
+    replaced = [each['traits out of range'] for each in figures.draws]
+    tests = [each['tests of mutation'] for each in figures.draws]
+    totals = [sum(pair) for pair in zip(replaced, tests, strict=True)]
+    return Claim(
+        'Eq. 9', f'random floating-point numbers of a generation: 0 to {most}',
+        f'{len(totals)} generations counted',
+        f'{min(totals)} to {max(totals)}: {min(tests)} test whether genes mutate, '
+        f'{min(replaced)} to {max(replaced)} replace traits',
+        verdict(max(totals) <= most), 'one draw tests a gene and is its allele',
+    )  # fmt: skip
+
+
+def printed_sums(figures: Figures, scenario: str) -> Claim:
+    """Judge a table: its means lie where the mean of as many further runs would."""
+    place, printed = TABLES[scenario]
+    own = squares(figures.outcomes, scenario, PAPER)
+    _, low, high = mean_interval(own, PRINTED_RUNS)
+    within = bool(((low <= printed) & (printed <= high)).all())
+    return Claim(
+        place, f'Es x2 / x3, mean of {PRINTED_RUNS} runs: {slashed(printed, ".0f")}',
+        f'{len(own)} runs; 95 % of the means of {PRINTED_RUNS} others lie within '
+        f'{slashed(low, ".0f")} to {slashed(high, ".0f")}',
+        mean_text(own), verdict(within),
+        mean_text(squares(figures.outcomes, scenario, DEFAULT)),
+    )  # fmt: skip
+
+
+def luenberger(figures: Figures, scenario: str) -> Claim:
+    """Judge the sums of the adaptive Luenberger observer."""
+    place, printed = LUENBERGER_SUMS[scenario]
+    own = squares(figures.outcomes, scenario, LUENBERGER)
+    off = own[0] / printed - 1.0
+    return Claim(
+        place, f'adaptive Luenberger observer: Es x2 / x3 {slashed(printed, ".0f")}',
+        f'one run, no randomness; within {100.0 * LUENBERGER_WITHIN:g} %', mean_text(own),
+        verdict(bool((np.abs(off) <= LUENBERGER_WITHIN).all())),
+    )  # fmt: skip
+
+
+def as_well(figures: Figures) -> Claim:
+    """Judge whether the GA is no worse than the adaptive Luenberger observer, minimum phase."""
+    own, other = (squares(figures.outcomes, MINIMUM, way) for way in (PAPER, LUENBERGER))
+    return Claim(
+        '4.2', 'the GA performs as well as the adaptive Luenberger observer',
+        'Es x2 / x3, mean: no interval lies above the observer',
+        f'{mean_text(own)}; Luenberger {mean_text(other)}',
+        verdict(bool((mean_interval(own)[1] <= other[0]).all())),
+        f'{middle(figures, MINIMUM)}',
+    )  # fmt: skip
+
+
+def outperformed(figures: Figures) -> Claim:
+    """Judge whether the adaptive Luenberger observer is better, non-minimum phase."""
+    own, other = (squares(figures.outcomes, NON_MINIMUM, way) for way in (PAPER, LUENBERGER))
+    return Claim(
+        '5.2', 'the GA was somewhat outperformed by the Luenberger observer',
+        'Es x2 / x3, mean: both intervals lie above the observer',
+        f'{mean_text(own)}; Luenberger {mean_text(other)}',
+        verdict(bool((mean_interval(own)[1] > other[0]).all())),
+        f'{middle(figures, NON_MINIMUM)}',
+    )  # fmt: skip
+
+
+def middle(figures: Figures, scenario: str) -> str:
+    """Return the sums of our default, and of no estimation at all, as text."""
+    own, fixed = (squares(figures.outcomes, scenario, way) for way in (DEFAULT, MIDDLE))
+    return f'{mean_text(own)}; {MIDDLE}, in open loop: {mean_text(fixed)}'
+
+
+def jet_sums(figures: Figures, place: str) -> Claim:
+    """Tell the sums on the jet engine: the reference is drawn in a figure only."""
+    case, printed = JET_TABLES[place]
+    return Claim(
+        place, f'Es R / Phi, mean of {PRINTED_RUNS} runs: {slashed(printed, ".0f")}',
+        'the reference is not in print; under our ramp',
+        mean_text(squares(figures.outcomes, case, PAPER), '.3g'), Verdict.CANNOT_BE_JUDGED,
+        mean_text(squares(figures.outcomes, case, DEFAULT), '.3g'),
+    )  # fmt: skip
+
+
+def detection(figures: Figures, case: str) -> Claim:
+    """Judge whether estimated stall cells grow when the true ones do."""
+    missed = {
+        way: (sum(map(undetected, figures.outcomes[case, way])), len(figures.outcomes[case, way]))
+        for way in (PAPER, EKF)
+    }
+    return Claim(
+        '6.2, 7', f'the growth of stall cells is detected ({JETS[case]})',
+        'share of runs in which the estimated R passes 0.5 not within 0.5 s of the true R',
+        share(*missed[PAPER]), verdict(share_interval(*missed[PAPER])[1] <= RARE),
+        f'{EKF}: {"missed" if missed[EKF][0] else "detected"}',
+    )  # fmt: skip
+
+
+def never_fails(figures: Figures) -> Claim:
+    """Judge whether the estimator never fails on the jet engine."""
+    found = [one for case in JETS for one in figures.outcomes[case, PAPER]]
+    lost = sum(map(diverged, found))
+    return Claim(
+        '6.3', 'the genetic estimator never failed', 'share of runs that diverge, both cases',
+        share(lost, len(found)), verdict(share_interval(lost, len(found))[1] <= RARE),
+    )  # fmt: skip
+
+
+def kalman(figures: Figures) -> Claim:
+    """Tell how many extended Kalman filters are unstable: the paper's own is not in print."""
+    counts = {
+        kept: [bad for one, bad in figures.filters.items() if one.kept == kept]
+        for kept in (True, False)
+    }
+    told = '; '.join(
+        f'{sum(bad)} of {len(bad)} {"with" if kept else "without"} R >= 0 kept'
+        for kept, bad in counts.items()
+    )
+    return Claim(
+        '6.3', 'an extended Kalman filter with small covariances becomes unstable in all runs',
+        'initial covariance and reference are not in print; filters tried under our ramp',
+        f'unstable: {told}', Verdict.CANNOT_BE_JUDGED,
+        f'{EKF}: ' + '; '.join(
+            mean_text(squares(figures.outcomes, case, EKF), '.3g') for case in JETS
+        ),
+    )  # fmt: skip

@@ -1,0 +1,28 @@
+"""Porter & Passino 1995: genetic adaptive observers, gains evolved online by a base-10 GA.
+
+The paper's mode beside its variants, a constant gain and Kalman filters on the linear plant and the
+glycolytic oscillator.
+"""
+
+from functools import partial
+
+from benchmarks.papers.paper import Drawn, Paper
+from benchmarks.papers.porter.claims import claims
+from benchmarks.papers.porter.pictures import draw
+from benchmarks.papers.porter.plan import Outcomes
+from benchmarks.papers.porter.report import report
+from benchmarks.papers.porter.run import measure
+
+
+def pictures(outcomes: Outcomes) -> Drawn:
+    """Return the picture by file name."""
+    return {'papers_porter.png': ('figures 1 to 12', partial(draw, outcomes))}
+
+
+PAPER = Paper(
+    title='Porter & Passino 1995: genetic adaptive observers',
+    measure=measure,
+    claims=claims,
+    report=report,
+    pictures=pictures,
+)

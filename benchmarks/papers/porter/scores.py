@@ -1,0 +1,63 @@
+"""Runs of the genetic adaptive observer in numbers: failures, medians, and their intervals."""
+
+import functools
+from collections.abc import Iterable, Sequence
+
+import numpy as np
+
+from benchmarks.intervals import median_interval, share_interval
+from benchmarks.papers.observed import Outcome, diverged
+from benchmarks.papers.porter.plan import BRED, CLAMPED
+from obs_ros.observers.papers.gao import GaoSettings
+
+DEFAULT = BRED if GaoSettings().tries else CLAMPED
+FAR = 0.5  # of the RMS of x2 itself: an error above it estimates nothing
+RARE = 0.05  # a share: what goes wrong less often, with its interval, is reliable
+ENDLESS = 1e12  # stands for what is not finite, in medians
+
+
+def failed(outcome: Outcome) -> bool:
+    """True if a run diverged, or its x2 is off by half of what it is itself, RMS."""
+    return diverged(outcome) or not outcome.rms[1] <= FAR * outcome.size[1]
+
+
+def unsettled(outcome: Outcome) -> bool:
+    """True if x2 did not stay within 0.05 before the run's end."""
+    return diverged(outcome) or not np.isfinite(outcome.settled)
+
+
+def reliable(hits: int, runs: int) -> bool:
+    """True if the interval of a share of failures ends below RARE."""
+    return share_interval(hits, runs)[1] <= RARE
+
+
+def apart(one: tuple[float, float], other: tuple[float, float]) -> bool:
+    """True if two intervals do not overlap."""
+    return one[1] < other[0] or other[1] < one[0]
+
+
+def median(values: Iterable[float]) -> tuple[float, float, float]:
+    """Return the median with its 95 % interval; ENDLESS where it is not finite."""
+    return _median(tuple(np.nan_to_num([*values], nan=ENDLESS, posinf=ENDLESS).tolist()))
+
+
+@functools.lru_cache(maxsize=256)  # claims and tables tell the same ones
+def _median(values: tuple[float, ...]) -> tuple[float, float, float]:
+    return median_interval(values)
+
+
+def median_text(values: Iterable[float], unit: str = '') -> str:
+    """Return the median of values as text, with its interval if there are several."""
+    values = [*values]
+    middle, low, high = map(number, median(values))
+    return f'{middle}{unit}' if len(values) == 1 else f'{middle}{unit} ({low} to {high})'
+
+
+def number(value: float) -> str:
+    """Return a number with three significant digits, or that there is none."""
+    return f'{value:.3g}' if np.isfinite(value) and value < ENDLESS else 'never'
+
+
+def errors(outcomes: Sequence[Outcome]) -> list[float]:
+    """Return the RMS errors of x2 over the second half of each run."""
+    return [float(one.rms[1]) for one in outcomes]

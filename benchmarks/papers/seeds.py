@@ -1,0 +1,17 @@
+"""Seeds of the papers' runs: no two runs, scenarios or papers share a stream."""
+
+import zlib
+
+import numpy as np
+
+ROOT_SEED = 20  # of all papers
+
+
+def seeds_of(paper: str, scenario: str, runs: int) -> list[int]:
+    """Return the seeds of the runs of a scenario, below 2^63; of more runs the first are the same.
+
+    Each is drawn from a child of its own of one SeedSequence, by paper, scenario and run.
+    """
+    names = tuple(zlib.crc32(name.encode()) for name in (paper, scenario))
+    children = (np.random.SeedSequence(ROOT_SEED, spawn_key=(*names, run)) for run in range(runs))
+    return [int(child.generate_state(1, np.uint64)[0]) >> 1 for child in children]
