@@ -2,43 +2,20 @@
 
 import math
 from dataclasses import dataclass
-from typing import Any, ClassVar, NamedTuple
+from typing import Any, ClassVar
 
 import numpy as np
 
-from obs_ros.core.jit import accelerated, bound
+from obs_ros.core.jit import bound
 from obs_ros.core.model import Model, inside, names
+from obs_ros.core.texts import listing
 from obs_ros.core.typing import Array
 from obs_ros.integration.path import Path, lanes
 from obs_ros.observers.output_intake import Instant
-from obs_ros.observers.papers.adaptive_gains import GAINS
+from obs_ros.observers.papers.adaptation import Workspace, adapt, place
+from obs_ros.observers.papers.adaptive_gains import AdaptiveGains, gains_of, stored_gains
 from obs_ros.observers.recursive import RecursiveObserver
 from obs_ros.observers.settings import Settings, setting
-
-
-class Workspace(NamedTuple):
-    """The arrays of the observer: n states, q parameters, r outputs."""
-
-    x: Array  # (n,) the estimate, where all read it
-    p: Array  # (q,)
-    U: Array  # (n,) filtered regressor: d x / d q
-    P: Array  # (1,) its covariance
-    adapted: int  # place of theta among the parameters
-    L: Array  # (n, r) gains
-    H: Array  # (r,)
-    B: Array  # (n,) model
-    C: Array  # (r, n)
-    lower: Array  # (n + q,) least values that the observer lets x and p have
-    upper: Array  # (n + q,)
-    differences: Array  # (n + 1,) steps of the states and of theta, for derivatives
-    xs: Array  # (n, lanes) candidates: states,
-    ps: Array  # (q, lanes) parameters
-    ys: Array  # (r, lanes) and outputs
-    filtered: bool  # the settings
-    scale: float
-    gamma: float
-    forgetting: float
-    covariance: float
 
 
 @dataclass(frozen=True)
@@ -49,12 +26,25 @@ class HInfinitySettings(Settings):
         'filtered', "filtered regressor, or the paper's gradient", choices=('filtered', 'gradient')
     )
     gains: str = setting(
-        'designed', 'gains stored for the model: designed here, or as the paper prints them',
-        choices=('designed', 'printed'),
+        'designed', 'gains of a built-in model: designed here, or printed by the paper; of any '
+        'model: the path of a file that the design kept', read_only=True,
     )  # fmt: skip
-    scale: float = setting(
-        1e5, 'size of the parameter: Gamma, covariance and forgetting are for theta / scale',
-        'of theta', positive=True, upper=1e12,
+    L: tuple[float, ...] = setting(
+        (math.nan,), 'gain of the states in place of those, row by row: states x outputs',
+        nan=True, lower=-1e12, upper=1e12,
+    )  # fmt: skip
+    B: tuple[float, ...] = setting(
+        (math.nan,), 'beside L, for the gradient: where B Phi2 theta enters, states x columns',
+        nan=True, lower=-1e12, upper=1e12,
+    )  # fmt: skip
+    H: tuple[float, ...] = setting(
+        (math.nan,), 'beside L, for the gradient: its gain, columns of B x outputs',
+        nan=True, lower=-1e12, upper=1e12,
+    )  # fmt: skip
+    scale: tuple[float, ...] = setting(
+        (math.nan,), 'size of the parameters, one for all or one for each: gamma, covariance and '
+        "forgetting are for theta / scale; nan: the gains' own, or the width of the bounds",
+        'of theta', nan=True, positive=True, upper=1e12,
     )  # fmt: skip
     gamma: float = setting(125.0, 'Gamma, gain of the gradient', positive=True, upper=1e12)
     forgetting: float = setting(
@@ -67,28 +57,31 @@ class HInfinitySettings(Settings):
 
 
 class HInfinityObserver(RecursiveObserver):
-    """States by a fixed gain, one parameter by adaptation.
+    """States by a fixed gain, parameters by adaptation.
 
-        x' = A x + Psi(x, u) + B phi2(x, u) theta + N eta,   y = C x
+        x' = A x + Psi(x, u) + B Phi2(x, u) theta + N eta,   y = C x
         xhat' = f(xhat, u, theta) + L e,   e = y - C xhat
 
-    `gradient` (eq. 4, theta = scale q):  q' = Gamma phi2(xhat, u) H e. The paper takes theta in
+    `gradient` (eq. 4, theta = scale q):  q' = Gamma Phi2(xhat, u)' H e. The paper takes theta in
     N/m, which with its Gamma moves kt by 0.01 N/m in 65 s. Its theorem has no solution for the
     suspension, so nothing vouches for this law there.
 
-    `filtered`: U' = (J - L C) U + B phi2, q' = P (C U)' e, P' = forgetting P - P^2 |C U|^2 up to
-    `covariance`, with J the derivative of f and U q' added to xhat'. This converges where C U is
-    persistently exciting, whatever L makes A - L C stable.
+    `filtered`: U' = (J - L C) U + B Phi2, q' = P (C U)' e, P' = forgetting P - P (C U)'(C U) P
+    with no variance above `covariance`, J the derivative of f, and U q' added to xhat'. This
+    converges where C U is persistently exciting, whatever L makes A - L C stable.
 
-    theta stays within its bounds, states within ten times their range; the other parameters are
-    what they are held at. Derivatives are differences along each step; outputs must be linear in
-    the states. Steps are the model's `max_step` at most, y a straight line between outputs; one
-    that is missing corrects nothing.
+    The gains come from `gains`, by name or file (see `design.h_infinity`), or as `L`, with B and H
+    for the gradient. Adapted are the `parameters` given, by default all that the gains are for, or
+    with `L` all that are not `fixed`. Each stays within its bounds, states within ten times their
+    range; the other parameters are what they are held at. Derivatives are differences along each
+    step; outputs must be linear in the states. Steps are the model's `max_step` at most, y a
+    straight line between outputs; one that is missing corrects nothing.
 
-    `figures` holds `excitation`, |C U| in outputs per scale of theta, and `covariance`.
+    `figures` holds `excitation`, |C U| in outputs per scale of theta, and `covariance`, the
+    largest variance.
 
-    Raises ValueError for a model without gains in `adaptive_gains.GAINS`, for gains of the wrong
-    size, and when `parameters` names anything but the one that is adapted, or `fixed` names that.
+    Raises ValueError for a model without gains, for gains of the wrong size or that cannot be read,
+    and when `parameters` names one that the gains are not for, or `fixed` one that is adapted.
     """
 
     Settings = HInfinitySettings
@@ -97,22 +90,24 @@ class HInfinityObserver(RecursiveObserver):
     def __init__(self, model: Model | str, **arguments: Any) -> None:
         super().__init__(model, **arguments)
         n, r = len(self.model.states), len(self.model.outputs)
-        stored = GAINS[self.model.name]
-        s, adapted = self.settings, self._index_of(stored.parameter)
-        width = (self.upper - self.lower)[[*range(n), n + adapted]]
+        s = self.settings
+        gains = self._gains()
+        chosen = self._adapted(gains)
+        adapted = np.array([names(self.model.parameters).index(name) for name in chosen])
+        known = [gains.parameters.index(name) for name in chosen]
+        width = (self.upper - self.lower)[[*range(n), *(n + adapted)]]
         lower, upper = self.lower.copy(), self.upper.copy()
         lower[:n] -= self.beyond * width[:n]
         upper[:n] += self.beyond * width[:n]
-        count = lanes(1 + 2 * (n + 1))
+        count = lanes(1 + 2 * (n + adapted.size))
         self.workspace = Workspace(
             x=self.x,
             p=self.p,
-            U=np.zeros(n),
-            P=np.zeros(1),
+            U=np.zeros((n, adapted.size)),
+            P=np.zeros((adapted.size, adapted.size)),
             adapted=adapted,
-            L=_sized('L', stored.L[s.gains], (n, r)),
-            H=_sized('H', stored.H[s.gains], (r,)),
-            B=_sized('B', stored.B, (n,)),
+            L=gains.L,
+            G=self._gradient_gain(gains, (n, r)),
             C=self._output_matrix(),
             lower=lower,
             upper=upper,
@@ -120,31 +115,52 @@ class HInfinityObserver(RecursiveObserver):
             xs=np.zeros((n, count)),
             ps=np.zeros((self.p.size, count)),
             ys=np.zeros((r, count)),
+            scale=_sizes(s.scale, gains.scale[known]),
             filtered=s.adaptation == 'filtered',
-            scale=s.scale,
             gamma=s.gamma,
             forgetting=s.forgetting,
             covariance=s.covariance,
         )
 
-    @classmethod
-    def suits(cls, model: Model) -> None:
-        if model.name not in GAINS:
-            raise ValueError(
-                f'no H-infinity gains are stored for model {model.name!r}, but for '
-                f'{", ".join(GAINS)}: add some to obs_ros.observers.papers.adaptive_gains.GAINS'
-            )
+    def _gains(self) -> AdaptiveGains:
+        """Return the gains that the settings give or name."""
+        s = self.settings
+        L, B, H = (_given(name, getattr(s, name)) for name in ('L', 'B', 'H'))
+        if not L:
+            if B or H:
+                raise ValueError('give L beside B and H, which belong to it')
+            return stored_gains(self.model, s.gains)
+        given, fixed = self._arguments['parameters'], self._arguments['fixed'] or {}
+        every = names(self.model.parameters)
+        chosen = [name for name in every if name not in fixed] if given is None else given
+        return gains_of(self.model, tuple(chosen), L, B, H)
 
-    def _index_of(self, parameter: str) -> int:
-        """Return the place of the adapted parameter among all parameters."""
+    def _adapted(self, gains: AdaptiveGains) -> tuple[str, ...]:
+        """Return the names of the parameters that are adapted."""
         given = self._arguments['parameters']
-        if given is not None and tuple(given) != (parameter,):
-            raise ValueError(
-                f'HInfinityObserver adapts {parameter} of {self.model.name}, not {given}'
-            )
-        if parameter in (self._arguments['fixed'] or {}):
-            raise ValueError(f'leave {parameter} free: HInfinityObserver adapts it')
-        return names(self.model.parameters).index(parameter)
+        chosen = gains.parameters if given is None else tuple(given)
+        for name in chosen:
+            if name not in gains.parameters:
+                raise ValueError(
+                    f'adapt {listing(gains.parameters)} of {self.model.name}, which the gains are '
+                    f'for, not {name}'
+                )
+            if name in (self._arguments['fixed'] or {}):
+                raise ValueError(f'leave {name} free: HInfinityObserver adapts it')
+        if not chosen:
+            raise ValueError(f'adapt at least one of {listing(gains.parameters)}, not none')
+        return chosen
+
+    def _gradient_gain(self, gains: AdaptiveGains, shape: tuple[int, int]) -> Array:
+        """Return B (B'B)^-1 H (n, r), zeros where nothing adapts by it."""
+        if self.settings.adaptation == 'filtered':
+            return np.zeros(shape)
+        if not gains.H.size:
+            raise ValueError("give B and H beside L, or take adaptation 'filtered': "
+                             'the gradient needs them')  # fmt: skip
+        if np.linalg.matrix_rank(gains.B) < gains.B.shape[1]:
+            raise ValueError('give B independent columns: it has less than full rank')
+        return np.ascontiguousarray(np.linalg.pinv(gains.B).T @ gains.H)
 
     def _output_matrix(self) -> Array:
         """Return C (r, n), the outputs' change with each state."""
@@ -164,7 +180,7 @@ class HInfinityObserver(RecursiveObserver):
         w, self._stepper = self.workspace, self.stepper
         self._place, self._adapt = bound(place, w), bound(adapt, w, now.y, 0.0)
         w.U[:] = 0.0
-        w.P[:] = self.settings.covariance
+        w.P[:] = self.settings.covariance * np.eye(w.adapted.size)
         self._innovate(now)
 
     def _step(self, before: Instant, now: Instant, path: Path) -> None:
@@ -201,95 +217,20 @@ class HInfinityObserver(RecursiveObserver):
         self.innovation[:] = now.y - w.ys[:, 0]
         if w.filtered:
             self.figures['excitation'] = float(np.linalg.norm(w.C @ w.U))
-            self.figures['covariance'] = float(w.P[0])
+            self.figures['covariance'] = float(w.P.diagonal().max())
 
 
-@accelerated
-def place(w: Workspace) -> None:
-    """Lay out x and p in lane 0 and, with one entry of (x, theta) moved both ways, in the next."""
-    x, p, xs, ps, differences = w.x, w.p, w.xs, w.ps, w.differences
-    n = x.size
-    for lane in range(xs.shape[1]):
-        for i in range(n):
-            xs[i, lane] = x[i]
-        for i in range(p.size):
-            ps[i, lane] = p[i]
-    for i in range(n):
-        xs[i, 1 + 2 * i] += differences[i]
-        xs[i, 2 + 2 * i] -= differences[i]
-    ps[w.adapted, 1 + 2 * n] += differences[n]
-    ps[w.adapted, 2 + 2 * n] -= differences[n]
+def _given(name: str, values: tuple[float, ...]) -> tuple[float, ...]:
+    """Return the numbers of a setting, none where it is not set."""
+    missing = sum(math.isnan(value) for value in values)
+    if 0 < missing < len(values):
+        raise ValueError(f'give all entries of {name}, or leave it out: {missing} are nan')
+    return () if missing else values
 
 
-@accelerated
-def adapt(w: Workspace, e: Array, dt: float) -> None:
-    """Go dt seconds on, from candidates propagated over them: x, theta, U and P.
-
-    e (r,) is the error at the begin, NaN where nothing was measured.
-    """
-    x, p, U, L, C, xs, differences = w.x, w.p, w.U, w.L, w.C, w.xs, w.differences
-    lower, upper, filtered, scale, n = w.lower, w.upper, w.filtered, w.scale, w.x.size
-    seen = np.zeros(e.size)  # C U, where measured
-    for i in range(e.size):
-        if not math.isnan(e[i]):
-            for k in range(n):
-                seen[i] += C[i, k] * U[k]
-    direct = np.empty(n)  # effect of a unit of theta / scale on x in dt
-    for k in range(n):
-        difference = xs[k, 1 + 2 * n] - xs[k, 2 + 2 * n]
-        direct[k] = scale * difference / (2.0 * differences[n])
-    theta, j = p[w.adapted], n + w.adapted
-    change = filtered_change(w, seen, e, dt) if filtered else gradient_change(w, direct, e)
-    p[w.adapted] = min(max(theta + scale * change, lower[j]), upper[j])
-    change = (p[w.adapted] - theta) / scale
-    moved = np.empty(n)  # U, dt later
-    for k in range(n):
-        moved[k] = direct[k]
-        for i in range(n):
-            difference = xs[k, 1 + 2 * i] - xs[k, 2 + 2 * i]
-            moved[k] += difference / (2.0 * differences[i]) * U[i]
-        x[k] = xs[k, 0]
-        for i in range(e.size):
-            if not math.isnan(e[i]):
-                x[k] += dt * L[k, i] * e[i]
-                moved[k] -= dt * L[k, i] * seen[i]
-        if filtered:
-            x[k] += U[k] * change
-        x[k] = min(max(x[k], lower[k]), upper[k])
-    for k in range(n):
-        U[k] = moved[k]
-
-
-@accelerated
-def filtered_change(w: Workspace, seen: Array, e: Array, dt: float) -> float:
-    """Return the change of theta / scale in dt s by the filtered regressor; P goes on."""
-    P, squares, change = w.P, 0.0, 0.0
-    for i in range(e.size):
-        squares += seen[i] * seen[i]
-    # Implicit in P: the explicit step overshoots below zero when much is learnt at once.
-    grown = P[0] * math.exp(w.forgetting * dt)
-    P[0] = min(grown / (1.0 + dt * P[0] * squares), w.covariance)
-    for i in range(e.size):
-        if not math.isnan(e[i]):
-            change += dt * P[0] * seen[i] * e[i]
-    return change
-
-
-@accelerated
-def gradient_change(w: Workspace, direct: Array, e: Array) -> float:
-    """Return the change of theta / scale by the paper's gradient; phi2 from its effect on x."""
-    B, size, along, change = w.B, 0.0, 0.0, 0.0
-    for k in range(B.size):
-        size += B[k] * B[k]
-        along += B[k] * direct[k]
-    for i in range(e.size):
-        if not math.isnan(e[i]):
-            change += w.gamma * along / size * w.H[i] * e[i]
-    return change
-
-
-def _sized(name: str, values: Any, shape: tuple[int, ...]) -> Array:
-    array = np.array(values, dtype=np.float64)
-    if array.size != math.prod(shape):
-        raise ValueError(f'{name} has {array.size} entries: {" x ".join(map(str, shape))} needed')
-    return np.ascontiguousarray(array.reshape(shape))
+def _sizes(given: tuple[float, ...], own: Array) -> Array:
+    """Return the scale (a,) of each parameter that is adapted."""
+    sizes = _given('scale', given)
+    if sizes and len(sizes) not in (1, own.size):
+        raise ValueError(f'give scale 1 or {own.size} entries, not {len(sizes)}')
+    return np.array(np.broadcast_to(np.array(sizes) if sizes else own, own.shape))

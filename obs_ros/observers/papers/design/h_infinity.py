@@ -1,8 +1,10 @@
 """Gains of the H-infinity adaptive observer, Alvarado-Méndez et al. 2024, Theorem 1.
 
 `python -m obs_ros.observers.papers.design.h_infinity` solves the matrix inequality for the
-suspension and prints L, H, beta and the peak gain that L really has; `--keep` stores them where the
-observer takes them from. It needs cvxpy with Clarabel: `pip install cvxpy clarabel`.
+suspension and prints L, H, beta and the peak gain that L really has. With `--model NAME` and
+`--parameters NAME ...` it does so for any model, about its nominal point; `--keep FILE` keeps the
+gains, and the observer takes them by `h_infinity.gains: FILE`. It needs cvxpy with Clarabel:
+`pip install cvxpy clarabel`.
 """
 
 import argparse
@@ -11,12 +13,17 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-from scipy.optimize import minimize_scalar
 
+from obs_ros.core.model import Model
 from obs_ros.core.typing import AnyArray, Array
+from obs_ros.models import load_model
+from obs_ros.observers.papers.adaptive_gains import gains_of, write_gains
+from obs_ros.observers.papers.design.linearised import linearised, stable_share
+from obs_ros.observers.papers.design.peak_gain import peak_gain
 from obs_ros.observers.papers.design.plants import LipschitzPlant, suspension
 
-STORED = Path(__file__).with_name('suspension_gains.py')
+SUSPENSION = 'suspension'
+COMMAND = 'python -m obs_ros.observers.papers.design.h_infinity'
 
 
 @dataclass(frozen=True)
@@ -34,13 +41,14 @@ DESIGN_DEFAULTS = DesignSettings()
 
 @dataclass(frozen=True, eq=False)
 class Gains:
-    """L (n, r), H (1, r), the certificate P (n, n) and the bound: |C e| <= beta |eta| in L2.
+    """L (n, r), B (n, l), H (l, r), the certificate P (n, n), and |C e| <= beta |eta| in L2.
 
     `mismatch` is the size of B'P - HC beside that of B'P: 0 where the theorem's equality holds.
     `peak` is the largest gain from eta to C e over all frequencies, with phi at its steepest.
     """
 
     L: Array
+    B: Array
     H: Array
     P: Array
     beta: float
@@ -77,9 +85,10 @@ def design(
     # A weight on (eta, nu): the bound is then per unit of each.
     weight = noise * plant.disturbance
     order, outputs = a.shape[0], c.shape[0]
+    columns = b.shape[1]
     P = cp.Variable((order, order), symmetric=True)
     S = cp.Variable((order, outputs))
-    H = cp.Variable((1, outputs))
+    H = cp.Variable((columns, outputs))
     squared, q = cp.Variable(nonneg=True), cp.Variable(nonneg=True)
     drift = P @ a - S @ c
     drift = drift + drift.T
@@ -87,8 +96,8 @@ def design(
     count = disturbed.shape[1]
     inequality = cp.bmat([
         [drift + c.T @ c + q * e.T @ e, disturbed, P @ b],
-        [disturbed.T, -squared * np.eye(count), np.zeros((count, 1))],
-        [b.T @ P, np.zeros((1, count)), -q * np.eye(1)],
+        [disturbed.T, -squared * np.eye(count), np.zeros((count, columns))],
+        [b.T @ P, np.zeros((columns, count)), -q * np.eye(columns)],
     ])  # fmt: skip
     constraints = [P >> settings.least_p * np.eye(order), 0.5 * (inequality + inequality.T) << 0]
     if fastest is not None:
@@ -134,33 +143,14 @@ def checked(
     beta, peak = bound / plant.disturbance, peak_gain(plant, L)
     if peak > beta * (1.0 + settings.excess):
         raise ValueError(f'the gain reaches {peak:.4g}, above the bound beta = {beta:.4g}')
-    return Gains(L, H, certificate, beta, peak, mismatch, poles)
+    return Gains(L, plant.B, H, certificate, beta, peak, mismatch, poles)
 
 
 def nearest_h(P: Array, b: Array, c: Array) -> tuple[Array, float]:
-    """Return H (1, r) with HC nearest to B'P, and how far off that is, relative to B'P."""
+    """Return H (l, r) with HC nearest to B'P, and how far off that is, relative to B'P."""
     wanted = b.T @ P
     H = wanted @ np.linalg.pinv(c)
     return H, float(np.linalg.norm(wanted - H @ c) / np.linalg.norm(wanted))
-
-
-def peak_gain(plant: LipschitzPlant, L: Array) -> float:
-    """Return the largest singular value from eta to C e, over frequency and the slopes of phi."""
-
-    def gain(log_frequency: float, f: Array) -> float:
-        shifted = 1j * 10.0**log_frequency * np.eye(len(f)) - f
-        return float(np.linalg.norm(plant.C @ np.linalg.solve(shifted, plant.N), 2))
-
-    peaks = []
-    for slope in (-plant.gamma, 0.0, plant.gamma):
-        f = plant.A - L @ plant.C + slope * plant.B @ plant.E
-        grid = np.linspace(-3.0, 6.0, 1801)
-        gains = [gain(w, f) for w in grid]
-        best = grid[int(np.argmax(gains))]
-        finer = minimize_scalar(lambda w, f=f: -gain(w, f), bounds=(best - 0.01, best + 0.01),
-                                method='bounded')  # fmt: skip
-        peaks.append(max(max(gains), -float(finer.fun)))
-    return max(peaks)
 
 
 def import_cvxpy() -> Any:
@@ -197,53 +187,106 @@ def _scaled(plant: LipschitzPlant) -> tuple[Array, Array, Array, Array, Array]:
     )
 
 
-def as_source(gains: Gains, command: str) -> str:
-    """Return a Python module with the gains in it."""
-
-    def rows(matrix: Array) -> str:
-        return '\n'.join(f'    ({", ".join(f"{v:.8g}" for v in row)}),' for row in matrix)
-
-    return (
-        f'"""Gains of the suspension, as `{command}` found them."""\n\n'
-        f'L = (\n{rows(gains.L)}\n)\n'
-        f'H = ({", ".join(f"{v:.8g}" for v in gains.H[0])})\n'
-        f'BETA = {gains.beta:.6g}  # m/N\n'
-        f'PEAK = {gains.peak:.6g}  # m/N\n'
+def options() -> argparse.ArgumentParser:
+    """Return the parser of the command."""
+    parser = argparse.ArgumentParser(
+        description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
     )
+    parser.add_argument(
+        '--model',
+        default=SUSPENSION,
+        help='a built-in name or package.module:ATTRIBUTE (default: suspension)',
+    )
+    parser.add_argument(
+        '--parameters',
+        nargs='+',
+        metavar='NAME',
+        help='those to adapt (default: kt of the suspension)',
+    )
+    parser.add_argument(
+        '--disturbances',
+        nargs='+',
+        metavar='NAME',
+        default=[],
+        help='parameters that push the plant; without any, every state is pushed',
+    )
+    parser.add_argument(
+        '--share',
+        type=float,
+        default=0.2,
+        help='share of the parameters that is uncertain (default: %(default)s)',
+    )
+    parser.add_argument(
+        '--fastest',
+        type=float,
+        default=200.0,
+        help='bound of the poles, 1/s (default: %(default)s)',
+    )
+    parser.add_argument(
+        '--noise',
+        type=float,
+        help='output noise beside a unit of the disturbance (default: 0.01 m per '
+        "300 N of the suspension; 0.01 of the output's unit else)",
+    )
+    parser.add_argument(
+        '--printed', action='store_true', help="the paper's own for the suspension, with B'P = HC"
+    )
+    parser.add_argument(
+        '--wheel-speed', action='store_true', help='measure vus of the suspension as well'
+    )
+    parser.add_argument('--keep', type=Path, metavar='FILE', help='keep the gains there, as JSON')
+    return parser  # fmt: skip
+
+
+def designed(given: argparse.Namespace) -> tuple[Model, tuple[str, ...], Gains]:
+    """Return the model, the parameters to adapt and the gains that a command line asks for.
+
+    Raises ValueError and ImportError as `design` does, and for what does not go together.
+    """
+    model = load_model(given.model)
+    if model.name == SUSPENSION and given.parameters in (None, ['kt']):
+        plant = suspension(
+            share=None if given.printed else given.share, wheel_speed=given.wheel_speed
+        )
+        parameters, noise = ('kt',), 0.01 / 300.0
+    elif given.printed or given.wheel_speed:
+        raise ValueError('leave --printed and --wheel-speed out: they are for kt of the suspension')
+    elif not given.parameters:
+        raise ValueError('give --parameters NAME ...: those that shall be adapted')
+    else:
+        parameters, noise = tuple(given.parameters), 0.01
+        plant = linearised(model, parameters, share=given.share, disturbances=given.disturbances)
+    own = noise if given.noise is None else given.noise
+    gains = design(
+        plant,
+        noise=0.0 if given.printed else own,
+        fastest=None if given.printed else given.fastest,
+        equality=given.printed,
+    )
+    return model, parameters, gains
 
 
 def main(arguments: list[str] | None = None) -> int:
-    """Solve for the suspension, print, and keep if asked."""
-    parser = argparse.ArgumentParser(
-        description=__doc__, formatter_class=argparse.ArgumentDefaultsHelpFormatter
-    )
-    parser.add_argument('--share', type=float, default=0.2, help='share of kt that is uncertain')
-    parser.add_argument('--fastest', type=float, default=200.0, help='bound of the poles, 1/s')
-    parser.add_argument('--noise', type=float, default=0.01 / 300.0, help='output noise, m per N')
-    parser.add_argument('--printed', action='store_true', help="the paper's own, with B'P = HC")
-    parser.add_argument('--wheel-speed', action='store_true', help='measure vus as well')
-    parser.add_argument('--keep', action='store_true', help=f'store the gains in {STORED.name}')
-    given = parser.parse_args(arguments)
-    share = None if given.printed else given.share
-    plant = suspension(share=share, wheel_speed=given.wheel_speed)
+    """Solve, print, and keep if asked."""
+    given = options().parse_args(arguments)
     try:
-        gains = design(
-            plant,
-            noise=0.0 if given.printed else given.noise,
-            fastest=None if given.printed else given.fastest,
-            equality=given.printed,
-        )
+        model, parameters, gains = designed(given)
+        if given.keep and given.wheel_speed:
+            raise ValueError('leave --keep out: the suspension has no output vus')
     except (ImportError, ValueError) as error:
         print(f'refused: {error}')
         return 1
-    with np.printoptions(precision=5):
-        print(f'L =\n{gains.L}\nH = {gains.H}\npoles of A - L C (1/s): {gains.poles}')
-    print(f'beta = {gains.beta:.4g} m/N, measured peak gain {gains.peak:.4g} m/N')
+    with np.printoptions(precision=8, suppress=True):
+        print(f'L =\n{gains.L}\nH =\n{gains.H}\npoles of A - L C (1/s): {gains.poles}')
+    print(f'beta = {gains.beta:.6g}, measured peak gain {gains.peak:.6g}')
     print(f"B'P and HC differ by {100.0 * gains.mismatch:.3g} %")
+    if not given.wheel_speed:
+        print('A - L C is stable at {} of {} random points'.format(*stable_share(model, gains.L)))
     if given.keep:
-        STORED.write_text(
-            as_source(gains, 'python -m obs_ros.observers.papers.design.h_infinity --keep')
-        )
+        kept = gains_of(model, parameters, gains.L, gains.B, gains.H,
+                        beta=gains.beta, peak=gains.peak, origin=COMMAND)  # fmt: skip
+        write_gains(given.keep, model, kept)
+        print(f'kept: give the observer h_infinity.gains: {given.keep}')
     return 0
 
 

@@ -12,7 +12,7 @@ from obs_ros.models.suspension import B1, B2, KS, KT, MS, MUS
 class LipschitzPlant:
     """x' = A x + B phi(x) + N eta, y = C x, with |phi(x) - phi(z)| <= gamma |E (x - z)|.
 
-    A (n, n), B (n, 1), C (r, n), N (n, 1), E (1, n); gamma in the unit of phi per unit of E x.
+    A (n, n), B (n, l), C (r, n), N (n, m), E (k, n); gamma in the unit of phi per unit of E x.
     `scale` (n,) is the size that each state typically has and `disturbance` that of eta: the
     solver works in these units, for it fails where numbers lie six powers of ten apart.
     """
