@@ -11,7 +11,8 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from benchmarks.interconnected.run import FAULTS, SETTLING
+from benchmarks.papers.seeds import seeds_of
+from benchmarks.papers.zhang.plants import steady
 from benchmarks.play import played, samples_of
 from benchmarks.report import rms
 from benchmarks.runner import monte_carlo
@@ -29,11 +30,13 @@ PERIOD = 0.05  # s, of samples
 DURATION = 4.0  # s, of windows
 EVERY = 0.5  # s, from window to window
 BEGIN, END = 70.0, 180.0  # s, of case 2
+FAULTS = (80.0, 150.0)  # s, of case 2: first Fu's valve, then Fp's
+SETTLING = 4.0  # s after a fault that do not count as plateau
 DEADLINE = 2.0  # s after a fault by which its valve must be known
 VALVES = ({'dP1', 'k1'}, {'dP2', 'k2'})  # utility, process
 SIZES = {'dP1': -2.0e5, 'k1': 1000.0, 'dP2': -2.0e4, 'k2': 1000.0}  # Pa, N/m
 STATES = ('Tp', 'Tu', 'X1', 'X2')
-STEADY = (24.303, 20.108, *AT_REST)
+STEADY = (*steady(NOMINAL), *AT_REST)
 NOISES = {'0.1 K, correlated over 0.1 s': (0.1, 0.1), '0.1 K, white': (0.1, 0.0)}
 ALL = ('dP1', 'dP2', 'k1', 'k2')
 WATCHES = {
@@ -41,8 +44,8 @@ WATCHES = {
     'constant pressures, dP1 and k1 unknown': (False, ('dP1', 'k1')),
     'constant pressures, all four unknown': (False, ALL),
 }
-FEW = 10  # runs of each kind of watch, of 57 windows
-FAULTY = 10  # noises of each fault: 40 runs
+WATCHED = (8.0, 20.0)  # s, of clean windows
+FEW = 20  # seeds of a rate are so many times those of a median alone
 PLACES = {v.name: i for i, v in enumerate(plant.HEAT_EXCHANGER.parameters)}
 BOXES = {
     v.name: v.upper - v.lower
@@ -208,7 +211,8 @@ def watched(moving: bool, seed: int, parameters: tuple[str, ...]) -> Watched:
         inputs=ramps(rng) if moving else constant(*PRESSURES),
         parameters=constant(*p),
     )
-    instants = sampled(scenario, seed, 0.05, 0.0, 40.0, 1e-3)[round(8.0 / PERIOD) :]
+    instants = sampled(scenario, seed, 0.05, 0.0, WATCHED[1], 1e-3)
+    instants = instants[round(WATCHED[0] / PERIOD) :]
     found = estimates(instants, 0.05, parameters=parameters)
     truth = {round(i.t, 6): i.x for i in instants}
     x = np.array([truth[round(one.t1, 6)] for one in found])[:, (0, 1, 2, 4)]
@@ -250,20 +254,24 @@ class Windows(NamedTuple):
     watches: Mapping[str, Sequence[Watched]]
 
 
-def windows_of(seeds: Sequence[int]) -> Windows:
-    """Return all runs."""
+def windows_of(seeds: int) -> Windows:
+    """Return all runs: of so many seeds for each rate, those of faults by noise in equal parts."""
+    few = seeds_of('zhang', 'case 2 in windows', max(1, seeds // FEW))
     cases = monte_carlo(
-        followed, {'quiet': [(None,)], 'noisy': [(seed,) for seed in seeds]}, 'case 2 in windows'
+        followed, {'quiet': [(None,)], 'noisy': [(seed,) for seed in few]}, 'case 2 in windows'
     )
     kinds = {
-        (label, name): [(name, *noise, seed) for seed in seeds[:FAULTY]]
+        (label, name): [
+            (name, *noise, seed)
+            for seed in seeds_of('zhang', f'fault of {name}, {label}', -(-seeds // len(SIZES)))
+        ]
         for label, noise in NOISES.items()
         for name in SIZES
     }
     found = monte_carlo(isolated, kinds, 'faults')
     faults = {label: {name: found[label, name] for name in SIZES} for label in NOISES}
     watches = {
-        label: [(moving, seed, parameters) for seed in seeds[:FEW]]
+        label: [(moving, seed, parameters) for seed in seeds_of('zhang', label, seeds)]
         for label, (moving, parameters) in WATCHES.items()
     }
     seen = monte_carlo(watched, watches, 'clean windows')

@@ -2,19 +2,20 @@
 
 from typing import Any
 
-from benchmarks.interconnected.run import CONTESTANTS, observed
+from benchmarks.papers.zhang.plants import COLD, MOVING, PROCESS, UTILITY
+from benchmarks.papers.zhang.run import CONTESTANTS, observed
 from benchmarks.report import panels
 
-SPANS = {1: (0.0, 8.0), 2: (76.0, 160.0), 3: (10.0, 30.0)}
-TITLES = {1: 'case 1, no noise', 2: 'case 2, noise of 0.05 K', 3: 'case 3, noise of 0.05 K'}
+CASES = (COLD, UTILITY, PROCESS, MOVING)
 EVERY = 10  # samples
 
 
 def draw_flows(seed: int) -> Any:
     """Draw estimated and true flows: a column per case, a row per flow."""
-    figure, grid = panels(2, len(SPANS), (15.0, 7.0))
-    for column, (case, span) in enumerate(SPANS.items()):
-        runs = {one.label: observed(one, case, None if case == 1 else seed) for one in CONTESTANTS}
+    figure, grid = panels(2, len(CASES), (18.0, 7.0))
+    for column, case in enumerate(CASES):
+        runs = {one.label: observed(one, case, None if case == COLD else seed)
+                for one in CONTESTANTS}  # fmt: skip
         for row, name in enumerate(('Fp', 'Fu')):
             axes = grid[row, column]
             for label, run in runs.items():
@@ -25,8 +26,9 @@ def draw_flows(seed: int) -> Any:
             axes.plot(run.t[::EVERY], 1e6 * run.truth[::EVERY, row], 'k--', lw=1.2, label='truth',
                       zorder=3)  # fmt: skip
             middle = 1e6 * run.truth[:, row]
-            axes.set(xlim=span, ylim=(0.6 * middle.min(), 1.4 * middle.max()))
-            axes.set_title(f'{TITLES[case]}: {name} (1e-6 m3/s)', fontsize=10)
+            axes.set(ylim=(0.6 * middle.min(), 1.4 * middle.max()))
+            noise = 'no noise' if case == COLD else 'noise of 0.05 K'
+            axes.set_title(f'{case.label}, {noise}: {name} (1e-6 m3/s)', fontsize=9)
             axes.grid(alpha=0.3)
     for axes in grid[-1]:
         axes.set_xlabel('s')

@@ -5,19 +5,35 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from benchmarks.interconnected.run import FAULTS, SETTLING
-from benchmarks.interconnected.windows import DURATION, EVERY, SIZES, Followed, Watched, Windows
-from benchmarks.intervals import confidently_wrong, coverage
+from benchmarks.intervals import clustered_interval, confidently_wrong, coverage, covered
+from benchmarks.papers.claims import share
+from benchmarks.papers.zhang.windows import (
+    DURATION,
+    EVERY,
+    FAULTS,
+    SETTLING,
+    SIZES,
+    Followed,
+    Isolated,
+    Watched,
+    Windows,
+)
 from benchmarks.report import Requirement, slashed, table
-from obs_ros.core.typing import Array
+from obs_ros.core.typing import Array, BoolArray
 
 PRODUCT = 'only dP1/k1^2 is determined'
 
 
 def window_tables(windows: Windows) -> dict[str, object]:
-    """Return the three tables, and the length and spacing of the windows in s."""
-    tables = {'faults': fault_table(windows), 'watches': watch_table(windows)}
-    return {'followed': follow_table(windows), **tables, 'duration': DURATION, 'every': EVERY}
+    """Return the tables, and the length and spacing of the windows in s."""
+    return {
+        'followed': follow_table(windows),
+        'faults': fault_table(windows),
+        'moments': moment_table(windows),
+        'watches': watch_table(windows),
+        'duration': DURATION,
+        'every': EVERY,
+    }
 
 
 def follow_table(windows: Windows) -> str:
@@ -51,7 +67,27 @@ def fresh(run: Followed) -> Array:
 
 
 def fault_table(windows: Windows) -> str:
-    """Tell how often the faulty valve wins the jump search."""
+    """Tell how often the faulty valve wins the jump search, over all four faults."""
+    rows = []
+    for label in windows.faults:
+        runs = all_faults(windows, label)
+        rows.append({
+            'noise': label,
+            'right valve named after 2 s': share(sum(run.named for run in runs), len(runs)),
+            'its other parameter listed': share(sum(run.partner for run in runs), len(runs)),
+            'all alternatives of that valve': share(sum(run.clear for run in runs), len(runs)),
+            'runs with a false alarm before': share(sum(run.false > 0 for run in runs), len(runs)),
+        })  # fmt: skip
+    return table(rows)
+
+
+def all_faults(windows: Windows, label: str) -> list[Isolated]:
+    """Return the runs of all faults with a noise."""
+    return [run for runs in windows.faults[label].values() for run in runs]
+
+
+def moment_table(windows: Windows) -> str:
+    """Tell how soon the faulty valve is named, by fault."""
     rows = []
     for label, kinds in windows.faults.items():
         for name, runs in kinds.items():
@@ -60,14 +96,10 @@ def fault_table(windows: Windows) -> str:
                 'noise': label,
                 'fault': f'{name} {SIZES[name]:+g}',
                 'runs': len(runs),
-                'right valve named after 2 s': sum(run.named for run in runs),
-                'its other parameter listed': sum(run.partner for run in runs),
-                'all alternatives of that valve': sum(run.clear for run in runs),
                 'first named after (s): median (largest)':
                     f'{np.median(firsts):.1f} ({max(firsts):.1f})',
                 'moment off by (s), median':
                     f'{np.nanmedian(np.abs([run.error for run in runs])):.2f}',
-                'false alarms before': sum(run.false for run in runs),
             })  # fmt: skip
     return table(rows)
 
@@ -85,12 +117,12 @@ def watch_table(windows: Windows) -> str:
         rows.append({
             'clean windows': label,
             'number': sum(len(run.weak) for run in runs),
-            'coverage p': f'{coverage(*both(runs, "p")):.3f}',
-            'coverage end state': f'{coverage(*both(runs, "x")):.3f}',
-            'cw': f'{wrong(runs):.3f}',
+            'coverage p': covering(runs, 'p'),
+            'coverage end state': covering(runs, 'x'),
+            'cw': of_windows([wrongs(run) for run in runs]),
             'withheld p': f'{withheld(runs):.2f}',
-            'false alarms': sum(run.alarms for run in runs),
-            'dP1/k1^2 named': f'{named(runs):.3f}',
+            'runs with a false alarm': share(sum(run.alarms > 0 for run in runs), len(runs)),
+            'dP1/k1^2 named': of_windows([namings(run) for run in runs]),
             'what is said most': ', '.join(f'{text} ({count})' for text, count in words),
         })  # fmt: skip
     return table(rows)
@@ -104,10 +136,34 @@ def both(runs: Sequence[Watched], kind: str) -> tuple[Array, Array]:
     return error, sd
 
 
+def covering(runs: Sequence[Watched], kind: str) -> str:
+    """Return the coverage of the intervals of `p` or `x` with its interval; runs hang together."""
+    pairs = [both([run], kind) for run in runs]
+    hits = [covered(error, sd).sum() for error, sd in pairs]
+    given = [np.isfinite(sd).sum() for _, sd in pairs]
+    return clustered(hits, given) if sum(given) else 'none given'
+
+
+def of_windows(told: Sequence[BoolArray]) -> str:
+    """Return the share of windows, of which each run has an array, with its interval."""
+    return clustered([each.sum() for each in told], [each.size for each in told])
+
+
+def clustered(hits: Sequence[float], counts: Sequence[float]) -> str:
+    """Return a share of what hangs together by runs, with its 95 % interval."""
+    low, high = clustered_interval(np.array(hits, dtype=float), np.array(counts, dtype=float))
+    return f'{sum(hits) / sum(counts):.3f} ({low:.3f} to {high:.3f})'
+
+
+def wrongs(run: Watched) -> BoolArray:
+    """Tell in which windows (W,) any value is confidently wrong."""
+    error, sd = np.hstack([run.p_error, run.x_error]), np.hstack([run.p_sd, run.x_sd])
+    return np.asarray(confidently_wrong(error, sd).any(axis=1))
+
+
 def wrong(runs: Sequence[Watched]) -> float:
     """Return the share of windows in which any value is confidently wrong."""
-    error, sd = (np.hstack(pair) for pair in zip(both(runs, 'p'), both(runs, 'x'), strict=True))
-    return float(np.mean(confidently_wrong(error, sd).any(axis=1)))
+    return float(np.mean(np.concatenate([wrongs(run) for run in runs])))
 
 
 def withheld(runs: Sequence[Watched]) -> float:
@@ -115,10 +171,14 @@ def withheld(runs: Sequence[Watched]) -> float:
     return float(np.mean(np.isnan(both(runs, 'p')[1])))
 
 
+def namings(run: Watched) -> BoolArray:
+    """Tell which windows (W,) have words that name the product."""
+    return np.array([any(text.startswith(PRODUCT) for text in weak) for weak in run.weak])
+
+
 def named(runs: Sequence[Watched]) -> float:
     """Return the share of windows whose words name the product."""
-    said = [any(text.startswith(PRODUCT) for text in weak) for run in runs for weak in run.weak]
-    return float(np.mean(said))
+    return float(np.mean(np.concatenate([namings(run) for run in runs])))
 
 
 def window_acceptance(windows: Windows) -> list[Requirement]:
@@ -134,12 +194,12 @@ def window_acceptance(windows: Windows) -> list[Requirement]:
         Requirement('windows, no noise: new plateau within 4 s (error <= 0.1 %)',
                     f'{slashed(plateau)} %', bool((plateau <= 0.1).all())),
     ]  # fmt: skip
-    for label, kinds in windows.faults.items():
+    for label in windows.faults:
         for claim, name in (
             ('right valve named 2 s after the fault', 'named'),
             ('the equivalent parameter listed', 'partner'),
         ):
-            found = [getattr(run, name) for runs in kinds.values() for run in runs]
+            found = [getattr(run, name) for run in all_faults(windows, label)]
             rows.append(Requirement(f'windows, {label}: {claim} in >= 95 %',
                                     f'{100.0 * np.mean(found):.0f} % of {len(found)}',
                                     np.mean(found) >= 0.95))  # fmt: skip

@@ -1,0 +1,291 @@
+"""The claims of Zhang et al. 2020, judged by the figures."""
+
+import itertools
+import math
+
+import numpy as np
+
+from benchmarks.intervals import median_interval
+from benchmarks.papers.claims import Claim, Verdict, share, verdict
+from benchmarks.papers.zhang.plants import (
+    CALM,
+    CLOGGED,
+    COLD,
+    FAULTS,
+    HARDENED,
+    PROCESS,
+    SETTLED,
+    UTILITY,
+    Case,
+    flow_ratio,
+    steady,
+)
+from benchmarks.papers.zhang.run import (
+    OURS,
+    PAPER,
+    PULLS,
+    THETAS,
+    UNKNOWN,
+    Figures,
+    Measured,
+    Runs,
+)
+from benchmarks.play import Contestant
+from benchmarks.report import slashed
+from obs_ros.core.typing import Array
+from plant_sim.scenarios.heat_exchanger import NOISE, NOMINAL
+
+NOISY = f'noise of {NOISE:g} K over 0.1 s, of which the print says that it is coloured'
+NO_TUNING = "no tuning of the rival is printed; its tau here follow the paper's curves"
+ALIKE = 0.2  # share by which a printed change may be off
+
+
+def claims(figures: Figures) -> list[Claim]:
+    """Return the claims in the order of the paper."""
+    return [
+        theorem(),
+        one_coefficient(),
+        chamber(),
+        gain(figures),
+        temperatures(figures),
+        *case_1(figures),
+        anywhere(figures),
+        *tuning(figures),
+        *changes(),
+        *case_2(figures),
+        *robustness(figures),
+        supervision(figures),
+    ]
+
+
+def theorem() -> Claim:
+    """Judge the condition of Theorem 3."""
+    values = [condition(10.0**k) for k in (1, 3, 5)]
+    return Claim(
+        'Theorem 3',
+        'a relatively high theta can be chosen that satisfies the condition',
+        'no constant is printed; with all four of them 1 the condition at theta 10, 1e3, 1e5: it '
+        'falls as theta^.5 wherever eta2 > 0, so that no theta from some size on satisfies it',
+        slashed(values, '.3g'),
+        Verdict.CANNOT_BE_JUDGED,
+    )
+
+
+def condition(theta: float, eta: tuple[float, ...] = (1.0, 1.0, 1.0), alpha: float = 1.0) -> float:
+    """Return the left side of the condition of Theorem 3, which has to be >= 0."""
+    first, second, third = eta
+    return 1.0 - (third + second * theta) / (2.0 * math.sqrt(alpha * (theta - first)))
+
+
+def one_coefficient() -> Claim:
+    """Judge the one Cv of both valves."""
+    here, printed = flow_ratio()
+    return Claim(
+        'eq. 38, section 4.3',
+        'both valves have the same Cv',
+        'Fu / Fp at rest from the printed constants, beside the printed flows',
+        f'{here:.2f} beside {printed:.2f}',
+        verdict(abs(here - printed) <= ALIKE * printed),
+        'a Cv for each valve, from the printed flows',
+    )
+
+
+def chamber() -> Claim:
+    """Tell what became of the pressures in the chambers."""
+    return Claim(
+        'eq. 37, 41, 47',
+        'the pressures of both chambers are states, with the command pressures as inputs',
+        'V0, pa and the command pressures are not printed; section 4.3 has the pressures measured',
+        'left out: the observers here take pc1 and pc2 as inputs, so that k3 and k6 do not occur',
+        Verdict.CANNOT_BE_JUDGED,
+        'the same',
+    )
+
+
+def gain(figures: Figures) -> Claim:
+    """Judge eq. 48 to the letter."""
+    return Claim(
+        'eq. 48',
+        'this observer finds the flows',
+        'eq. 48 to the letter in case 1, no noise: time until Fp / Fu stay within 2 % (s)',
+        times(figures.printed),
+        verdict(bool(np.isfinite(figures.printed).all())),
+        f'theta^2 / g and c V in its place: {times(quiet(figures, PAPER, COLD).settled)}',
+    )
+
+
+def temperatures(figures: Figures) -> Claim:
+    """Judge Figs. 3 and 4."""
+    warm = quiet(figures, PAPER, COLD).warm
+    return Claim(
+        'section 4.3.1, Fig. 3-4',
+        'estimated temperatures converge within several seconds',
+        'time until both are within 0.1 K, no noise',
+        f'{warm:.2f} s',
+        verdict(warm <= 5.0),
+        f'{quiet(figures, OURS, COLD).warm:.2f} s',
+    )
+
+
+def case_1(figures: Figures) -> list[Claim]:
+    """Judge the convergence of the flows in case 1."""
+    paper, rival, own = (quiet(figures, one, COLD).settled for one in (PAPER, UNKNOWN, OURS))
+    judged = 'time until within 2 % of the flow, no noise'
+    return [
+        Claim('Fig. 5', 'Fp takes less than 1 s', judged, f'{paper[0]:.2f} s',
+              verdict(paper[0] < 1.0), f'{own[0]:.2f} s from this start'),
+        Claim('Fig. 6', 'Fu takes less than 0.5 s', judged, f'{paper[1]:.2f} s',
+              verdict(paper[1] < 0.5), f'{own[1]:.2f} s from this start'),
+        Claim('Fig. 5-6', 'the unknown-input observer takes 5 s for Fp and 1.5 s for Fu',
+              f'{judged}; {NO_TUNING}', times(rival), Verdict.CANNOT_BE_JUDGED, times(own)),
+        Claim('Fig. 5-6', 'the proposed observer is obviously faster than that', judged,
+              f'{times(paper)} beside {times(rival)}', verdict(bool((paper < rival).all())),
+              times(own)),
+    ]  # fmt: skip
+
+
+def anywhere(figures: Figures) -> Claim:
+    """Judge the convergence from random starts."""
+    runs = figures.starts
+    good = sum(bool(np.isfinite(run.settled).all()) for run in runs)
+    return Claim(
+        'section 4.3.1',
+        'whatever the initial flows are, convergence is guaranteed',
+        f'share of {len(runs)} starts within 2 % after {SETTLED:g} s: flows from 0 to 5 times '
+        'nominal, temperatures between those of the inlets; no noise',
+        share(good, len(runs)),
+        verdict(good == len(runs)),
+    )
+
+
+def tuning(figures: Figures) -> list[Claim]:
+    """Judge what is said of larger tuning parameters."""
+    tuned = [figures.tuned[theta] for theta in THETAS]
+    pulled = [figures.pulled[factor] for factor in PULLS]
+    faster = all((b < a).all() for a, b in itertools.pairwise(tuned))
+    helps = all((b < a).all() for a, b in itertools.pairwise(pulled))
+    loud, calm = (middle(figures.noisy, one, UTILITY) for one in (PAPER, OURS))
+    return [
+        Claim('section 4.3.1', 'a larger theta ensures a shorter convergence',
+              f'settling of Fp / Fu in case 1 with theta {slashed(THETAS, "g")}, no noise',
+              ', '.join(times(one) for one in tuned), verdict(faster)),
+        Claim('section 4.3.1', 'larger k1 to k4 ensure a shorter convergence',
+              f'the same, theta 80, with the printed k times {slashed(PULLS, "g")}',
+              ', '.join(times(one) for one in pulled), verdict(helps),
+              'k = 0: larger ones pull the model of a faulty valve to the flow, and hide it'),
+        Claim('section 4.3.1', 'a large theta is too sensitive to noise',
+              f'median RMS of Fp / Fu in %, {NOISY}', slashed(loud),
+              verdict(bool((loud > calm).all())), slashed(calm)),
+    ]  # fmt: skip
+
+
+def changes() -> list[Claim]:
+    """Judge the temperatures of case 2, by the steady states of the paper's own equations."""
+    rest = [np.array(steady(p)) for p in (NOMINAL, CLOGGED, HARDENED)]
+    first, second = rest[1] - rest[0], rest[2] - rest[1]
+    judged = f"steady states of the paper's equations; sign, and size within {100 * ALIKE:g} %"
+    return [
+        Claim('Fig. 7-8', 'at 80 s Tp and Tu drop by 0.2 K', judged,
+              f'{signed(first)} K', verdict(alike(first, (-0.2, -0.2)))),
+        Claim('Fig. 7-8', 'at 150 s Tp drops by 0.9 K and Tu by 0.5 K', judged,
+              f'{signed(second)} K', verdict(alike(second, (-0.9, -0.5)))),
+        Claim('section 4.3.2', 'noise hides the change at 80 s from the eye',
+              f'the noise is not printed; change beside {NOISE:g} K',
+              f'{np.abs(first).min() / NOISE:.0f} standard deviations', Verdict.CANNOT_BE_JUDGED),
+    ]  # fmt: skip
+
+
+def case_2(figures: Figures) -> list[Claim]:
+    """Judge the convergence after the faults."""
+    rows = []
+    for place, name, i, case in (('Fig. 9', 'Fp', 0, PROCESS), ('Fig. 10', 'Fu', 1, UTILITY)):
+        paper, rival, own = (quiet(figures, one, case).settled[i] for one in (PAPER, UNKNOWN, OURS))
+        judged = 'time after the fault until within 2 % of the flow, no noise'
+        if case == PROCESS:
+            rows.append(Claim(place, 'the unknown-input observer finds Fp 1.5 s after 150 s',
+                              f'{judged}; {NO_TUNING}', f'{rival:.2f} s',
+                              Verdict.CANNOT_BE_JUDGED, f'{own:.2f} s'))  # fmt: skip
+        rows.append(Claim(place, f'the proposed observer finds {name} sooner', judged,
+                          f'{paper:.2f} s beside {rival:.2f} s', verdict(paper < rival),
+                          f'{own:.2f} s'))  # fmt: skip
+    return rows
+
+
+def robustness(figures: Figures) -> list[Claim]:
+    """Judge the robustness to noise, seed by seed beside the rival."""
+    rows = []
+    for place, name, i, case in (('Fig. 5, 9', 'Fp', 0, PROCESS), ('Fig. 6, 10', 'Fu', 1, UTILITY)):
+        paper, rival, own = (
+            np.array([run.rms[i] for run in figures.noisy[one.label, case.label]])
+            for one in (PAPER, UNKNOWN, OURS)
+        )
+        hits = int((paper < rival).sum())
+        rows.append(Claim(
+            place,
+            f'{name} is more robust to noise than by the unknown-input observer',
+            f'share of {paper.size} seeds with the smaller RMS, and medians in %; {NOISY}',
+            f'{share(hits, paper.size)}; {bracketed(paper)} beside {bracketed(rival)}',
+            verdict(hits > 0.5 * paper.size),
+            bracketed(own),
+        ))  # fmt: skip
+    paper, rival, own = (middle(figures.slow, one, CALM) for one in (PAPER, UNKNOWN, OURS))
+    rows.append(Claim(
+        'Fig. 5-6, 9-10',
+        'the same, should the noise be slower than that',
+        f'median RMS of Fp / Fu in %, noise of {NOISE:g} K over 1 s',
+        f'{slashed(paper)} beside {slashed(rival)}',
+        verdict(bool((paper < rival).all())),
+        slashed(own),
+    ))  # fmt: skip
+    return rows
+
+
+def supervision(figures: Figures) -> Claim:
+    """Judge whether the faulty valve can be told."""
+    hits, count = named(figures, PAPER)
+    return Claim(
+        'section 4.3.2, section 5',
+        'local supervision tells changes of the actuators that temperatures hide',
+        f'share of {count} faults, half of each valve, whose valve has the residual that changes '
+        f'most, in the 2nd second; {NOISY}',
+        share(hits, count),
+        verdict(hits >= 0.95 * count),
+        share(*named(figures, OURS)),
+    )
+
+
+def named(figures: Figures, one: Contestant) -> tuple[int, int]:
+    """Return how many faults are charged to the right valve, and of how many."""
+    runs = [run for case in FAULTS for run in figures.noisy[one.label, case.label]]
+    return sum(run.named for run in runs), len(runs)
+
+
+def quiet(figures: Figures, one: Contestant, case: Case) -> Measured:
+    """Return the run without noise."""
+    return figures.quiet[one.label, case.label][0]
+
+
+def middle(runs: Runs, one: Contestant, case: Case) -> Array:
+    """Return the median RMS of Fp and Fu over the seeds (%)."""
+    return np.asarray(np.median([run.rms for run in runs[one.label, case.label]], axis=0))
+
+
+def alike(change: Array, printed: tuple[float, float]) -> bool:
+    """Tell if both changes have the printed sign and size."""
+    return bool((np.abs(change - printed) <= ALIKE * np.abs(printed)).all())
+
+
+def times(settled: Array) -> str:
+    """Return settling times in s, or that one never comes."""
+    return ' / '.join(f'{one:.2f}' if np.isfinite(one) else 'never' for one in settled)
+
+
+def signed(values: Array) -> str:
+    """Return changes of Tp / Tu with their sign."""
+    return slashed(values, '+.2f')
+
+
+def bracketed(values: Array) -> str:
+    """Return a median with its 95 % interval."""
+    found, low, high = median_interval(values.tolist())
+    return f'{found:.2f} ({low:.2f} to {high:.2f})'
