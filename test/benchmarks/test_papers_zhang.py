@@ -1,14 +1,45 @@
-"""Observers of the heat exchanger's flows on made-up runs; the acceptance fails what fails."""
+"""The audit of Zhang et al. 2020 on made-up runs; claims and acceptance fail what fails."""
+
+import math
 
 import numpy as np
 import pytest
 
-from benchmarks.interconnected import report as interconnected
-from benchmarks.interconnected import run as flow_runs
-from benchmarks.interconnected import window_report as valve_tables
-from benchmarks.interconnected.run import CONTESTANTS, Found, Measured, named_valves, settling
-from benchmarks.interconnected.window_report import PRODUCT
-from benchmarks.interconnected.windows import (
+from benchmarks.papers.claims import Claim, Verdict
+from benchmarks.papers.zhang import claims as told
+from benchmarks.papers.zhang import report as flow_tables
+from benchmarks.papers.zhang import window_report as valve_tables
+from benchmarks.papers.zhang.plants import (
+    CALM,
+    CASES,
+    CLOGGED,
+    COLD,
+    FAULTS,
+    MOVING,
+    PROCESS,
+    UTILITY,
+    flow_ratio,
+    steady,
+    truth_of,
+)
+from benchmarks.papers.zhang.printed import printed_observer
+from benchmarks.papers.zhang.run import (
+    CONTESTANTS,
+    OURS,
+    PAPER,
+    PULLS,
+    RATED,
+    THETAS,
+    UNKNOWN,
+    Figures,
+    Found,
+    Measured,
+    names_valve,
+    noisy_cells,
+    settling,
+)
+from benchmarks.papers.zhang.window_report import PRODUCT
+from benchmarks.papers.zhang.windows import (
     NOISES,
     SIZES,
     WATCHES,
@@ -20,6 +51,7 @@ from benchmarks.interconnected.windows import (
     watched,
 )
 from obs_ros import load_observer
+from plant_sim.scenarios.heat_exchanger import NOMINAL
 
 
 def test_settling_is_the_last_time_out_of_the_band() -> None:
@@ -29,27 +61,53 @@ def test_settling_is_the_last_time_out_of_the_band() -> None:
     assert settling(t, error, 1.0, 10.0) == 5.0
     assert settling(t, error, 1.0, 6.0) == 1.5
     assert settling(t, error, 7.0, 10.0) == 0.0
+    assert settling(t, error, 1.0, 6.5) == math.inf  # out of it at the end
+    error[-3:] = np.nan
+    assert settling(t, error, 1.0, 10.0) == math.inf
 
 
-def test_the_valve_is_named_whose_residual_changed_most() -> None:
-    t = np.arange(70.0, 180.0, 0.1)
+@pytest.mark.parametrize(('case', 'column'), [(UTILITY, 1), (PROCESS, 0)])
+def test_the_valve_is_named_whose_residual_changed_most(case, column: int) -> None:
+    t = np.arange(0.0, case.end, 0.01)
     residuals = np.zeros((t.size, 2))
-    residuals[t >= 80.5, 1] = 0.22
-    residuals[t >= 150.5, 0] = 0.16  # less than the other one has been since 80 s
-    run = Found(t, np.ones_like(residuals), np.ones_like(residuals), residuals)
-    assert named_valves(run) == (True, True)
-    assert named_valves(run._replace(residuals=residuals[:, ::-1])) == (False, False)
+    residuals[:, 1 - column] = 0.3  # larger, but no change
+    residuals[t >= case.fault + 0.5, column] = 0.16
+    ones = np.ones_like(residuals)
+    run = Found(t, ones, ones, residuals, ones)
+    assert names_valve(run, case)
+    assert not names_valve(run._replace(residuals=residuals[:, ::-1]), case)
 
 
-def runs_of(rms: float, settled: float) -> tuple[flow_runs.Runs, flow_runs.Runs]:
+def test_short_cases_are_the_truth_of_the_scenarios() -> None:
+    """At rest before the fault; the specification's steady states, and the flows of the print."""
+    np.testing.assert_allclose(steady(NOMINAL), (24.303, 20.108), atol=1e-3)
+    np.testing.assert_allclose(steady(CLOGGED), (25.258, 21.141), atol=1e-3)
+    t, _, y, flows = truth_of(UTILITY)
+    assert np.abs(y[t < UTILITY.fault] - y[0]).max() < 1e-6
+    np.testing.assert_allclose(flows[0], (4.17e-6, 4.22e-5), rtol=1e-3)
+    assert flows[-1, 1] == pytest.approx(flows[0, 1] * math.sqrt(4.0 / 6.0))
+    assert flow_ratio() == (pytest.approx(2.635, abs=1e-3), pytest.approx(10.12, abs=0.01))
+
+
+def test_the_printed_gain_loses_the_flows() -> None:
+    found = printed_observer(np.tile([80.0, 20.0], (500, 1)), 1e-3)
+    assert (found[0] == 0.0).all()
+    assert not (np.abs(found[-1] / (4.17e-6, 4.22e-5) - 1.0) < 0.02).any()
+
+
+def figures_of(rms: float, settled: float) -> Figures:
     """Runs that are all alike, but for case 3, where feeding the model divides the error by 10."""
-    good = Measured(np.full(2, settled), np.full(2, rms), (True, True), 5.0, True)
-    quiet = {(one.label, case): [good] for one in CONTESTANTS for case in (1, 2)}
-    noisy = {(one.label, 2): [good, good] for one in CONTESTANTS}
+    good = Measured(np.full(2, settled), np.full(2, rms), True, 5.0, True, 0.1)
+    quiet = {(one.label, case.label): [good] for one in CONTESTANTS for case in CASES}
+    noisy = {(one.label, case.label): [good, good] for one in CONTESTANTS for case in FAULTS}
     for one in CONTESTANTS:
         share = 0.1 if one.observer == 'interconnected' else 1.0
-        noisy[one.label, 3] = [good._replace(rms=share * good.rms)]
-    return quiet, noisy
+        noisy[one.label, MOVING.label] = [good._replace(rms=share * good.rms)]
+    slow = {(one.label, CALM.label): [good] for one in RATED}
+    tuned = {theta: np.full(2, 100.0 / theta) for theta in THETAS}
+    pulled = {factor: np.full(2, 0.2) for factor in PULLS}
+    never = np.full(2, math.inf)
+    return Figures(2, quiet, noisy, slow, [good], tuned, pulled, never, windows_of(), 1)
 
 
 @pytest.mark.parametrize(
@@ -58,16 +116,66 @@ def runs_of(rms: float, settled: float) -> tuple[flow_runs.Runs, flow_runs.Runs]
 def test_acceptance_of_the_flows_fails_what_is_missed(
     rms: float, settled: float, missed: int
 ) -> None:
-    met = [one.met for one in interconnected.acceptance(*runs_of(rms, settled))]
+    met = [one.met for one in flow_tables.acceptance(figures_of(rms, settled))]
     assert met.count(False) == missed
     assert met.count(True) == 5 - missed
 
 
 def test_a_wrong_name_or_a_nan_fails_its_acceptance() -> None:
-    quiet, noisy = runs_of(0.7, 0.5)
-    bad = noisy['interconnected, theta 2', 2][0]._replace(named=(False, True), finite=False)
-    noisy['interconnected, theta 2', 2][0] = bad
-    assert [one.met for one in interconnected.acceptance(quiet, noisy)].count(False) == 2
+    figures = figures_of(0.7, 0.5)
+    runs = figures.noisy[OURS.label, UTILITY.label]
+    runs[0] = runs[0]._replace(named=False, finite=False)
+    assert [one.met for one in flow_tables.acceptance(figures)].count(False) == 2
+
+
+def verdicts(rows: list[Claim]) -> list[Verdict]:
+    return [row.verdict for row in rows]
+
+
+def test_robustness_is_judged_seed_by_seed() -> None:
+    figures = figures_of(0.7, 0.5)
+    assert verdicts(told.robustness(figures)) == [Verdict.DOES_NOT_HOLD] * 3  # as good is not more
+    for case in FAULTS:
+        runs = figures.noisy[UNKNOWN.label, case.label]
+        runs[:] = [run._replace(rms=2.0 * run.rms) for run in runs]
+    rows = told.robustness(figures)
+    assert verdicts(rows) == [Verdict.HOLDS, Verdict.HOLDS, Verdict.DOES_NOT_HOLD]
+    assert rows[0].figure.startswith('2 of 2 (0.158 to 1.000)')
+
+
+def test_a_claim_of_speed_needs_both_flows() -> None:
+    rows = told.case_1(figures_of(0.7, 0.6))
+    assert verdicts(rows) == [Verdict.HOLDS, Verdict.DOES_NOT_HOLD, Verdict.CANNOT_BE_JUDGED,
+                              Verdict.DOES_NOT_HOLD]  # fmt: skip
+    larger = told.tuning(figures_of(0.7, 0.6))
+    assert verdicts(larger)[:2] == [Verdict.HOLDS, Verdict.DOES_NOT_HOLD]
+
+
+def test_changes_of_temperature_have_a_sign_and_a_size() -> None:
+    """The paper's own equations: Tp and Tu rise at 80 s, and fall too far at 150 s."""
+    rows = told.changes()
+    assert verdicts(rows) == [Verdict.DOES_NOT_HOLD] * 2 + [Verdict.CANNOT_BE_JUDGED]
+    assert rows[0].figure == '+0.96 / +1.03 K' and rows[1].figure == '-1.23 / -0.74 K'
+    assert told.alike(np.array([-0.8, -0.55]), (-0.9, -0.5))
+    assert not told.alike(np.array([-0.8, 0.5]), (-0.9, -0.5))
+
+
+def test_what_the_print_leaves_open_is_not_judged() -> None:
+    rows = [told.theorem(), told.chamber()]
+    assert set(verdicts(rows)) == {Verdict.CANNOT_BE_JUDGED}
+    assert told.condition(1e5) < told.condition(1e3) < told.condition(10.0) < 0.0
+    assert told.gain(figures_of(0.7, 0.5)).verdict == Verdict.DOES_NOT_HOLD
+    assert told.one_coefficient().verdict == Verdict.DOES_NOT_HOLD
+
+
+def test_contestants_share_their_noise_and_cases_do_not() -> None:
+    cells = noisy_cells(40)
+    seeds = {key: [seed for *_, seed in runs] for key, runs in cells.items()}
+    rated = seeds[PAPER.label, UTILITY.label]
+    assert rated == seeds[UNKNOWN.label, UTILITY.label] and len(set(rated)) == 40
+    assert not set(rated) & set(seeds[PAPER.label, PROCESS.label])
+    assert len(seeds[CONTESTANTS[2].label, UTILITY.label]) == 2
+    assert COLD.label not in {case for _, case in cells}
 
 
 GOOD = Isolated(True, True, True, 0.1, 0.5, 0)
@@ -121,13 +229,8 @@ def test_words_that_are_missing_or_wrong_are_counted() -> None:
     assert valve_tables.withheld([silent]) == 1.0
 
 
-def test_a_reference_stands_in_brackets() -> None:
-    assert interconnected.beside('0.1 / 0.2', '') == '0.1 / 0.2'
-    assert interconnected.beside('0.1', '0.2') == '0.1 (0.2)'
-
-
 def test_every_contestant_is_an_observer_with_settings_that_it_takes() -> None:
-    for one in flow_runs.CONTESTANTS:
+    for one in CONTESTANTS:
         load_observer(one.observer)('heat_exchanger', **one.settings)
 
 

@@ -27,6 +27,9 @@ class InterconnectedObserver(HighGainObserver):
         Fhat' = c Xhat' - theta^2 e / g(That)
         Xhat' = the actuators' model - l1 (Xhat - Fhat/c),   Xhat'' likewise with l2
 
+    The chamber pressures are inputs, measured as in section 4.3: eq. 47 estimates them too, with
+    gains k3 and k6, from command pressures and a volume that are not printed.
+
     The print adds Aa/m c u to Fhat', which is not in the derivative of c X. Its gains l1 and l2
     are so small that nothing changes; larger ones pull a faulty actuator's model to the flow, and
     the residual with it. So both are 0 unless set.

@@ -1,21 +1,20 @@
 """Tests of the gains' design: what is solved needs cvxpy, what checks a solution does not."""
 
+from pathlib import Path
+
 import numpy as np
 import pytest
 from extras import needs
 
-from obs_ros.observers.papers.design import suspension_gains
-from obs_ros.observers.papers.design.h_infinity import (
-    as_source,
-    checked,
-    design,
-    import_cvxpy,
-    main,
-    peak_gain,
-)
+from obs_ros.models import load_model
+from obs_ros.observers.papers.adaptive_gains import read_gains, stored_gains
+from obs_ros.observers.papers.design.h_infinity import checked, design, import_cvxpy, main
+from obs_ros.observers.papers.design.peak_gain import peak_gain
 from obs_ros.observers.papers.design.plants import LipschitzPlant, suspension
+from obs_ros.observers.papers.h_infinity import HInfinityObserver
 
 NOISE = 0.01 / 300.0
+STORED = stored_gains(load_model('suspension'), 'designed')
 
 
 def test_without_cvxpy_it_says_what_to_install(
@@ -32,11 +31,6 @@ def first_order() -> LipschitzPlant:
     """x' = -2 x + 0.5 sin x + eta, y = x."""
     one = np.ones((1, 1))
     return LipschitzPlant(-2.0 * one, one, one, one, one, 0.5, np.ones(1), 1.0)
-
-
-def test_the_measured_peak_gain_is_that_of_the_closed_form() -> None:
-    """1 / (2 + L - 0.5) at rest, where phi is steepest."""
-    assert peak_gain(first_order(), np.array([[3.0]])) == pytest.approx(1.0 / 4.5, rel=1e-6)
 
 
 @pytest.mark.parametrize(
@@ -65,12 +59,28 @@ def test_an_equality_that_fails_is_refused() -> None:
 
 
 def test_the_stored_gains_have_the_peak_that_is_stored_with_them() -> None:
-    plant, gains = suspension(), np.array(suspension_gains.L)
-    assert peak_gain(plant, gains) == pytest.approx(suspension_gains.PEAK, rel=1e-4)
-    open_loop = peak_gain(plant, 0.0 * gains)
-    assert suspension_gains.PEAK < suspension_gains.BETA < open_loop
-    poles = np.linalg.eigvals(plant.A - gains @ plant.C).real
+    plant = suspension()
+    assert peak_gain(plant, STORED.L) == pytest.approx(STORED.peak, rel=1e-4)
+    open_loop = peak_gain(plant, 0.0 * STORED.L)
+    assert STORED.peak < STORED.beta < open_loop
+    poles = np.linalg.eigvals(plant.A - STORED.L @ plant.C).real
     assert poles.min() > -200.0 and poles.max() < -5.0
+
+
+@pytest.mark.parametrize(
+    ('arguments', 'why'),
+    [
+        (['--model', 'three_tank'], 'give --parameters NAME'),
+        (['--model', 'three_tank', '--parameters', 'p1', '--printed'], 'leave --printed'),
+        (['--model', 'three_tank', '--parameters', 'q1'], "no parameter 'q1'"),
+        (['--model', 'nowhere'], "unknown model 'nowhere'"),
+    ],
+)
+def test_a_command_that_does_not_go_together_is_refused(
+    arguments: list[str], why: str, capsys: pytest.CaptureFixture[str]
+) -> None:
+    assert main(arguments) == 1
+    assert why in capsys.readouterr().out
 
 
 @pytest.fixture
@@ -94,8 +104,9 @@ class TestWithClarabel:
 
     def test_it_finds_the_stored_gains_again(self) -> None:
         gains = design(suspension(), noise=NOISE, fastest=200.0)
-        np.testing.assert_allclose(gains.L, suspension_gains.L, rtol=0.02, atol=0.1)
-        assert gains.beta == pytest.approx(suspension_gains.BETA, rel=1e-3)
+        np.testing.assert_allclose(gains.L, STORED.L, rtol=0.02, atol=0.1)
+        np.testing.assert_allclose(gains.H[0], STORED.H[0], rtol=0.02, atol=1e-5)
+        assert gains.beta == pytest.approx(STORED.beta, rel=1e-3)
 
     def test_noise_that_counts_more_gives_smaller_gains(self) -> None:
         sizes = [
@@ -104,9 +115,17 @@ class TestWithClarabel:
         ]
         assert sizes[0] > 5.0 * sizes[1] > 25.0 * sizes[2]
 
-    def test_what_is_kept_reads_back(self) -> None:
-        gains = design(suspension(), noise=NOISE, fastest=200.0)
-        scope: dict[str, object] = {}
-        exec(as_source(gains, 'a command'), scope)
-        np.testing.assert_allclose(scope['L'], gains.L, rtol=1e-7)
-        np.testing.assert_allclose(scope['H'], gains.H[0], rtol=1e-7)
+    def test_what_is_kept_drives_the_observer(self, tmp_path: Path) -> None:
+        path = tmp_path / 'gains.json'
+        assert main(['--keep', str(path)]) == 0
+        observer = HInfinityObserver('suspension', gains=str(path))
+        np.testing.assert_allclose(observer.workspace.L, STORED.L, rtol=0.02, atol=0.1)
+
+    def test_several_parameters_of_any_model_get_gains(self, tmp_path: Path) -> None:
+        path = tmp_path / 'gains.json'
+        told = ['--model', 'heat_exchanger_reduced', '--parameters', 'dP1', 'dP2']
+        assert main([*told, '--fastest', '50', '--keep', str(path)]) == 0
+        gains = read_gains(path, load_model('heat_exchanger_reduced'))
+        assert gains.parameters == ('dP1', 'dP2')
+        assert gains.L.shape == (4, 2) and gains.B.shape == (4, 2) and gains.H.shape == (2, 2)
+        assert gains.peak <= gains.beta
