@@ -40,6 +40,8 @@ def file_of(scenario):
 
 
 def same(one, other):
+    if isinstance(one, list) and isinstance(other, list):
+        return len(one) == len(other) and all(map(same, one, other))
     return one == other or (isinstance(one, float) and math.isnan(one) and math.isnan(other))
 
 

@@ -67,6 +67,7 @@ class RecursiveObserver:
     Settings: ClassVar[type[table.Settings]] = table.Settings
     estimates_parameters: ClassVar[bool] = True  # False: they are given, all of them
     takes_discrete: ClassVar[bool] = False  # True: models without rates, too
+    settings_decide: ClassVar[bool] = False  # True: `suits` is about those by default
     gates_itself: ClassVar[bool] = False  # by the covariance that it has
     needs_outputs: ClassVar[bool] = False  # all of them, at each step
     rehearsal: ClassVar[int] = 3  # outputs, until all is compiled
@@ -89,7 +90,8 @@ class RecursiveObserver:
     ) -> None:
         self.model = table.stamped(load_model(model), type(self).__name__, self.takes_discrete)
         estimated_delays.refuse(names(self.model.parameters), type(self).__name__)
-        self.suits(self.model)
+        if not self.settings_decide:
+            self.suits(self.model)
         self.settings: Any = table.settings_of(self.Settings, settings)
         if not self.estimates_parameters:
             if parameters is not None and tuple(parameters):

@@ -105,7 +105,7 @@ def read_gains(path: Path, model: Model) -> AdaptiveGains:
         if not isinstance(content, dict):
             raise ValueError('it holds no object of JSON')
         return _from(content, model)
-    except (OSError, ValueError, TypeError, RecursionError) as error:
+    except (OSError, ValueError, TypeError, OverflowError, RecursionError) as error:
         raise ValueError(
             'give the path of a file that `python -m obs_ros.observers.papers.design.h_infinity '
             f'--keep` wrote for {model.name}, not {quoted(str(path))}: {error}'
@@ -138,6 +138,7 @@ def _from(content: Mapping[str, Any], model: Model) -> AdaptiveGains:
     if content['model'] != model.name:
         raise ValueError(f'it holds gains of model {quoted(content["model"])}')
     own = {name: value for name, value in content.items() if name not in ('model', 'parameters')}
+    own |= {name: float(own[name]) for name in ('beta', 'peak') if name in own}
     chosen = content['parameters']
     if not isinstance(chosen, list) or not all(isinstance(name, str) for name in chosen):
         raise ValueError(f'its parameters are no list of names, but {quoted(chosen)}')

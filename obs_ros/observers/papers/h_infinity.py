@@ -85,6 +85,7 @@ class HInfinityObserver(RecursiveObserver):
     """
 
     Settings = HInfinitySettings
+    settings_decide = True  # by the gains
     beyond: ClassVar[float] = 4.5  # ranges beyond its bounds that a state may go, on each side
 
     def __init__(self, model: Model | str, **arguments: Any) -> None:
@@ -121,6 +122,10 @@ class HInfinityObserver(RecursiveObserver):
             forgetting=s.forgetting,
             covariance=s.covariance,
         )
+
+    @classmethod
+    def suits(cls, model: Model) -> None:
+        stored_gains(model, HInfinitySettings.gains)
 
     def _gains(self) -> AdaptiveGains:
         """Return the gains that the settings give or name."""

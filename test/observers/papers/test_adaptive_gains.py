@@ -89,6 +89,8 @@ GOOD = {'model': 'suspension', 'parameters': ['kt'], 'L': [[0.0] * 3] * 4}
         (json.dumps({**GOOD, 'parameters': 'kt'}), 'no list of names'),
         (json.dumps({**GOOD, 'L': ['a']}), 'could not convert'),
         (json.dumps({**GOOD, 'L': [[0.0]]}), 'L has 1 entries'),
+        (json.dumps({**GOOD, 'L': [10**400]}), 'too large'),
+        (json.dumps({**GOOD, 'beta': 'small'}), 'could not convert'),
         ('[' * 100_000, 'not '),
         (' ' * 2_000_000, 'more than 1000000 bytes'),
     ],

@@ -206,3 +206,10 @@ def test_the_file_of_the_suspension_gives_the_stored_estimate(tmp_path: Any) -> 
 def test_wrong_settings_are_refused(model: Any, settings: dict[str, Any], why: str) -> None:
     with pytest.raises(ValueError, match=why):
         HInfinityObserver(model, **settings)
+
+
+def test_it_suits_models_with_stored_gains_until_it_is_given_some() -> None:
+    HInfinityObserver.suits(SUSPENSION)
+    with pytest.raises(ValueError, match="design gains for model 'oscillator'"):
+        HInfinityObserver.suits(OSCILLATOR)
+    assert HInfinityObserver(OSCILLATOR, L=L).workspace.adapted.tolist() == [0, 1]
