@@ -100,6 +100,7 @@ def test_a_disturbance_that_is_not_estimated_is_off_by_all_of_it() -> None:
 
 
 def test_the_equations_alone_refute_what_they_do() -> None:
+    assert not any('|' in str(cell) for row in told.theory() for cell in row)  # of a table
     assert verdicts(told.theory()) == [Verdict.DOES_NOT_HOLD] * 3
     assert least_freedom() == 0.0
     assert lipschitz() == (pytest.approx(KT / MUS), pytest.approx(1.0 / MUS))

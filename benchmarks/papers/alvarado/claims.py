@@ -60,8 +60,8 @@ def theory() -> list[Claim]:
         Claim(
             'Theorem 1, section 5',
             'the matrix inequality gives L and H for this plant',
-            "|C B|, by NumPy: B'P = HC forces B'PB = H C B, which is positive for P > 0",
-            f'|C B| = {freedom:g}',
+            "norm of C B, by NumPy: B'P = HC forces B'PB = H C B, and B'PB > 0 where P > 0",
+            f'{freedom:g}, so that no P > 0 exists' if not freedom else f'{freedom:g}',
             verdict(freedom > 0.0),
             f'without the equality: L with beta = {gains.beta:.3g} m/N',
         ),
