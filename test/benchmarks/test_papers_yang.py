@@ -5,10 +5,35 @@ import math
 import numpy as np
 import pytest
 
+from benchmarks.papers.claims import Verdict
+from benchmarks.papers.yang import algorithm_claims, table_claims, theorem
+from benchmarks.papers.yang.comparisons import as_good, combined_p, overall, rank, ratio
 from benchmarks.papers.yang.convergence import follow
 from benchmarks.papers.yang.reference import FITNESSES, SNRS, SYMBOLS, Cell, references
-from benchmarks.papers.yang.run import FIRST_SAMPLE, MEMETIC, PAPER, bounds, errors_of
+from benchmarks.papers.yang.run import (
+    DEFAULT,
+    FIRST_SAMPLE,
+    PAPER,
+    Figures,
+    Solved,
+    bounds,
+    solved,
+)
+from benchmarks.papers.yang.sequence import LATER, PERIODS, UNCHANGED, truth_of
+from benchmarks.papers.yang.starts import started
 from benchmarks.tanks import PAPER_WINDOWS, paper_window
+
+TABLE_1 = [Cell('ft1', window, snr) for window in PAPER_WINDOWS for snr in SNRS[1:]]
+
+
+def figures(errors: dict[tuple[Cell, str], np.ndarray], **parts) -> Figures:
+    """Figures of made-up errors (seeds, 4)."""
+    solves = {
+        pair: [Solved(row, (63.0, 63.0), (1.9, 1.9)) for row in own] for pair, own in errors.items()
+    }
+    empty = dict(starts={}, sequences={}, collapses={}, followed={})
+    cells = [*dict.fromkeys(cell for cell, _ in errors)]
+    return Figures(len(next(iter(errors.values()))), cells, solves, **(empty | parts))
 
 
 @pytest.mark.parametrize(
@@ -39,17 +64,25 @@ def test_the_reference_covers_every_cell_of_both_tables():
 @pytest.mark.parametrize('fitness', FITNESSES)
 def test_paper_mode_is_as_good_as_the_reference(fitness):
     cell = Cell(fitness, 'T1', 40.0)
-    errors = [errors_of(cell, PAPER, seed) for seed in range(5)]
+    errors = [solved(cell, PAPER, seed).errors for seed in range(5)]
     assert (np.median(errors, axis=0) <= references()[cell].p95).all()
 
 
 def test_a_first_sample_taken_as_exact_spoils_h3():
     cell = Cell('ft1', 'T2', 0.0)
     h3 = {
-        way: np.median([errors_of(cell, way, seed)[3] for seed in range(8)])
+        way: np.median([solved(cell, way, seed).errors[3] for seed in range(8)])
         for way in (PAPER, FIRST_SAMPLE)
     }
     assert h3[FIRST_SAMPLE] > 2.0 * h3[PAPER]
+
+
+def test_the_distance_at_the_truth_is_that_of_the_noise():
+    found = solved(Cell('ft1', 'T2', 0.0), PAPER, 1)
+    # Of 1000 samples of unit noise each, over both outputs.
+    assert found.distance[1] == pytest.approx(2.0 * math.sqrt(1000.0), rel=0.05)
+    assert found.distance[0] == pytest.approx(found.distance[1], rel=0.05)
+    assert 0.99 * found.correlation[1] < found.correlation[0] <= 2.0
 
 
 def test_a_followed_search_reaches_the_optimum():
@@ -63,8 +96,77 @@ def test_a_followed_search_reaches_the_optimum():
 
 def test_the_default_search_beats_paper_mode_where_noise_is_small():
     cell = Cell('ft1', 'T3', 40.0)
-    paper, memetic = (
-        np.median([errors_of(cell, way, seed) for seed in range(4)], axis=0)
-        for way in (PAPER, MEMETIC)
+    paper, default = (
+        np.median([solved(cell, way, seed).errors for seed in range(4)], axis=0)
+        for way in (PAPER, DEFAULT)
     )
-    assert (10.0 * memetic < paper).all()
+    assert (10.0 * default < paper).all()
+
+
+def test_printed_runs_like_ours_pass_and_far_better_ones_do_not():
+    rng = np.random.default_rng(1)
+
+    def errors(factor: float) -> dict[tuple[Cell, str], np.ndarray]:
+        spread = rng.lognormal(size=(len(TABLE_1), 200, 4))
+        return {
+            (cell, PAPER): factor * np.maximum(references()[cell].run, 5e-7) * own
+            for cell, own in zip(TABLE_1, spread)
+        }
+
+    like, far = errors(1.0), errors(30.0)
+    assert combined_p(like, TABLE_1) > 0.05
+    assert combined_p(far, TABLE_1) < 1e-6
+    assert 60 <= rank(like, TABLE_1[0]) <= 140
+    together, each = as_good(far, TABLE_1[0])
+    assert together == 0 and each.max() < 10
+
+
+def test_a_ratio_of_medians_has_its_interval():
+    rng = np.random.default_rng(2)
+    a, b, c = rng.lognormal(size=(3, 200))
+    twice = ratio(2.0 * a, b)
+    assert twice.low < 2.0 < twice.high and twice.worse and not twice.better
+    assert ratio(c, b).word == 'no difference'
+    assert overall([2.0 * a, 0.5 * a], [a, a]).middle == pytest.approx(1.0)
+
+
+def test_a_correlation_is_no_deviation():
+    assert algorithm_claims.deviation().verdict is Verdict.DOES_NOT_HOLD
+
+
+def test_the_printed_true_levels_are_not_those_of_the_stated_constants():
+    claim = table_claims.true_levels()
+    assert claim.verdict is Verdict.DOES_NOT_HOLD
+    assert claim.figure == 'T2: 17.7167 cm; T3: 52.9333 cm'
+
+
+def test_one_population_that_cannot_follow_refutes_the_theorem():
+    fine = theorem.Collapse(100, shrunk=True, found=True, walls=False, rises=0)
+    lost = fine._replace(found=False)
+    own = {(Cell('ft1', 'T1', 40.0), PAPER): np.ones((3, 4))}
+    for runs, expected in (([fine, fine, fine], Verdict.HOLDS),
+                           ([fine, lost, fine], Verdict.DOES_NOT_HOLD),
+                           ([fine, lost._replace(walls=True), fine], Verdict.HOLDS)):  # fmt: skip
+        found = figures(own, collapses={'cubic': runs, 'uniform': runs})
+        assert algorithm_claims.theorem(found).verdict is expected
+
+
+def test_the_truth_of_the_theorems_plant_has_no_distance():
+    objective, truth = theorem.problem()
+    assert objective.costs(truth[None])[0] == 0.0
+    assert objective.costs(truth[None] + 1e-3)[0] > 1.0
+
+
+def test_the_period_after_the_paper_goes_on_where_t3_ends():
+    assert PERIODS == ('T1', 'T2', 'T3', UNCHANGED) and PERIODS[1:] == LATER
+    last, p = truth_of('T3')
+    after, same = truth_of(UNCHANGED)
+    assert (p == same).all()
+    assert np.abs(after[0] - last[-1]).max() < 0.1  # cm, in a second
+    assert np.abs(after[0] - [86.27335, 52.72873, 65.42825]).max() < 1e-3
+
+
+def test_a_start_has_the_same_bits_again():
+    first = started('paper', 'cubic', 'T1', 7)
+    assert first == started('paper', 'cubic', 'T1', 7)
+    assert first.evaluations == 25 * 86 and 0.0 < first.error < 0.1

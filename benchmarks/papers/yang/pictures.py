@@ -8,13 +8,13 @@ import numpy as np
 from benchmarks.judge import SAME_OPTIMUM
 from benchmarks.papers.yang.convergence import FIRST_EVALUATIONS, Followed
 from benchmarks.papers.yang.reference import SYMBOLS, Cell, references
-from benchmarks.papers.yang.run import MEMETIC, PAPER, Errors, bounds
+from benchmarks.papers.yang.run import DEFAULT, PAPER, Errors, bounds
 from benchmarks.report import panels
 from benchmarks.tanks import noise_of
 
 UNITS = {'p1': '', 'p2': '', 'p3': '', 'h3': ' (cm)'}
 LABELS = {'ft1': 'paper mode, f_t1 (euclidean)', 'ft2': 'paper mode, f_t2 (correlation)'}
-COLOURS = {'ft1': 'tab:blue', 'ft2': 'tab:orange', MEMETIC: 'tab:green'}
+COLOURS = {'ft1': 'tab:blue', 'ft2': 'tab:orange', DEFAULT: 'tab:green'}
 LEAST = 1e-4  # sigma^2; below, the searches are at the same point
 
 
@@ -49,10 +49,10 @@ def _error_lines(axes: Any, errors: Errors, cells: Sequence[Cell], i: int) -> No
         axes.plot(snr, median, 'o-', color=COLOURS[fitness], label=LABELS[fitness])
         run = [references()[cell].run[i] or np.nan for cell in own]
         axes.plot(snr, run, 'x', color=COLOURS[fitness], label=f"the paper's run, {fitness}")
-    own = sorted((c for c in noisy if (c, MEMETIC) in errors), key=lambda c: c.snr_db)
+    own = sorted((c for c in noisy if (c, DEFAULT) in errors), key=lambda c: c.snr_db)
     snr = [cell.snr_db for cell in own]
-    median = [np.median(errors[cell, MEMETIC][:, i]) for cell in own]
-    axes.plot(snr, median, 's-', color=COLOURS[MEMETIC], label='default search')
+    median = [np.median(errors[cell, DEFAULT][:, i]) for cell in own]
+    axes.plot(snr, median, 's-', color=COLOURS[DEFAULT], label='default search')
     # The median of |error| of an efficient estimate is 0.6745 standard deviations.
     bound = [0.6745 * bounds(cell.window, 4)[i] * noise_of(cell.snr_db) for cell in own]
     axes.plot(snr, bound, 'k--', label='Cramér-Rao bound (as a median)')

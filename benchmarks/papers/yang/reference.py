@@ -1,4 +1,4 @@
-"""The reference that the paper's tables are held against, read from reference.csv."""
+"""The printed runs of Tables 1 and 2, and an independent implementation's 95th percentiles."""
 
 import csv
 import functools
@@ -27,7 +27,6 @@ class Cell(NamedTuple):
 class Reference(NamedTuple):
     """Absolute errors (4,) of p1, p2, p3 (1) and h3 (cm); `run` is NaN where the paper has none."""
 
-    median: Array
     p95: Array
     run: Array
 
