@@ -7,6 +7,7 @@ from typing import Any, ClassVar
 import numpy as np
 
 from obs_ros.core.jit import bound
+from obs_ros.core.linear_algebra import singular
 from obs_ros.core.model import Model, inside, names
 from obs_ros.core.texts import listing
 from obs_ros.core.typing import Array
@@ -16,6 +17,8 @@ from obs_ros.observers.papers.adaptation import Workspace, adapt, place
 from obs_ros.observers.papers.adaptive_gains import AdaptiveGains, gains_of, stored_gains
 from obs_ros.observers.recursive import RecursiveObserver
 from obs_ros.observers.settings import Settings, setting
+
+RANK = 1e-12  # of the largest singular value: less is rounding
 
 
 @dataclass(frozen=True)
@@ -163,9 +166,11 @@ class HInfinityObserver(RecursiveObserver):
         if not gains.H.size:
             raise ValueError("give B and H beside L, or take adaptation 'filtered': "
                              'the gradient needs them')  # fmt: skip
-        if np.linalg.matrix_rank(gains.B) < gains.B.shape[1]:
-            raise ValueError('give B independent columns: it has less than full rank')
-        return np.ascontiguousarray(np.linalg.pinv(gains.B).T @ gains.H)
+        left, sizes, right = singular(gains.B)
+        rank = int((sizes > RANK * sizes.max()).sum())
+        if rank < gains.B.shape[1]:
+            raise ValueError(f'give B independent columns: it has less than full rank, {rank}')
+        return np.ascontiguousarray((left / sizes) @ right @ gains.H)
 
     def _output_matrix(self) -> Array:
         """Return C (r, n), the outputs' change with each state."""

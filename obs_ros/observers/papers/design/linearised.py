@@ -2,6 +2,7 @@
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
+from functools import partial
 
 import numpy as np
 
@@ -56,6 +57,9 @@ def linearised(
     def effects(x: Array, u: Array) -> Array:
         return np.array([_effect(model, x, u, p, j, d) for j, d in sized]).T
 
+    def pulled(x: Array, fed: Array) -> Array:
+        return back @ effects(x, fed)
+
     rng = np.random.default_rng(settings.seed)
     points = [[_random(g, rng) for g in _groups(model)[:2]] for _ in range(settings.points)]
     found = np.array([effects(*point) for point in points]) / scale[:, None]
@@ -67,13 +71,14 @@ def linearised(
     steps, coarse = settings.step * scale, settings.effect_step * scale
     for at, fed in points:
         # (l, q, n)
-        changes = derivative(lambda z, fed=fed: back @ effects(z, fed), at, coarse)
+        changes = derivative(partial(pulled, fed=fed), at, coarse)
         slopes = np.maximum(slopes, np.linalg.norm(changes, axis=0).sum(axis=0))
+    A, C = _slopes(model, x, u, p, steps)
     rows = np.flatnonzero(slopes * scale > settings.flat * (slopes * scale).max())
     return LipschitzPlant(
-        A=derivative(lambda z: _rates(model, z, u, p), x, steps),
+        A=A,
         B=B,
-        C=derivative(lambda z: _outputs(model, z, u, p), x, steps),
+        C=C,
         N=_pushes(model, disturbances, x, u, p) if disturbances else np.diag(scale),
         E=np.diag(slopes)[rows] if rows.size else np.zeros((1, x.size)),
         gamma=float(np.sqrt(rows.size)),
@@ -90,10 +95,15 @@ def stable_share(
     steps = settings.step * np.array([_half_range(v) for v in model.states])
     for _ in range(settings.points):
         x, u, p = (_random(group, rng) for group in _groups(model))
-        A = derivative(lambda z, u=u, p=p: _rates(model, z, u, p), x, steps)
-        C = derivative(lambda z, u=u, p=p: _outputs(model, z, u, p), x, steps)
+        A, C = _slopes(model, x, u, p, steps)
         stable += bool(np.linalg.eigvals(A - L @ C).real.max() < 0.0)
     return stable, settings.points
+
+
+def _slopes(model: Model, x: Array, u: Array, p: Array, steps: Array) -> tuple[Array, Array]:
+    """Return the derivatives of rates (n, n) and outputs (r, n) by the states."""
+    A = derivative(lambda z: _rates(model, z, u, p), x, steps)
+    return A, derivative(lambda z: _outputs(model, z, u, p), x, steps)
 
 
 def derivative(function: Callable[[Array], Array], x: Array, steps: Array) -> Array:
