@@ -7,20 +7,25 @@ import pytest
 
 from benchmarks.papers.claims import Verdict
 from benchmarks.papers.yang import algorithm_claims, table_claims, theorem
+from benchmarks.papers.yang.claims import claims
 from benchmarks.papers.yang.comparisons import as_good, combined_p, overall, rank, ratio
 from benchmarks.papers.yang.convergence import follow
 from benchmarks.papers.yang.reference import FITNESSES, SNRS, SYMBOLS, Cell, references
+from benchmarks.papers.yang.report import report
 from benchmarks.papers.yang.run import (
     DEFAULT,
     FIRST_SAMPLE,
     PAPER,
+    WAYS,
     Figures,
     Solved,
+    applies,
     bounds,
     solved,
 )
 from benchmarks.papers.yang.sequence import LATER, PERIODS, UNCHANGED, truth_of
-from benchmarks.papers.yang.starts import started
+from benchmarks.papers.yang.sequence import WAYS as SEQUENCES
+from benchmarks.papers.yang.starts import CUBIC, UNIFORM, Start, started
 from benchmarks.tanks import PAPER_WINDOWS, paper_window
 
 TABLE_1 = [Cell('ft1', window, snr) for window in PAPER_WINDOWS for snr in SNRS[1:]]
@@ -177,3 +182,25 @@ def test_the_papers_search_is_made_once_but_where_levels_cross():
     evaluations = {name: started('paper', 'cubic', name, 7).evaluations for name in PAPER_WINDOWS}
     assert 2 * once <= evaluations['T1'] < 2 * once + 25
     assert all(once <= evaluations[name] < once + 25 for name in ('T2', 'T3'))
+
+
+def test_claims_and_tables_come_from_figures_alone():
+    rng = np.random.default_rng(3)
+    cells = [Cell(f, window, snr) for f in FITNESSES for window in PAPER_WINDOWS for snr in SNRS]
+    errors = {
+        (cell, way): rng.lognormal(size=(5, 4)) for cell in cells for way in WAYS
+        if applies(cell, way)
+    }  # fmt: skip
+    searches = [(search, kind) for search in ('paper', 'default') for kind in (CUBIC, UNIFORM)]
+    pairs = [(*search, window) for search in searches for window in PAPER_WINDOWS]
+    found = figures(
+        errors,
+        starts={pair: [Start(1e-3, 2150)] * 5 for pair in pairs},
+        sequences={way: rng.lognormal(size=(5, len(PERIODS))) for way in SEQUENCES},
+        collapses={CUBIC: [theorem.Collapse(100, True, True, False, 0)] * 5},
+    )
+    judged = {(claim.place, claim.sentence): claim.verdict for claim in claims(found)}
+    assert len(judged) == 18
+    assert [*judged.values()].count(Verdict.CANNOT_BE_JUDGED) == 1
+    text = report(found)
+    assert '## Table 2 (f_t2, correlation)' in text and '| warm, Np 10 |' in text
