@@ -99,6 +99,12 @@ def test_a_disturbance_that_is_not_estimated_is_off_by_all_of_it() -> None:
     assert row.verdict == Verdict.DOES_NOT_HOLD and row.figure.startswith('300 ')
 
 
+def test_every_table_of_the_report_is_filled() -> None:
+    text = tables.report(figures_of(1.0, 0.1, SURE))
+    assert sum(line.startswith('| ---') for line in text.splitlines()) == 7
+    assert '{' not in text
+
+
 def test_the_equations_alone_refute_what_they_do() -> None:
     assert not any('|' in str(cell) for row in told.theory() for cell in row)  # of a table
     assert verdicts(told.theory()) == [Verdict.DOES_NOT_HOLD] * 3

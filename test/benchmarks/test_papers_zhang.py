@@ -168,6 +168,16 @@ def test_what_the_print_leaves_open_is_not_judged() -> None:
     assert told.one_coefficient().verdict == Verdict.DOES_NOT_HOLD
 
 
+def test_every_claim_and_every_table_is_filled() -> None:
+    figures = figures_of(0.7, 0.5)
+    rows = told.claims(figures)
+    assert len(rows) == 23 and all(row.place and row.figure for row in rows)
+    assert not any('|' in str(cell) for row in rows for cell in row)
+    text = flow_tables.report(figures)
+    assert sum(line.startswith('| ---') for line in text.splitlines()) == 9
+    assert '{' not in text
+
+
 def test_contestants_share_their_noise_and_cases_do_not() -> None:
     cells = noisy_cells(40)
     seeds = {key: [seed for *_, seed in runs] for key, runs in cells.items()}
