@@ -326,6 +326,9 @@ TRANSLATIONS: dict[str, Action] = {
     'python -m benchmarks': _benchmark,
     'python -m obs_ros.replay': _replay,
     'python -m obs_ros.interface.usage': Session.python,
+    'python -m obs_ros.observers.papers.design.h_infinity': _covered(
+        'CVXPY is not among what tests need: `make test-design` runs it'
+    ),
     'ros2 run obs_ros': Session.run,
     'ros2 run obs_ros replay': _replay,
     'ros2 run rqt_plot': _plot,
