@@ -65,11 +65,3 @@ def test_the_committed_report_has_seeds_enough_and_a_verdict_for_every_claim(nam
     rows = [*cells(table_below(CLAIMS, path))]
     assert rows and {row['verdict'] for row in rows} <= {known.value for known in Verdict}
     assert all(row['place'] and row['claim'] and row['judged by'] for row in rows)
-
-
-@pytest.mark.slow
-@pytest.mark.parametrize('name', papers())
-def test_the_same_seeds_give_the_same_claims(name: str) -> None:
-    paper = load_paper(name)
-    first, again = (claims_table(paper.claims(paper.measure(1))) for _ in range(2))
-    assert first == again
