@@ -107,13 +107,18 @@ class Recorder(Node):
         """
         newest = max(self.verdicts, default=0) / 1e9
         run = runs_on(self._running, self.plant_time, newest, window, period)
-        unanswered = self._answer is not None and not self._answer.done()
-        if run != self._running or (unanswered and time.monotonic() > self._asked + PATIENCE):
+        overdue = self._pending is not None and time.monotonic() > self._asked + PATIENCE
+        if run != self._running or overdue:
             self._let_run(run)
 
+    @property
+    def _pending(self) -> Future | None:
+        """What the simulator has not answered."""
+        return None if self._answer is None or self._answer.done() else self._answer
+
     def _let_run(self, run: bool) -> None:
-        if self._answer is not None and not self._answer.done():
-            self._enable.remove_pending_request(self._answer)
+        if pending := self._pending:
+            self._enable.remove_pending_request(pending)
         self._running, self._asked = run, time.monotonic()
         self._answer = self._enable.call_async(SetBool.Request(data=run))
 
