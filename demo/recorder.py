@@ -3,6 +3,7 @@
 import time
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
+from typing import Any
 
 import yaml
 from diagnostic_msgs.msg import DiagnosticArray
@@ -32,6 +33,7 @@ TOPICS = {
 }
 PATIENCE = 5.0  # s for the simulator's answer; a machine that stood still may have lost it
 DEPTH = 2000  # messages; nothing may be lost while the screen is written
+STARVING = ('waiting', 'stale_output', 'stale_input')  # outcomes of an estimator not served
 VOUCHED = ('converged', 'at_bound')  # outcomes of estimates that the node stands by
 
 
@@ -54,11 +56,11 @@ class Recorder(Node):
     And whether the estimator is ready.
     """
 
-    def __init__(self) -> None:
-        super().__init__('demo')
+    def __init__(self, **options: Any) -> None:
+        super().__init__('demo', **options)
         self.received: dict[str, dict[int, Vector]] = {key: {} for key in TOPICS}
         self.verdicts: dict[int, Verdict] = {}
-        self.estimator_ready = False
+        self.estimator_ready = self._estimator_starves = False
         self._running, self._asked = False, 0.0
         self._answer: Future | None = None
         self.intervals: dict[int, Intervals] = {}
@@ -103,10 +105,13 @@ class Recorder(Node):
         """Hold the plant while estimates, or what is heard here, lag two periods (s) behind it.
 
         So the estimator misses no window, however busy the machine is. What the simulator does not
-        answer it is told again.
+        answer it is told again. An estimator that hears nothing and solves nothing has missed some
+        samples: the estimate that the plant is held for needs later ones.
         """
         newest = max(self.verdicts, default=0) / 1e9
-        run = runs_on(self._running, self.plant_time, newest, window, period)
+        run = self._estimator_starves or runs_on(
+            self._running, self.plant_time, newest, window, period
+        )
         overdue = self._pending is not None and time.monotonic() > self._asked + PATIENCE
         if run != self._running or overdue:
             self._let_run(run)
@@ -145,6 +150,9 @@ class Recorder(Node):
             figures = {entry.key: entry.value for entry in status.values}
             if 'ready' in figures:
                 self.estimator_ready |= figures['ready'] == 'true'
+                self._estimator_starves = (
+                    figures['outcome'] in STARVING and figures['solving'] == 'false'
+                )
 
 
 def intervals_of(recorder: Recorder, topic: str, stamp: int) -> Intervals:

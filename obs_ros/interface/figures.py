@@ -39,6 +39,7 @@ def figures(
 def _of_progress(progress: Progress) -> Iterator[Figure]:
     yield 'ready', progress.ready
     yield 'enabled', progress.enabled
+    yield 'solving', progress.solving
     yield 'published', progress.published
     yield 'withheld', progress.withheld
     yield 'failed', progress.failed

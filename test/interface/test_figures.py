@@ -17,6 +17,7 @@ def test_figures_are_there_from_the_start():
         'observer': 'sliding_window',
         'ready': False,
         'enabled': True,
+        'solving': False,
         'published': 0,
         'withheld': 0,
         'failed': 0,
