@@ -1,4 +1,4 @@
-"""A newcomer's terminals: commands of the documents, translated to what this machine has of ROS."""
+"""A newcomer's terminals: nodes as real processes, and what `ros2` does beside them."""
 
 import argparse
 import os
@@ -6,7 +6,6 @@ import re
 import signal
 import subprocess
 import sys
-from collections.abc import Callable, Sequence
 from contextlib import suppress
 from importlib import import_module
 from pathlib import Path
@@ -14,7 +13,6 @@ from typing import Any
 
 import yaml
 from ament_index_python.packages import get_package_prefix
-from documents import ROOT, Command
 from patience import patience
 from rcl_interfaces.msg import Parameter
 from rcl_interfaces.srv import GetParameters, ListParameters, SetParameters
@@ -23,16 +21,10 @@ from rclpy.qos import DurabilityPolicy, QoSProfile, ReliabilityPolicy
 from ros import Ros
 from std_msgs.msg import String
 
-from obs_ros.interface.vectors import TOPICS
 from obs_ros.ros.messages import LATCHED
 
 NODES = ('estimator', 'fleet', 'simulator')
 TROUBLE = ('Traceback', '[ERROR]', '[FATAL]')  # in the words of a node that ends in peace
-Action = Callable[['Session', list[str]], None]
-
-
-class UntranslatableError(Exception):
-    """A command that nothing here stands for; the message says where to teach it."""
 
 
 class Session:
@@ -47,15 +39,8 @@ class Session:
         self._lines: dict[str, list[str]] = {}  # that started them
         self._echoes: dict[str, list[Any]] = {}
 
-    def perform(self, block: Sequence[Command]) -> None:
-        """Do what stands in one block; every `echo` of it must have printed something at its end.
-
-        Raises AssertionError where a command fails, UntranslatableError where one is new.
-        """
-        for command in block:
-            action, condition = translation(command), awaited(command)
-            condition(self)
-            action(self, [self._filled(word) for word in command.words])
+    def hear_echoes(self) -> None:
+        """Wait until every `echo` has printed something, all nodes being alive."""
         for topic, messages in self._echoes.items():
             self._wait_for(topic, messages)
         self._echoes.clear()
@@ -210,7 +195,7 @@ class Session:
         """Return the file of what a node says."""
         return self.folder / name.strip('/').replace('/', '_')
 
-    def _filled(self, word: str) -> str:
+    def filled(self, word: str) -> str:
         """Put in what stands for something: other files, and the prefix of a package."""
         word = re.sub(r'\{prefix:(\w+)\}', lambda match: get_package_prefix(match[1]), word)
         for name, path in self.files.items():
@@ -218,126 +203,6 @@ class Session:
         return word
 
 
-def translation(command: Command) -> Action:
-    """Return what is done for a command; raises UntranslatableError where nothing is known."""
-    line = re.sub(r'^(python -m benchmarks)\.\w+', r'\1', ' '.join(command.words)).split()
-    for length in range(len(line), 0, -1):
-        if found := TRANSLATIONS.get(' '.join(line[:length])):
-            return found
-    raise UntranslatableError(
-        f'{command} is documented, but never tried: tell TRANSLATIONS in {Path(__file__).name} how'
-    )
-
-
-def awaited(command: Command) -> Callable[[Session], None]:
-    """Return what the comment beside a command waits for; raises UntranslatableError."""
-    if not command.comment.startswith('once '):
-        return lambda session: None
-    if command.comment not in CONDITIONS:
-        raise UntranslatableError(f'{command}: nothing is known of "{command.comment}"')
-    return CONDITIONS[command.comment]
-
-
 def _class(name: str) -> Any:
     package, kind, type_name = name.split('/')
     return getattr(import_module(f'{package}.{kind}'), type_name)
-
-
-def _covered(reason: str) -> Action:
-    """Stand for what cannot run here, and why; or what other tests run."""
-    assert reason
-    return lambda session, words: None
-
-
-def _make(session: Session, words: list[str]) -> None:
-    """Let `make` look for the target; demo, test and check run by themselves, help runs here."""
-    dry = [] if words[1:] == ['help'] else ['-n']
-    done = subprocess.run(
-        ['make', *dry, *words[1:]], cwd=ROOT, env=session.environment, capture_output=True,
-        text=True, timeout=patience(10.0), check=False,
-    )  # fmt: skip
-    assert done.returncode == 0 and done.stdout, done.stderr
-
-
-def _pip_install(session: Session, words: list[str]) -> None:
-    """See that the package is one that set-up installs, or the extra one of setup.py."""
-    pinned = (ROOT / 'requirements' / 'pins.txt').read_text().lower()
-    extras = (ROOT / 'setup.py').read_text()
-    for word in words[2:]:
-        if match := re.fullmatch(r'\.\[(\w+)\]', word):
-            assert f"'{match[1]}': [" in extras, word
-        else:
-            assert re.search(rf'^{re.escape(word)}==', pinned, re.MULTILINE), word
-
-
-def _colcon_build(session: Session, words: list[str]) -> None:
-    """See that the packages are there: colcon itself is not among the wheels."""
-    assert words[2] == '--packages-select'
-    named = '\n'.join(file.read_text() for file in ROOT.glob('**/package.xml'))
-    assert all(f'<name>{package}</name>' in named for package in words[3:])
-
-
-def _benchmark(session: Session, words: list[str]) -> None:
-    """See that the module is there: benchmarks take minutes to hours."""
-    assert list(ROOT.glob(f'{words[2].replace(".", "/")}*')), words[2]
-
-
-def _export(session: Session, words: list[str]) -> None:
-    """Set variables, but for those of SROS2, which is not among the wheels."""
-    for name, _, value in (word.partition('=') for word in words[1:]):
-        if not name.startswith('ROS_SECURITY'):
-            session.environment[name] = value
-
-
-def _replay(session: Session, words: list[str]) -> None:
-    """Replay once more where an earlier line has: `--force`, which its refusal names."""
-    there = Path(f'{session.files["RECORDING"]}_replay').exists()
-    line = [*words, '--force'] if there else words
-    (session.run if words[0] == 'ros2' else session.python)(line)
-
-
-def _play(session: Session, words: list[str]) -> None:
-    """See that there is what the page above has written: `ros2 bag` is not among the wheels."""
-    if not Path(words[3]).exists():
-        _replay(session, ['ros2', 'run', 'obs_ros', 'replay', *session.files['REPLAY'].split()])
-    assert (Path(words[3]) / 'metadata.yaml').exists()
-
-
-def _plot(session: Session, words: list[str]) -> None:
-    """See that the topics of the curves are published: rqt is not among the wheels."""
-    for curve in words[4:]:
-        assert curve.split('/')[2] in TOPICS, curve
-
-
-def _layout(session: Session, words: list[str]) -> None:
-    """See that the layout is installed: PlotJuggler is not among the wheels."""
-    assert words[4] == '--layout' and Path(words[5]).is_file(), words[5]
-
-
-CONDITIONS = {'once the first window is full': Session.first_window}
-TRANSLATIONS: dict[str, Action] = {
-    'make': _make,
-    'cd': _covered('paths of the reader'),
-    'git clone': _covered('the reader has done so'),
-    'colcon build': _colcon_build,
-    'source install/setup.bash': _covered('AMENT_PREFIX_PATH names the prefixes here'),
-    'export': _export,
-    'pip install': _pip_install,
-    'python -m benchmarks': _benchmark,
-    'python -m obs_ros.replay': _replay,
-    'python -m obs_ros.interface.usage': Session.python,
-    'python -m obs_ros.observers.papers.design.h_infinity': _covered(
-        'CVXPY is not among what tests need: `make test-design` runs it'
-    ),
-    'ros2 run obs_ros': Session.run,
-    'ros2 run obs_ros replay': _replay,
-    'ros2 run rqt_plot': _plot,
-    'ros2 run plotjuggler': _layout,
-    'ros2 topic echo': Session.echo,
-    'ros2 param set': Session.set_parameter,
-    'ros2 param get': Session.get_parameter,
-    'ros2 param dump': Session.dump_parameters,
-    'ros2 service call': Session.call,
-    'ros2 bag play': _play,
-    'ros2 security': _covered('SROS2 is not among the wheels'),
-}

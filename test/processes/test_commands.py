@@ -14,7 +14,8 @@ from patience import patience
 
 pytest.importorskip('rclpy')
 from ros import Ros
-from session import Session, UntranslatableError, awaited, translation
+from session import Session
+from translations import UntranslatableError, awaited, perform, translation
 
 from obs_ros.core.model import names
 from plant_sim.scenarios import load_scenario
@@ -69,7 +70,7 @@ def session(
 @pytest.mark.parametrize('section', DOCUMENTED, ids=str)
 def test_what_is_documented_works(session: Session, section: Section) -> None:
     for block in section.blocks:
-        session.perform(block)
+        perform(session, block)
     session.close()
 
 
