@@ -17,9 +17,7 @@ from obs_ros.observers.papers.design.plants import LipschitzPlant
 class LinearisationSettings:
     """How a model's equations become matrices."""
 
-    points: int = (
-        200  # random ones of the box, at which the effects of the parameters are looked at
-    )
+    points: int = 200  # random ones of the box, where the effects of the parameters are looked at
     seed: int = 0  # of these
     step: float = 6e-6  # of a half range, in central differences: eps^(1/3)
     rank: float = 1e-6  # of the largest singular value: below, a direction is none
