@@ -36,6 +36,7 @@ class Earlier:
     level: float | None = None
     known: Prior | None = None
     plain: Array | None = None
+    pushed: bool = False
 
     def starts_without(self, z: Array, n: int) -> Array:
         """Return starts (P, d) of a fit without process noise: that with it, z (d,), and the last.

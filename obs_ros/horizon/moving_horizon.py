@@ -124,7 +124,7 @@ class MovingHorizon:
         usual = self._process_noise.usual
         earlier = Earlier(
             warm, self._explained, self._process_noise.pooled if usual else None,
-            self._process_noise.settled, level, known, self._plain,
+            self._process_noise.settled, level, known, self._plain, self._process_noise.latest,
         )  # fmt: skip
         solution, answer = self._stepped.solved(posed, earlier, self._given, rng, deadline)
         if solution is None or answer is None:

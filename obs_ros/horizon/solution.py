@@ -188,11 +188,12 @@ def _searched(
 def _continued(
     window: WindowState, solver: Solver, earlier: Earlier, given: Array, deadline: Deadline
 ) -> Solution | None:
-    """Return the window explained by process noise as earlier ones were, without a search.
+    """Return the window explained by process noise as the one before was, without a search.
 
-    None where its innovations are no noise, or the model alone does as well.
+    None where its innovations are no noise, or the model alone does as well; and after a window
+    without process noise: what moves the states anew may be a parameter that jumped.
     """
-    if earlier.noise is None or earlier.warm is None:
+    if earlier.noise is None or earlier.warm is None or not earlier.pushed:
         return None
     mode = solver.settings.process_noise
     start = Found(

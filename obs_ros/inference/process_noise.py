@@ -128,6 +128,11 @@ class LearnedProcessNoise:
         self._had.append(had)
 
     @property
+    def latest(self) -> bool:
+        """Whether the latest window had process noise."""
+        return bool(self._had) and self._had[-1]
+
+    @property
     def usual(self) -> bool:
         """Whether half of the latest windows, or more, had process noise, one calm one aside."""
         return 2 * sum(self._had) >= len(self._had) - 1

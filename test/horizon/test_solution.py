@@ -74,6 +74,22 @@ def test_a_jump_beside_process_noise_is_found_and_no_window_is_far_off() -> None
     assert far <= 1  # of 39: between a jump and its first sign nobody can know
 
 
+@pytest.mark.parametrize('seed', range(2))
+def test_a_jump_after_pushes_have_ceased_does_not_pass_for_another_push(seed: int) -> None:
+    """Windows with process noise are many here, and yet the one before the jump has none."""
+    nodes, ceased, fault = 6 * NODES, 3.2 * NODES, 4.4 * NODES
+    k = np.arange(nodes)
+    gains = np.where(k < fault, K, 1.1 * K)
+    record = pushed(nodes, seed, gains, np.where(k < ceased, WALK, 0.0))
+    found = in_sequence(record, step=NODES // 6)
+    (jump,) = [jump for one in found for jump in one.jumps if jump.new]
+    assert jump.sizes.keys() == {'k'}
+    assert jump.time == pytest.approx(fault * INTERVAL, abs=1.0)
+    for one in found:
+        truth = gains[round(one.t1 / INTERVAL)]
+        assert not abs(one.parameters['k'] - truth) > 4.0 * one.stddev['k']
+
+
 def test_a_prior_that_a_window_contradicts_is_dropped_and_that_is_said() -> None:
     """The gain doubles in a pause that no window covers."""
     record = pushed(8 * NODES, 2, np.where(np.arange(8 * NODES) < 4 * NODES, K, 2.0 * K))
