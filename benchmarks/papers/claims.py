@@ -7,6 +7,8 @@ from typing import NamedTuple
 from benchmarks.intervals import share_interval
 from benchmarks.report import table
 
+RARE = 0.05  # a share: what goes wrong less often, with its interval, is reliable
+
 
 class Verdict(Enum):
     """How a claim fares; the value is the word of the reports."""
@@ -34,6 +36,11 @@ class Claim(NamedTuple):
 def verdict(holds: bool) -> Verdict:
     """Return the verdict on a claim that can be judged."""
     return Verdict.HOLDS if holds else Verdict.DOES_NOT_HOLD
+
+
+def reliable(failures: int, runs: int) -> bool:
+    """Tell if the 95 % interval of a share of failures ends below RARE."""
+    return share_interval(failures, runs)[1] <= RARE
 
 
 def claims_table(claims: Iterable[Claim]) -> str:

@@ -7,7 +7,7 @@ import pytest
 
 from benchmarks.documents import CLAIMS, RESULTS, cells, disagreements, table_below
 from benchmarks.papers.__main__ import SEEDS, main
-from benchmarks.papers.claims import Claim, Verdict, claims_table, share, verdict
+from benchmarks.papers.claims import Claim, Verdict, claims_table, reliable, share, verdict
 from benchmarks.papers.paper import load_paper, papers
 from benchmarks.papers.seeds import seeds_of
 
@@ -27,6 +27,10 @@ def test_a_claim_is_a_row_with_its_verdict() -> None:
         '| Fig. 4 | y stays small |  |  | **does not hold** |  |',
         '| 5.1 | z is robust | no figure in print |  | cannot be judged from the print |  |',
     ]
+
+
+def test_what_fails_rarely_is_reliable() -> None:
+    assert reliable(3, 200) and not reliable(5, 200) and not reliable(0, 50)
 
 
 def test_no_two_runs_share_a_seed() -> None:

@@ -27,7 +27,7 @@ from benchmarks.papers.porter.plan import (
     ways,
 )
 from benchmarks.papers.porter.report import asked, choice, rates_table
-from benchmarks.papers.porter.scores import DEFAULT, apart, failed, median, reliable, unsettled
+from benchmarks.papers.porter.scores import DEFAULT, apart, failed, median, unsettled
 from benchmarks.papers.porter.variants import BITS, Base2
 
 RUN = replace(
@@ -104,8 +104,7 @@ def test_an_error_of_half_the_state_is_a_failure() -> None:
     assert unsettled(replace(RUN, settled=np.inf)) and not unsettled(RUN)
 
 
-def test_what_fails_rarely_is_reliable() -> None:
-    assert reliable(3, 200) and not reliable(5, 200) and not reliable(0, 50)
+def test_intervals_that_do_not_overlap_are_apart() -> None:
     assert apart((0.1, 0.2), (0.3, 0.4)) and not apart((0.1, 0.3), (0.3, 0.4))
 
 

@@ -10,11 +10,14 @@ from benchmarks.papers.alvarado.printed import MAGNITUDES, sign_choices, slowest
 from benchmarks.papers.alvarado.roads import CASES, COSINE, SOFTENING, SPAN, TRAPEZOID, Case
 from benchmarks.papers.alvarado.run import (
     CONTESTANTS,
+    DESIGNED,
     FILTERED,
     KALMAN,
     LONG_WINDOWS,
     NEAR,
+    NO_GAIN,
     PAPER,
+    PRINTED,
     RATED,
     SOON,
     WINDOWS,
@@ -96,7 +99,8 @@ def certainty(found: Sequence[Measured]) -> dict[str, str]:
     low, high = wrong_interval(found)
     error = float(rms([window.error for window in given])) if given else np.nan
     return {
-        'number': str(len(windows)),
+        'runs': str(len(found)),
+        'windows': str(len(windows)),
         'confidently wrong': f'{wrong(found):.4f} ({low:.4f} to {high:.4f})',
         'sd withheld': f'{len(hidden) / len(windows):.2f}',
         'reasons': ', '.join(f'{name} {count}' for name, count in reasons) or 'none',
@@ -136,8 +140,8 @@ def gain_table() -> str:
     """Measure the gains, and the effect of each."""
     plant = suspension()
     kinds = {name: stored_gains(SUSPENSION, name) for name in ('designed', 'printed')}
-    gains = {'designed here': kinds['designed'].L, 'printed, signs restored': kinds['printed'].L,
-             'none, L = 0': 0.0 * kinds['printed'].L}  # fmt: skip
+    gains = {DESIGNED: kinds['designed'].L, PRINTED: kinds['printed'].L,
+             NO_GAIN: 0.0 * kinds['printed'].L}  # fmt: skip
     rows = []
     for name, L in gains.items():
         poles = np.linalg.eigvals(plant.A - L @ plant.C).real
@@ -146,7 +150,7 @@ def gain_table() -> str:
             'largest entry': f'{np.abs(L).max():.3g}',
             'poles (1/s)': f'{poles.min():.1f} to {poles.max():.1f}',
             'peak (m/N)': f'{peak_gain(plant, L):.3g}',
-            'bound (m/N)': f'{kinds["designed"].beta:.3g}' if name == 'designed here' else 'none',
+            'bound (m/N)': f'{kinds["designed"].beta:.3g}' if name == DESIGNED else 'none',
         })  # fmt: skip
     return table(rows)
 

@@ -39,6 +39,7 @@ SOON = 1.0  # s after the first bump begins, from when on kt must be near
 FEW = 20  # seeds of a rate are so many times those of a median alone
 BOX = SUSPENSION.parameters[0].upper - SUSPENSION.parameters[0].lower  # N/m
 SCALE = 1e5  # N/m, in which Gamma = 125 moves kt
+NO_GAIN, PRINTED, DESIGNED = 'none, L = 0', 'printed, signs restored', 'designed here'
 
 # Whoever estimates kt of this plant can be added here.
 PAPER = Contestant(
@@ -146,9 +147,9 @@ def seeds_for(one: Contestant, case: Case, seeds: int) -> list[int]:
 def errors_with_kt_known(truth: Truth) -> dict[str, Array]:
     """Return RMS and largest errors (2, 3) of x1, x3 and z_def in mm, by gains."""
     L = {
-        'none, L = 0': np.zeros((4, 3)),
-        'printed, signs restored': stored_gains(SUSPENSION, 'printed').L,
-        'designed here': stored_gains(SUSPENSION, 'designed').L,
+        NO_GAIN: np.zeros((4, 3)),
+        PRINTED: stored_gains(SUSPENSION, 'printed').L,
+        DESIGNED: stored_gains(SUSPENSION, 'designed').L,
     }
     errors = {}
     for name, gain in L.items():

@@ -4,8 +4,7 @@ from collections.abc import Callable
 
 import numpy as np
 
-from benchmarks.intervals import share_interval
-from benchmarks.papers.claims import Claim, Verdict, share, verdict
+from benchmarks.papers.claims import Claim, Verdict, reliable, share, verdict
 from benchmarks.papers.gremling.counts import DIGITS, ELITE, MUTATION, RANGES, N, W
 from benchmarks.papers.gremling.plan import (
     DEFAULT,
@@ -19,7 +18,7 @@ from benchmarks.papers.gremling.plan import (
     PAPER,
 )
 from benchmarks.papers.gremling.run import Figures
-from benchmarks.papers.gremling.scores import RARE, mean_interval, mean_text, squares, undetected
+from benchmarks.papers.gremling.scores import mean_interval, mean_text, squares, undetected
 from benchmarks.papers.observed import diverged
 from benchmarks.report import slashed
 from obs_ros.core.typing import Array
@@ -224,7 +223,7 @@ def detection(figures: Figures, case: str) -> Claim:
     return Claim(
         '6.2, 7', f'the growth of stall cells is detected ({JETS[case]})',
         'share of runs in which the estimated R passes 0.5 not within 0.5 s of the true R',
-        share(*missed[PAPER]), verdict(share_interval(*missed[PAPER])[1] <= RARE),
+        share(*missed[PAPER]), verdict(reliable(*missed[PAPER])),
         f'{EKF}: {"missed" if missed[EKF][0] else "detected"}',
     )  # fmt: skip
 
@@ -235,7 +234,7 @@ def never_fails(figures: Figures) -> Claim:
     lost = sum(map(diverged, found))
     return Claim(
         '6.3', 'the genetic estimator never failed', 'share of runs that diverge, both cases',
-        share(lost, len(found)), verdict(share_interval(lost, len(found))[1] <= RARE),
+        share(lost, len(found)), verdict(reliable(lost, len(found))),
     )  # fmt: skip
 
 

@@ -9,7 +9,6 @@ from benchmarks.report import slashed
 from obs_ros.core.typing import Array
 
 LATE = 0.5  # s: R is detected if it passes 0.5 no further from the true time
-RARE = 0.05  # a share: what goes wrong less often, with its interval, is reliable
 
 
 def squares(outcomes: Outcomes, scenario: str, label: str) -> Array:

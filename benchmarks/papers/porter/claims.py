@@ -3,7 +3,7 @@
 import numpy as np
 
 from benchmarks.intervals import share_interval
-from benchmarks.papers.claims import Claim, share, verdict
+from benchmarks.papers.claims import Claim, reliable, share, verdict
 from benchmarks.papers.porter.plan import (
     ANY_SIGN,
     BASE_2,
@@ -28,7 +28,6 @@ from benchmarks.papers.porter.scores import (
     failed,
     median,
     median_text,
-    reliable,
     unsettled,
 )
 

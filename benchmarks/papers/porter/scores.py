@@ -5,14 +5,13 @@ from collections.abc import Iterable, Sequence
 
 import numpy as np
 
-from benchmarks.intervals import median_interval, share_interval
+from benchmarks.intervals import median_interval
 from benchmarks.papers.observed import Outcome, diverged
 from benchmarks.papers.porter.plan import BRED, CLAMPED
 from obs_ros.observers.papers.gao import GaoSettings
 
 DEFAULT = BRED if GaoSettings().tries else CLAMPED
 FAR = 0.5  # of the RMS of x2 itself: an error above it estimates nothing
-RARE = 0.05  # a share: what goes wrong less often, with its interval, is reliable
 ENDLESS = 1e12  # stands for what is not finite, in medians
 
 
@@ -24,11 +23,6 @@ def failed(outcome: Outcome) -> bool:
 def unsettled(outcome: Outcome) -> bool:
     """True if x2 did not stay within 0.05 before the run's end."""
     return diverged(outcome) or not np.isfinite(outcome.settled)
-
-
-def reliable(hits: int, runs: int) -> bool:
-    """True if the interval of a share of failures ends below RARE."""
-    return share_interval(hits, runs)[1] <= RARE
 
 
 def apart(one: tuple[float, float], other: tuple[float, float]) -> bool:
