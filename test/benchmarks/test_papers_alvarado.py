@@ -28,7 +28,6 @@ from benchmarks.papers.alvarado.roads import (
     SOFTENING,
     TRAPEZOID,
     Truth,
-    truth_of,
 )
 from benchmarks.papers.alvarado.run import (
     CONTESTANTS,
@@ -121,9 +120,12 @@ def test_a_softer_tyre_is_monitored_where_kt_is_near_again() -> None:
     ('kt', 'verdict'), [(0.95, Verdict.HOLDS), (0.5, Verdict.DOES_NOT_HOLD),
                         (7.2, Verdict.DOES_NOT_HOLD), (np.nan, Verdict.DOES_NOT_HOLD)]
 )  # fmt: skip
-def test_the_printed_equations_are_judged_by_where_kt_ends(kt: float, verdict: Verdict) -> None:
-    t = truth_of(TRAPEZOID.scenario, True, 0.0, LONG).t
-    run = Printed(np.zeros((t.size, 4)), np.full(t.size, kt * KT))
+def test_the_printed_equations_are_judged_by_where_kt_ends(
+    monkeypatch, kt: float, verdict: Verdict
+) -> None:
+    truth = drive(LONG)
+    monkeypatch.setattr(told, 'truth_of', lambda *_: truth)
+    run = Printed(truth.x, np.full(truth.t.size, kt * KT))
     scales, starts = (1.0, SCALE), (RIGHT_START, PAPERS_START)
     found = {(scale, x0): run for scale in scales for x0 in starts}
     figures = figures_of(1.0, 0.1, SURE)._replace(found=found)
