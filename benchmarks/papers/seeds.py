@@ -5,6 +5,12 @@ import zlib
 import numpy as np
 
 ROOT_SEED = 20  # of all papers
+FEWER = 20  # times: the seeds of a rate, beside those of a median alone
+
+
+def few(seeds: int) -> int:
+    """Return how many seeds a median has of which no rate is told, from those of a rate."""
+    return max(1, seeds // FEWER)
 
 
 def seeds_of(paper: str, scenario: str, runs: int) -> list[int]:

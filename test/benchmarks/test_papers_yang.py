@@ -135,6 +135,15 @@ def test_a_ratio_of_medians_has_its_interval():
     assert overall([2.0 * a, 0.5 * a], [a, a]).middle == pytest.approx(1.0)
 
 
+def test_errors_of_one_run_do_not_count_as_many():
+    rng = np.random.default_rng(4)
+    cells = [Cell(fitness, window, math.inf) for fitness in FITNESSES for window in PAPER_WINDOWS]
+    errors = {(cell, PAPER): np.repeat(rng.lognormal(size=(50, 1)), 4, axis=1) for cell in cells}
+    alone = ratio(*(errors[Cell(fitness, 'T1', math.inf), PAPER][:, 0] for fitness in FITNESSES))
+    claim = table_claims.noise_free_parameters(figures(errors))
+    assert claim.figure.startswith(f'T1: {alone}; ')
+
+
 def test_a_correlation_is_no_deviation():
     assert algorithm_claims.deviation().verdict is Verdict.DOES_NOT_HOLD
 

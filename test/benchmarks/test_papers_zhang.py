@@ -136,11 +136,28 @@ def test_robustness_is_judged_seed_by_seed() -> None:
     figures = figures_of(0.7, 0.5)
     assert verdicts(told.robustness(figures)) == [Verdict.DOES_NOT_HOLD] * 3  # as good is not more
     for case in FAULTS:
+        for one in (PAPER, UNKNOWN, OURS):
+            figures.noisy[one.label, case.label] *= 10
         runs = figures.noisy[UNKNOWN.label, case.label]
         runs[:] = [run._replace(rms=2.0 * run.rms) for run in runs]
     rows = told.robustness(figures)
     assert verdicts(rows) == [Verdict.HOLDS, Verdict.HOLDS, Verdict.DOES_NOT_HOLD]
-    assert rows[0].figure.startswith('2 of 2 (0.158 to 1.000)')
+    assert rows[0].figure.startswith('20 of 20 (0.832 to 1.000)')
+    runs = figures.noisy[UNKNOWN.label, UTILITY.label]
+    runs[:8] = figures.noisy[PAPER.label, UTILITY.label][:8]
+    # 12 of 20 may be chance.
+    assert verdicts(told.robustness(figures)) == [Verdict.HOLDS] + [Verdict.DOES_NOT_HOLD] * 2
+
+
+def test_a_valve_is_told_where_few_runs_name_another() -> None:
+    figures = figures_of(0.7, 0.5)
+    assert told.supervision(figures).verdict is Verdict.DOES_NOT_HOLD  # too few to tell
+    for case in FAULTS:
+        figures.noisy[PAPER.label, case.label] *= 50
+    assert told.supervision(figures).verdict is Verdict.HOLDS
+    runs = figures.noisy[PAPER.label, UTILITY.label]
+    runs[:9] = [run._replace(named=False) for run in runs[:9]]
+    assert told.supervision(figures).verdict is Verdict.DOES_NOT_HOLD  # 191 of 200 may be 91 %
 
 
 def test_a_claim_of_speed_needs_both_flows() -> None:

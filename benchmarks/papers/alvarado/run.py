@@ -23,7 +23,7 @@ from benchmarks.papers.alvarado.roads import (
     noisy,
     truth_of,
 )
-from benchmarks.papers.seeds import seeds_of
+from benchmarks.papers.seeds import few, seeds_of
 from benchmarks.play import Contestant
 from benchmarks.report import rms
 from benchmarks.runner import monte_carlo
@@ -36,7 +36,6 @@ from plant_sim.scenarios.suspension import BUMPS, RISE
 
 NEAR = 0.1  # of kt
 SOON = 1.0  # s after the first bump begins, from when on kt must be near
-FEW = 20  # seeds of a rate are so many times those of a median alone
 BOX = SUSPENSION.parameters[0].upper - SUSPENSION.parameters[0].lower  # N/m
 SCALE = 1e5  # N/m, in which Gamma = 125 moves kt
 NO_GAIN, PRINTED, DESIGNED = 'none, L = 0', 'printed, signs restored', 'designed here'
@@ -141,7 +140,7 @@ def measure(seeds: int) -> Figures:
 def seeds_for(one: Contestant, case: Case, seeds: int) -> list[int]:
     """Return the seeds of a case's noise: all contestants begin with the same, to be compared."""
     rated = one in RATED and case != SOFTENING
-    return seeds_of('alvarado', case.label, seeds if rated else max(1, seeds // FEW))
+    return seeds_of('alvarado', case.label, seeds if rated else few(seeds))
 
 
 def errors_with_kt_known(truth: Truth) -> dict[str, Array]:

@@ -1,7 +1,7 @@
 """Theorem 1 on a plant with false minima: Lorenz's convection, without noise.
 
 x is measured; y and z at the start and rho are unknown, and told apart by x, so the plant is
-observable as the theorem asks. A trial lies within (1 + 2 F) extents of the population, but for
+observable as the theorem asks. A trial lies at most F extents beyond the population, but for
 components beyond a wall of the box, which are drawn again. Once the population has shrunk into one
 valley of the distance, far from the walls, no later generation can leave it.
 """

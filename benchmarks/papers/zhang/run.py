@@ -6,7 +6,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from benchmarks.papers.seeds import seeds_of
+from benchmarks.papers.seeds import few, seeds_of
 from benchmarks.papers.zhang.plants import (
     CALM,
     CASES,
@@ -33,7 +33,6 @@ from plant_sim.signals import Noise
 
 BAND = 0.02  # of a flow: settled within
 NAMING = 2.0  # s after a fault by which its valve must be known
-FEW = 20  # seeds of a rate are so many times those of a median alone
 THETAS = (2.0, 5.0, 20.0, 80.0)
 SLOW_NOISE = 1.0  # s, its correlation time
 # k1 = k3 and k2 = k4 of section 4.3.1, and factors; l1 = k1 c, l2 = k2 c, c of the utility valve.
@@ -105,7 +104,6 @@ class Figures(NamedTuple):
 
 def measure(seeds: int) -> Figures:
     """Watch all cases, without noise and with."""
-    few = max(1, seeds // FEW)
     quiet = monte_carlo(
         measured,
         {(one.label, case.label): [(one, case, None)] for case in CASES for one in CONTESTANTS},
@@ -116,7 +114,8 @@ def measure(seeds: int) -> Figures:
         measured,
         {
             (one.label, CALM.label): [
-                (one, CALM, seed, SLOW_NOISE) for seed in seeds_of('zhang', 'slow noise', few)
+                (one, CALM, seed, SLOW_NOISE)
+                for seed in seeds_of('zhang', 'slow noise', few(seeds))
             ]
             for one in RATED
         },
@@ -146,7 +145,7 @@ def noisy_cells(seeds: int) -> dict[tuple[str, str], list[tuple[Any, ...]]]:
             (one, case, seed)
             for seed in seeds_of(
                 'zhang', case.label,
-                seeds if one in RATED and case in FAULTS else max(1, seeds // FEW),
+                seeds if one in RATED and case in FAULTS else few(seeds),
             )
         ]
         for case in (*FAULTS, MOVING)

@@ -11,7 +11,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from benchmarks.papers.seeds import seeds_of
+from benchmarks.papers.seeds import few, seeds_of
 from benchmarks.papers.zhang.plants import steady
 from benchmarks.play import played, samples_of
 from benchmarks.report import rms
@@ -45,7 +45,6 @@ WATCHES = {
     'constant pressures, all four unknown': (False, ALL),
 }
 WATCHED = (8.0, 20.0)  # s, of clean windows
-FEW = 20  # seeds of a rate are so many times those of a median alone
 PLACES = {v.name: i for i, v in enumerate(plant.HEAT_EXCHANGER.parameters)}
 BOXES = {
     v.name: v.upper - v.lower
@@ -256,9 +255,9 @@ class Windows(NamedTuple):
 
 def windows_of(seeds: int) -> Windows:
     """Return all runs: of so many seeds for each rate, those of faults by noise in equal parts."""
-    few = seeds_of('zhang', 'case 2 in windows', max(1, seeds // FEW))
+    noises = seeds_of('zhang', 'case 2 in windows', few(seeds))
     cases = monte_carlo(
-        followed, {'quiet': [(None,)], 'noisy': [(seed,) for seed in few]}, 'case 2 in windows'
+        followed, {'quiet': [(None,)], 'noisy': [(seed,) for seed in noises]}, 'case 2 in windows'
     )
     kinds = {
         (label, name): [
