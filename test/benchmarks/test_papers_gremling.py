@@ -9,7 +9,7 @@ from observed_runs import GOOD
 from benchmarks.papers.claims import Verdict
 from benchmarks.papers.gremling.claims import LUENBERGER_SUMS, claims
 from benchmarks.papers.gremling.counts import draws, operations
-from benchmarks.papers.gremling.kalman import Configuration, configurations, filtered, unstable
+from benchmarks.papers.gremling.kalman import FAR, Configuration, configurations, filtered, unstable
 from benchmarks.papers.gremling.paper import PAPER as FRAME
 from benchmarks.papers.gremling.plan import (
     DEFAULT,
@@ -24,7 +24,7 @@ from benchmarks.papers.gremling.plan import (
 )
 from benchmarks.papers.gremling.report import asked, linear_table
 from benchmarks.papers.gremling.run import MEANS, OTHERS, Figures, count
-from benchmarks.papers.gremling.scores import mean_interval, mean_text, undetected
+from benchmarks.papers.gremling.scores import mean_interval, mean_text, unbounded, undetected
 from benchmarks.papers.observed import Outcome, observe, runs_of
 from benchmarks.papers.truth import truth_of
 from benchmarks.report import requirements
@@ -111,6 +111,13 @@ def test_means_have_intervals() -> None:
     wider = mean_interval(values, others=3)
     np.testing.assert_allclose(wider[2] - mean, (high - mean) * np.sqrt(2.0))
     assert mean_text(values[:1]) == '1 / 10'
+
+
+def test_the_genetic_estimator_is_lost_where_a_filter_would_be() -> None:
+    assert not unbounded(replace(GOOD, largest=FAR))
+    assert unbounded(replace(GOOD, largest=1.1 * FAR))
+    assert unbounded(replace(GOOD, largest=np.nan))
+    assert unbounded(replace(GOOD, resets=1))
 
 
 def test_growth_is_detected_near_its_time() -> None:

@@ -6,6 +6,7 @@ import numpy as np
 
 from benchmarks.papers.claims import Claim, Verdict, reliable, share, verdict
 from benchmarks.papers.gremling.counts import DIGITS, ELITE, MUTATION, RANGES, N, W
+from benchmarks.papers.gremling.kalman import FAR
 from benchmarks.papers.gremling.plan import (
     DEFAULT,
     EKF,
@@ -18,8 +19,15 @@ from benchmarks.papers.gremling.plan import (
     PAPER,
 )
 from benchmarks.papers.gremling.run import Figures
-from benchmarks.papers.gremling.scores import mean_interval, mean_text, squares, undetected
-from benchmarks.papers.observed import diverged
+from benchmarks.papers.gremling.scores import (
+    LATE,
+    mean_interval,
+    mean_text,
+    squares,
+    unbounded,
+    undetected,
+)
+from benchmarks.papers.observed import GROWN
 from benchmarks.report import slashed
 from obs_ros.core.typing import Array
 
@@ -48,6 +56,7 @@ def claims(figures: Figures) -> list[Claim]:
         outperformed(figures),
         *(jet_sums(figures, table) for table in JET_TABLES),
         *(detection(figures, case) for case in JETS),
+        surge(),
         never_fails(figures),
         kalman(figures),
     ]
@@ -222,18 +231,29 @@ def detection(figures: Figures, case: str) -> Claim:
     }
     return Claim(
         '6.2, 7', f'the growth of stall cells is detected ({JETS[case]})',
-        'share of runs in which the estimated R passes 0.5 not within 0.5 s of the true R',
+        f'share of runs in which the estimated R does not pass {GROWN:g} within {LATE:g} s of the '
+        'true R',
         share(*missed[PAPER]), verdict(reliable(*missed[PAPER])),
         f'{EKF}: {"missed" if missed[EKF][0] else "detected"}',
     )  # fmt: skip
 
 
-def never_fails(figures: Figures) -> Claim:
-    """Judge whether the estimator never fails on the jet engine."""
-    found = [one for case in JETS for one in figures.outcomes[case, PAPER]]
-    lost = sum(map(diverged, found))
+def surge() -> Claim:
+    """Tell why the onset of surge is not judged."""
     return Claim(
-        '6.3', 'the genetic estimator never failed', 'share of runs that diverge, both cases',
+        '6.2, 7', 'the onset of surge is detected',
+        'surge is an oscillation of Phi (6.1), and the reference that brings it about is not in '
+        'print', 'under our ramp Phi does not oscillate', Verdict.CANNOT_BE_JUDGED,
+    )  # fmt: skip
+
+
+def never_fails(figures: Figures) -> Claim:
+    """Judge whether the estimator never fails on the jet engine, as filters are judged there."""
+    found = [one for case in JETS for one in figures.outcomes[case, PAPER]]
+    lost = sum(map(unbounded, found))
+    return Claim(
+        '6.3', 'the genetic estimator never failed',
+        f'share of runs that start again or have R off by more than {FAR:g}, both cases',
         share(lost, len(found)), verdict(reliable(lost, len(found))),
     )  # fmt: skip
 

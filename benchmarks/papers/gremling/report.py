@@ -10,9 +10,8 @@ from benchmarks.papers.gremling.claims import (
     TABLES,
 )
 from benchmarks.papers.gremling.plan import JETS, LINEAR, LUENBERGER, PAPER, Outcomes, ways
-from benchmarks.papers.gremling.run import Figures
-from benchmarks.papers.gremling.scores import mean_text, squares, undetected
-from benchmarks.papers.observed import diverged
+from benchmarks.papers.gremling.run import OTHERS, Figures
+from benchmarks.papers.gremling.scores import mean_text, squares, unbounded, undetected
 from benchmarks.report import Requirement, filled, requirements, slashed, table
 
 WITHIN = 0.3  # of the paper's means
@@ -23,6 +22,7 @@ def report(figures: Figures) -> str:
     return filled(
         'papers/gremling/report',
         runs=PRINTED_RUNS,
+        fewer=OTHERS,
         linear=linear_table(figures.outcomes),
         asked=requirements(asked(figures.outcomes)),
         jet=jet_table(figures.outcomes),
@@ -70,14 +70,14 @@ def jet_table(outcomes: Outcomes) -> str:
     for scenario, name in JETS.items():
         for way in ways(scenario):
             found = outcomes[scenario, way.label]
-            lost, missed = sum(map(diverged, found)), sum(map(undetected, found))
+            lost, missed = sum(map(unbounded, found)), sum(map(undetected, found))
             several = len(found) > 1
             rows.append({
                 'case': name,
                 'observer': way.label,
                 'runs': len(found),
                 'Es R / Phi, mean': mean_text(squares(outcomes, scenario, way.label), '.3g'),
-                'diverged': share(lost, len(found)) if several else lost,
+                'lost': share(lost, len(found)) if several else lost,
                 'growth of R missed': share(missed, len(found)) if several else missed,
             })  # fmt: skip
     return table(rows)
@@ -85,17 +85,14 @@ def jet_table(outcomes: Outcomes) -> str:
 
 def filters_table(figures: Figures) -> str:
     """Tell by variance of the process noise how many extended Kalman filters are unstable."""
-    return table(
-        {
-            'process variance': f'{process:g}',
-            **{
-                f'unstable, {"R >= 0 kept" if kept else "R free"}': f'{sum(bad)} of {len(bad)}'
-                for kept in (True, False)
-                for bad in [[
-                    b for one, b in figures.filters.items()
-                    if one.process == process and one.kept == kept
-                ]]
-            },
-        }
-        for process in sorted({one.process for one in figures.filters})
-    )  # fmt: skip
+    rows = []
+    for process in sorted({one.process for one in figures.filters}):
+        row = {'process variance': f'{process:g}'}
+        for kept in (True, False):
+            bad = [
+                unstable for one, unstable in figures.filters.items()
+                if (one.process, one.kept) == (process, kept)
+            ]  # fmt: skip
+            row[f'unstable, {"R >= 0 kept" if kept else "R free"}'] = f'{sum(bad)} of {len(bad)}'
+        rows.append(row)
+    return table(rows)

@@ -3,6 +3,7 @@
 import numpy as np
 from scipy.stats import t as student
 
+from benchmarks.papers.gremling.kalman import FAR
 from benchmarks.papers.gremling.plan import Outcomes
 from benchmarks.papers.observed import Outcome, diverged
 from benchmarks.report import slashed
@@ -36,6 +37,11 @@ def mean_text(values: Array, form: str = '.0f') -> str:
     if len(values) == 1:
         return slashed(mean, form)
     return f'{slashed(mean, form)} ({slashed(low, form)} to {slashed(high, form)})'
+
+
+def unbounded(outcome: Outcome) -> bool:
+    """True if an observer of the jet engine started again, or its R left the true one."""
+    return outcome.resets > 0 or not outcome.largest <= FAR
 
 
 def undetected(outcome: Outcome) -> bool:
