@@ -1,4 +1,7 @@
-"""Seeds of the papers' runs: no two runs, scenarios or papers share a stream."""
+"""Seeds of the papers' runs: no two runs, scenarios or papers share a stream.
+
+Observers that are compared on a scenario see the same inputs and noise.
+"""
 
 import zlib
 

@@ -16,6 +16,7 @@ from benchmarks.papers.porter.plan import (
     BRED,
     CASES,
     CLAMPED,
+    FEW_CHANGES,
     L1_FIXED,
     L2_FIXED,
     LINEAR,
@@ -150,6 +151,58 @@ def test_fluctuations_and_designed_gains_are_judged_by_the_runs() -> None:
     assert verdicts(outcomes())[designed] is Verdict.DOES_NOT_HOLD
     quick = [replace(RUN, settled=0.5)]
     assert verdicts(outcomes(**{PLACED_GAIN: quick}))[designed] is Verdict.HOLDS
+
+
+def test_an_error_that_stays_is_not_driven_to_zero() -> None:
+    zero = 'the state estimation error is driven to zero'
+    assert verdicts(outcomes())[zero] is Verdict.HOLDS
+    late = [RUN] * 180 + [replace(RUN, settled=np.inf)] * 20
+    assert verdicts(outcomes(**{PAPER: late}))[zero] is Verdict.DOES_NOT_HOLD
+
+
+def with_errors(**rms: float) -> dict[tuple[str, str], list[Outcome]]:
+    """Return good runs, those of the paper's mode with an RMS of x2 by the end of the scenario."""
+    found = outcomes()
+    for case in CASES:
+        error = rms.get(case.removeprefix(OSCILLATOR).lstrip('_') or 'base', 0.02)
+        found[case, PAPER] = [replace(RUN, rms=np.array([0.01, error]))] * 200
+    return found
+
+
+@pytest.mark.parametrize(
+    ('rms', 'largest', 'model'),
+    [
+        ({}, Verdict.DOES_NOT_HOLD, Verdict.DOES_NOT_HOLD),
+        ({'disturbed': 0.2, 'mismatch': 0.3}, Verdict.HOLDS, Verdict.HOLDS),
+        ({'disturbed': 0.2, 'mismatch': 0.3, 'gaussian': 0.25}, Verdict.DOES_NOT_HOLD,
+         Verdict.DOES_NOT_HOLD),
+        ({'disturbed': 0.2, 'mismatch': 0.2, 'chaotic': 0.15}, Verdict.HOLDS, Verdict.HOLDS),
+        # The input changes the error as much as the model does.
+        ({'disturbed': 0.2, 'mismatch': 0.2, 'gaussian': 0.1}, Verdict.HOLDS,
+         Verdict.DOES_NOT_HOLD),
+    ],
+)  # fmt: skip
+def test_what_changes_the_error_is_judged_by_errors(rms, largest, model) -> None:
+    own = verdicts(with_errors(**rms))
+    assert own['output noise and model mismatch show the largest error'] is largest
+    assert own['highly dependent on the model, not as much on the input'] is model
+
+
+def test_gains_and_settings_are_judged_by_the_runs() -> None:
+    same = 'the final gains are different in each case'
+    found = outcomes()
+    assert verdicts(found)[same] is Verdict.DOES_NOT_HOLD
+    for i, case in enumerate(CASES):
+        found[case, PAPER] = [replace(RUN, last={'L1': 1.0 + i, 'L2': -1.0})] * 200
+    assert verdicts(found)[same] is Verdict.HOLDS
+    tolerant = 'the linear system is more tolerant of changes of the gains'
+    assert verdicts(found)[tolerant] is Verdict.DOES_NOT_HOLD
+    found[OSCILLATOR, BRED] = [replace(RUN, rms=np.array([0.1, 0.1]))] * 200
+    assert verdicts(found)[tolerant] is Verdict.HOLDS
+    unstable = 'a poor choice of settings sometimes results in unstable behavior'
+    assert verdicts(found)[unstable] is Verdict.DOES_NOT_HOLD
+    found[OSCILLATOR, FEW_CHANGES] = [RUN] * 199 + [LOST]
+    assert verdicts(found)[unstable] is Verdict.HOLDS
 
 
 def test_the_default_is_marked_where_it_misses_what_is_asked() -> None:

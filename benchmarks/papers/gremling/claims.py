@@ -76,7 +76,8 @@ def to_zero(figures: Figures) -> Claim:
     small = all((mean_interval(own)[2] <= ZERO).all() for own in relative[PAPER].values())
     return Claim(
         'Abstract', 'the state estimation error is driven to zero',
-        'RMS x2 / x3 over the second half, by the RMS of the state: means', texts[PAPER],
+        'RMS x2 / x3 over the second half, by the RMS of the state: means of '
+        f'{len(relative[PAPER][MINIMUM])} runs; holds if below {ZERO:g}', texts[PAPER],
         verdict(small), texts[DEFAULT],
     )  # fmt: skip
 
@@ -200,7 +201,7 @@ def _beside_luenberger(
     """Judge by lower ends of the GA's intervals, beside the adaptive Luenberger observer's sums."""
     own, other = (squares(figures.outcomes, scenario, way) for way in (PAPER, LUENBERGER))
     return Claim(
-        place, claim, f'Es x2 / x3, mean: {rule} above the observer',
+        place, claim, f'Es x2 / x3, mean of {len(own)} runs: {rule} above the observer',
         f'{mean_text(own)}; Luenberger {mean_text(other)}',
         verdict(bool(holds(mean_interval(own)[1], other[0]).all())), middle(figures, scenario),
     )  # fmt: skip

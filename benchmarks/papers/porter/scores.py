@@ -7,7 +7,7 @@ import numpy as np
 
 from benchmarks.intervals import median_interval
 from benchmarks.papers.observed import Outcome, diverged
-from benchmarks.papers.porter.plan import BRED, CLAMPED
+from benchmarks.papers.porter.plan import BRED, CLAMPED, Outcomes
 from obs_ros.observers.papers.gao import GaoSettings
 
 DEFAULT = BRED if GaoSettings().tries else CLAMPED
@@ -55,3 +55,14 @@ def number(value: float) -> str:
 def errors(outcomes: Sequence[Outcome]) -> list[float]:
     """Return the RMS errors of x2 over the second half of each run."""
     return [float(one.rms[1]) for one in outcomes]
+
+
+def failures(outcomes: Outcomes, scenario: str, way: str) -> tuple[int, int]:
+    """Return how many runs failed, and of how many."""
+    found = outcomes[scenario, way]
+    return sum(map(failed, found)), len(found)
+
+
+def rms_text(outcomes: Outcomes, scenario: str, way: str) -> str:
+    """Return the median RMS error of x2 as text."""
+    return median_text(errors(outcomes[scenario, way]))
