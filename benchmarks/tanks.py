@@ -46,7 +46,7 @@ class TankWindow:
 
 
 def noise_of(snr_db: float) -> float:
-    """Return the standard deviation in cm: the signal has unit power by definition (eq. 17)."""
+    """Return the standard deviation in cm, taking a signal of unit power: none is printed."""
     return float(10.0 ** (-snr_db / 20.0))
 
 

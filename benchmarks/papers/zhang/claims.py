@@ -82,7 +82,7 @@ def one_coefficient() -> Claim:
     """Judge the one Cv of both valves."""
     here, printed = flow_ratio()
     return Claim(
-        'eq. 38, section 4.3',
+        'sections 4.1.1, 4.3',
         'both valves have the same Cv',
         'Fu / Fp at rest from the printed constants, beside the printed flows',
         f'{here:.2f} beside {printed:.2f}',
@@ -94,7 +94,7 @@ def one_coefficient() -> Claim:
 def chamber() -> Claim:
     """Tell what became of the pressures in the chambers."""
     return Claim(
-        'eq. 37, 41, 47',
+        'section 4.1.1, eq. 41, 47',
         'the pressures of both chambers are states, with the command pressures as inputs',
         'V0, pa and the command pressures are not printed; section 4.3 has the pressures measured',
         'left out: the observers here take pc1 and pc2 as inputs, so that k3 and k6 do not occur',

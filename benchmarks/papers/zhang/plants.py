@@ -79,7 +79,7 @@ def steady(p: Sequence[float]) -> tuple[float, float]:
 def flow_ratio() -> tuple[float, float]:
     """Return Fu / Fp that one Cv for both valves gives with the printed constants, and the print's.
 
-    Eq. 36-38 at rest: F = Cv sqrt(dP) Aa pc / k.
+    Section 4.1.1 at rest: F = Cv sqrt(dP) Aa pc / k.
     """
     pc1, pc2 = (v.nominal or 0.0 for v in plant.HEAT_EXCHANGER.inputs)
     dp1, dp2, k1, k2 = NOMINAL
