@@ -2,8 +2,8 @@
 
 Index 1 is the utility valve (flow Fu, Tu), index 2 the process valve (Fp, Tp). The chamber
 pressures pc1 and pc2 are measured, as in section 4.3, and so are the outlet temperatures; the
-openings are hidden. The equation of the pressures themselves (section 4.1.1, eq. 41) is left out: no
-value of V0, of the air pressure and of the command pressures is printed.
+openings are hidden. The equation of the pressures themselves (section 4.1.1, eq. 41) is left out:
+no value of V0, of the air pressure and of the command pressures is printed.
 An opening X is scaled, not in metres: only Cv X counts. Cv is calibrated valve by valve, so that
 Fu = 4.22e-5 and Fp = 4.17e-6 m3/s: one Cv for both, as printed, gives Fu/Fp = 2.64, not 10.12.
 """

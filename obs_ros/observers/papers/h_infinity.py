@@ -66,8 +66,8 @@ class HInfinityObserver(RecursiveObserver):
         xhat' = f(xhat, u, theta) + L e,   e = y - C xhat
 
     `gradient` (eq. 4, theta = scale q):  q' = Gamma Phi2(xhat, u)' H e. The paper takes theta in
-    N/m, which with its Gamma moves kt by less than 0.001 N/m in 65 s. Its theorem has no solution for the
-    suspension, so nothing vouches for this law there.
+    N/m, which with its Gamma moves kt by less than 0.001 N/m in 65 s. Its theorem has no solution
+    for the suspension, so nothing vouches for this law there.
 
     `filtered`: U' = (J - L C) U + B Phi2, q' = P (C U)' e, P' = forgetting P - P (C U)'(C U) P
     with no variance above `covariance`, J the derivative of f, and U q' added to xhat'. This

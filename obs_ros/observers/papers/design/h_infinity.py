@@ -249,6 +249,8 @@ def designed(given: argparse.Namespace) -> tuple[Model, tuple[str, ...], Gains]:
             share=None if given.printed else given.share, wheel_speed=given.wheel_speed
         )
         parameters, noise = ('kt',), 0.01 / 300.0
+        if given.disturbances:
+            raise ValueError('leave --disturbances out: for kt of the suspension it is the damper')
     elif given.printed or given.wheel_speed:
         raise ValueError('leave --printed and --wheel-speed out: they are for kt of the suspension')
     elif not given.parameters:

@@ -55,9 +55,6 @@ def linearised(
     def effects(x: Array, u: Array) -> Array:
         return np.array([_effect(model, x, u, p, j, d) for j, d in sized]).T
 
-    def pulled(x: Array, fed: Array) -> Array:
-        return back @ effects(x, fed)
-
     rng = np.random.default_rng(settings.seed)
     points = [[_random(g, rng) for g in _groups(model)[:2]] for _ in range(settings.points)]
     found = np.array([effects(*point) for point in points]) / scale[:, None]
@@ -65,13 +62,9 @@ def linearised(
         if not size > 0.0:
             raise ValueError(f'leave {name} out: no rate of {model.name} depends on it')
     B = scale[:, None] * _basis(np.concatenate(list(found), axis=1), settings.rank)
-    back, slopes = np.linalg.pinv(B), np.zeros(x.size)
-    steps, coarse = settings.step * scale, settings.effect_step * scale
-    for at, fed in points:
-        # (l, q, n)
-        changes = derivative(partial(pulled, fed=fed), at, coarse)
-        slopes = np.maximum(slopes, np.linalg.norm(changes, axis=0).sum(axis=0))
-    A, C = _slopes(model, x, u, p, steps)
+    back = np.asarray(np.linalg.pinv(B), dtype=np.float64)
+    slopes = _steepest(effects, back, points, settings.effect_step * scale)
+    A, C = _slopes(model, x, u, p, settings.step * scale)
     rows = np.flatnonzero(slopes * scale > settings.flat * (slopes * scale).max())
     return LipschitzPlant(
         A=A,
@@ -112,6 +105,25 @@ def derivative(function: Callable[[Array], Array], x: Array, steps: Array) -> Ar
         moved[i] = step
         columns.append((function(x + moved) - function(x - moved)) / (2.0 * step))
     return np.stack(columns, axis=-1)
+
+
+def _steepest(
+    effects: Callable[[Array, Array], Array],
+    back: Array,
+    points: Sequence[Sequence[Array]],
+    steps: Array,
+) -> Array:
+    """Return the largest slopes (n,) by the states of `back` (l, n) times the effects (n, q)."""
+
+    def pulled(x: Array, fed: Array) -> Array:
+        return back @ effects(x, fed)
+
+    slopes = np.zeros(steps.size)
+    for at, fed in points:
+        # (l, q, n)
+        changes = derivative(partial(pulled, fed=fed), at, steps)
+        slopes = np.maximum(slopes, np.linalg.norm(changes, axis=0).sum(axis=0))
+    return slopes
 
 
 def _groups(model: Model) -> tuple[Sequence[Variable], Sequence[Variable], Sequence[Variable]]:

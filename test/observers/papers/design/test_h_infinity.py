@@ -73,6 +73,7 @@ def test_the_stored_gains_have_the_peak_that_is_stored_with_them() -> None:
         (['--model', 'three_tank'], 'give --parameters NAME'),
         (['--model', 'three_tank', '--parameters', 'p1', '--printed'], 'leave --printed'),
         (['--model', 'three_tank', '--parameters', 'q1'], "no parameter 'q1'"),
+        (['--disturbances', 'eta'], 'leave --disturbances out'),
         (['--model', 'nowhere'], "unknown model 'nowhere'"),
     ],
 )
