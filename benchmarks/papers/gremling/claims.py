@@ -155,8 +155,8 @@ def printed_sums(figures: Figures, scenario: str) -> Claim:
     within = bool(((low <= printed) & (printed <= high)).all())
     return Claim(
         place, f'Es x2 / x3, mean of {PRINTED_RUNS} runs: {slashed(printed, ".0f")}',
-        f'{len(own)} runs; 95 % of the means of {PRINTED_RUNS} others lie within '
-        f'{slashed(low, ".0f")} to {slashed(high, ".0f")}',
+        f'{len(own)} runs of our reading, `gase` in mode `paper`; 95 % of the means of '
+        f'{PRINTED_RUNS} others lie within {slashed(low, ".0f")} to {slashed(high, ".0f")}',
         mean_text(own), verdict(within),
         mean_text(squares(figures.outcomes, scenario, DEFAULT)),
     )  # fmt: skip
