@@ -16,7 +16,7 @@ def draw_stiffness(seed: int) -> Any:
         truth = truth_of(case.scenario, case.force > 0.0, case.begin, case.end)
         y = noisy(case, truth, seed)
         for one in CONTESTANTS:
-            found = observed(one, case, truth, y).kt
+            found = observed(one, case, truth, y, seed).kt
             axes.plot(truth.t[::EVERY], 1e-3 * found[::EVERY], lw=1.0, label=one.label)
         axes.plot(truth.t[::EVERY], 1e-3 * truth.kt[::EVERY], 'k--', lw=1.2, label='truth')
         axes.set(title=f'{case.label}: kt (kN/m)', ylim=(100.0, 420.0), xlabel='s')

@@ -182,7 +182,7 @@ def window_requirements(figures: Figures, label: str) -> Iterator[Requirement]:
         f'largest RMS {largest:.2f} %; every window that counts within 5 % or withheld: {withheld}',
         largest <= 5.0 or withheld,
     )
-    for case in (TRAPEZOID, COSINE):
+    for case in CASES:
         amount = wrong(figures.runs[label, case.label])
         yield Requirement(
             f'{case.label}: {label} confidently wrong in <= {CONFIDENT_LIMIT:g} of the windows',

@@ -165,8 +165,12 @@ def percent(error: Array) -> float:
     return float(100.0 * rms(error)) if np.isfinite(error).all() else math.inf
 
 
-def observed(one: Contestant, case: Case, truth: Truth, y: Array) -> Observed:
-    """Let an observer drive over the road; its estimate starts from half of kt."""
+def observed(one: Contestant, case: Case, truth: Truth, y: Array, seed: int) -> Observed:
+    """Let an observer drive over the road; its estimate starts from half of kt.
+
+    Windows are held against the kt of their last interval: at its end one that jumps has told
+    nothing yet. The `seed` is that of their searches.
+    """
     noise = dict.fromkeys(('zs', 'zus', 'zd'), case.noise)
     stamps = np.round(truth.t * 1e9).astype(np.int64).tolist()
     kt, eta = np.full_like(truth.t, 0.5 * KT), np.zeros_like(truth.t)
@@ -178,12 +182,13 @@ def observed(one: Contestant, case: Case, truth: Truth, y: Array) -> Observed:
             observer.absorb(Sample(stamp, y=y[k], u=truth.u[k]))
             kt[k], eta[k] = observer.p
         return Observed(kt, eta)
-    windows, sliding = [], SlidingWindowObserver('suspension', noise=noise, **one.settings)
+    windows = []
+    sliding = SlidingWindowObserver('suspension', noise=noise, seed=seed, **one.settings)
     for k, stamp in enumerate(stamps):
         if sliding.absorb(Sample(stamp, y=y[k], u=truth.u[k])) and (found := sliding.estimate()):
             # An estimate stands until the next.
             kt[k:], eta[k:] = found.parameters['kt'], found.parameters['eta']
-            error = found.parameters['kt'] / truth.kt[k] - 1.0
+            error = found.parameters['kt'] / truth.kt[k - 1] - 1.0
             windows.append(Window(float(truth.t[k]), error, found.stddev['kt'], found.outcome))
     return Observed(kt, eta, tuple(windows))
 
@@ -191,7 +196,7 @@ def observed(one: Contestant, case: Case, truth: Truth, y: Array) -> Observed:
 def measured(one: Contestant, case: Case, seed: int) -> Measured:
     """Let an observer drive over the road, and measure."""
     truth = truth_of(case.scenario, case.force > 0.0, case.begin, case.end)
-    found = observed(one, case, truth, noisy(case, truth, seed))
+    found = observed(one, case, truth, noisy(case, truth, seed), seed)
     error, t = found.kt / truth.kt - 1.0, truth.t
     inside = np.abs(error) <= NEAR
     near = (t >= BUMPS[0]) & inside

@@ -71,13 +71,16 @@ def sampled(
     return instants[:: round(PERIOD / play)]
 
 
-def estimates(instants: Sequence[Instant], sigma: float, **settings: Any) -> list[Estimate]:
+def estimates(
+    instants: Sequence[Instant], sigma: float, seed: int, **settings: Any
+) -> list[Estimate]:
     """Solve the windows of a run, told the noise's sigma (K; 0 = not told) and not its colour."""
     observer = SlidingWindowObserver(
         'heat_exchanger_reduced',
         duration=DURATION,
         period=EVERY,
         noise={'Tp': sigma, 'Tu': sigma} if sigma else None,
+        seed=seed,
         **settings,
     )
     found = []
@@ -111,7 +114,7 @@ def followed(seed: int | None) -> Followed:
     sigma = 0.0 if seed is None else 0.05
     instants = sampled(load_scenario('heat_exchanger_case2'), seed or 0, sigma, 0.1, END)
     instants = instants[round(BEGIN / PERIOD) :]
-    found = estimates(instants, sigma, parameters=('dP1', 'k2'))
+    found = estimates(instants, sigma, seed or 0, parameters=('dP1', 'k2'))
     truth = {round(i.t, 6): np.array(flows(i.p, i.x[2], i.x[4])) for i in instants}
     t = np.array([one.t1 for one in found])
     error = [
@@ -162,7 +165,7 @@ def isolated(parameter: str, sigma: float, correlation: float, seed: int) -> Iso
     instants = sampled(scenario, seed, sigma, correlation, moment + DEADLINE)
     # So begun that a window ends DEADLINE after the fault, and not somewhat before.
     instants = instants[round(math.fmod(moment, EVERY) / PERIOD) :]
-    found = estimates(instants, sigma)
+    found = estimates(instants, sigma, seed)
     (valve,) = (each for each in VALVES if parameter in each)
     false = sum(any(jump.new for jump in one.jumps) for one in found if one.t1 <= moment)
     first = math.inf
@@ -212,7 +215,7 @@ def watched(moving: bool, seed: int, parameters: tuple[str, ...]) -> Watched:
     )
     instants = sampled(scenario, seed, 0.05, 0.0, WATCHED[1], 1e-3)
     instants = instants[round(WATCHED[0] / PERIOD) :]
-    found = estimates(instants, 0.05, parameters=parameters)
+    found = estimates(instants, 0.05, seed, parameters=parameters)
     truth = {round(i.t, 6): i.x for i in instants}
     x = np.array([truth[round(one.t1, 6)] for one in found])[:, (0, 1, 2, 4)]
     p_box, x_box = (np.array([BOXES[name] for name in names]) for names in (parameters, STATES))
