@@ -79,13 +79,13 @@ def acceptance(rms: float, near: float, *windows: Window) -> list[bool]:
 def test_acceptance_of_the_tyre_fails_what_is_missed(rms: float, near: float, missed: int) -> None:
     met = acceptance(rms, near, SURE)
     assert met.count(False) == missed
-    assert met.count(True) == 16 - missed
+    assert met.count(True) == 18 - missed
 
 
 def test_windows_on_the_cosine_may_be_off_if_they_withhold() -> None:
     assert acceptance(9.0, 0.3, SILENT).count(False) == 5
-    # Off and confident: both rows of the cosine, and all four about confidence.
-    assert acceptance(9.0, 0.3, WRONG).count(False) == 11
+    # Off and confident: both rows of the cosine, and all six about confidence.
+    assert acceptance(9.0, 0.3, WRONG).count(False) == 13
     assert WRONG.confidently_wrong
     assert not SURE.confidently_wrong and not SILENT.confidently_wrong
 
