@@ -13,6 +13,7 @@ import pickle
 import shutil
 import sys
 import tempfile
+import threading
 import time
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass
@@ -40,6 +41,7 @@ SETTINGS = CacheSettings()
 log = logging.getLogger(__name__)
 _troubles: list[str] = []
 _unloadable: set[type[Exception]] = set()
+_thread = threading.local()
 
 
 def cache_trouble() -> str:
@@ -62,6 +64,20 @@ def cache_folder() -> Path:
         return Path(os.devnull) / 'obs_ros'
 
 
+@contextlib.contextmanager
+def missing_made_by(make: Callable[[Path], None]) -> Iterator[None]:
+    """Call `make(path)` for each file that this thread misses in the block, before it compiles.
+
+    What the call leaves missing is compiled in this process.
+    """
+    before = getattr(_thread, 'make', None)
+    _thread.make = make
+    try:
+        yield
+    finally:
+        _thread.make = before
+
+
 def stored(dispatcher: Any, name: Callable[[], str], announce: Callable[[], None]) -> Any:
     """Return the Numba function, with its compiled code kept in the folder `name` of the cache.
 
@@ -77,10 +93,17 @@ def stored(dispatcher: Any, name: Callable[[], str], announce: Callable[[], None
     compile_or_load = dispatcher.compile
 
     def compile_once(signature: Any) -> Any:
+        def there() -> bool:
+            return signature in dispatcher.overloads or path.exists()
+
+        path = cache.path(signature, dispatcher.targetctx)
+        make = getattr(_thread, 'make', None)
+        if make is not None and not there():
+            with uncounted():
+                make(path)
         # Within Numba's own lock, so that no thread waits for a file that this one holds.
         with uncounted(), global_compiler_lock:
-            path = cache.path(signature, dispatcher.targetctx)
-            if signature in dispatcher.overloads or os.path.exists(path):
+            if there():
                 return compile_or_load(signature)
             announce()
             with locked(path.parent):
@@ -203,6 +226,17 @@ def remembered(folder: str, file: str, make: Callable[[], str]) -> str:
     except OSError as error:
         note_cache_trouble(path.parent, error)
     return text
+
+
+def storable(folder: Path) -> bool:
+    """Return whether files can be stored in a folder of the cache; if not, remember why."""
+    try:
+        folder.mkdir(parents=True, exist_ok=True)
+        with tempfile.TemporaryFile(dir=folder):
+            return True
+    except OSError as error:
+        note_cache_trouble(folder, error)
+        return False
 
 
 def note_cache_trouble(where: object, error: Exception) -> None:

@@ -3,6 +3,7 @@
 import threading
 from collections import deque
 from collections.abc import Callable
+from contextlib import AbstractContextManager, nullcontext
 from dataclasses import dataclass
 from typing import Any
 
@@ -23,10 +24,17 @@ class Worker:
 
     `notify` is called in that thread when a job has ended; `collect` then hands it out. Everything
     but `notify` is for one and the same other thread. Without a pool it has a thread of its own.
+    Each job runs within the context that `around` returned when it was started.
     """
 
-    def __init__(self, notify: Callable[[], None], pool: Pool | None = None) -> None:
+    def __init__(
+        self,
+        notify: Callable[[], None],
+        pool: Pool | None = None,
+        around: Callable[[], AbstractContextManager[None]] = nullcontext,
+    ) -> None:
         self._notify = notify
+        self._around = around
         self._pool = Pool() if pool is None else pool
         self._alone = pool is None
         self._finished: deque[Finished] = deque()
@@ -49,7 +57,8 @@ class Worker:
             raise RuntimeError(f'a job to {self._running} runs already')
         self._running = kind
         self._discard = False
-        self._pool.put(due, lambda: self._run(kind, job))
+        context = self._around()
+        self._pool.put(due, lambda: self._run(kind, job, context))
 
     def discard(self) -> None:
         """Let nobody see the result of the job that runs now."""
@@ -72,13 +81,16 @@ class Worker:
             self._working.release()
         return ended
 
-    def _run(self, kind: str, job: Callable[[], Any]) -> None:
+    def _run(
+        self, kind: str, job: Callable[[], Any], context: AbstractContextManager[None]
+    ) -> None:
         with self._working:
             if self._closed:
                 return
             result, error = None, None
             try:
-                result = job()
+                with context:
+                    result = job()
             except Exception as caught:
                 error = caught
             self._finished.append(Finished(kind, result, error))

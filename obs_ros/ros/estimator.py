@@ -13,6 +13,7 @@ from obs_ros.core.estimate import Estimate
 from obs_ros.core.record import Sample
 from obs_ros.core.texts import one_line, quoted
 from obs_ros.interface.bindings import bindings, signal_parameters
+from obs_ros.interface.compilation import Compilation
 from obs_ros.interface.fleet import OWN
 from obs_ros.interface.forecast import Forecast
 from obs_ros.interface.health import examine
@@ -42,7 +43,7 @@ class Estimator(GuardedNode):
 
     Parameters `signals.<name>` bind outputs and inputs to fields of other topics.
 
-    Callbacks only append samples. A thread, of `pool` or its own, compiles the model once and then
+    Callbacks only append samples. A thread, of `pool` or its own, has the model compiled and then
     solves; of windows that close meanwhile it takes the newest, others count as skipped. Immediate
     observers take their step in the callback instead, and samples are counted until they can.
     Between windows the state is predicted from sample to sample, in the callback as well.
@@ -65,7 +66,10 @@ class Estimator(GuardedNode):
         self._forecast: Forecast | None = None
         self._terminal = Terminal()
         self._guard = self.create_guard_condition(self._collect)
-        self._worker = Worker(self._guard.trigger, pool)
+        self._compilation = Compilation()
+        self._worker = Worker(
+            self._guard.trigger, pool, lambda: self._compilation.of(self._settings)
+        )
         try:
             self._start(Parameters(self, RENAMED, lambda name: pool is None or name not in OWN))
         except BaseException:
@@ -96,6 +100,7 @@ class Estimator(GuardedNode):
 
     def close(self, patience: float = PATIENCE) -> bool:
         """End the worker; False when its solve has not ended within so many s."""
+        self._compilation.close()
         return self._worker.close(patience)
 
     def _propose(self, values: Mapping[str, Any]) -> tuple[Mapping[str, Any], Observer | None]:
@@ -131,7 +136,7 @@ class Estimator(GuardedNode):
             self._forecast.follow(self._settings, getattr(observer, 'unknowns', None))
 
     def _prepare(self) -> float:
-        """Compile what is not compiled yet, in the worker; return the seconds that it took."""
+        """Compile or load what is needed, in the worker; return the seconds that it took."""
         seconds = self.observer.prepare()
         return seconds if self._forecast is None else seconds + self._forecast.prepare()
 
