@@ -67,10 +67,10 @@ class Forecast:
         self._prediction.forget()
         self._last = None
 
-    def absorb(self, sample: Sample, arrival: float, *, silent: bool) -> None:
-        """Take a sample that came at `arrival` (steady clock, s); predict unless to be `silent`."""
+    def absorb(self, sample: Sample, arrival: float, *, silent: Callable[[], bool]) -> None:
+        """Take a sample that came at `arrival` (steady clock, s); predict unless `silent()`."""
         stamp = self._prediction.absorb(sample)
-        if stamp is None or silent or not self._is_time(stamp):
+        if stamp is None or not self._is_time(stamp) or silent():
             return
         predicted = self._prediction.now()
         if predicted is not None:

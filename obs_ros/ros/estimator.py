@@ -66,10 +66,8 @@ class Estimator(GuardedNode):
         self._forecast: Forecast | None = None
         self._terminal = Terminal()
         self._guard = self.create_guard_condition(self._collect)
-        self._compilation = Compilation()
-        self._worker = Worker(
-            self._guard.trigger, pool, lambda: self._compilation.of(self._settings)
-        )
+        self._kernels = Compilation()
+        self._worker = Worker(self._guard.trigger, pool, lambda: self._kernels.of(self._settings))
         try:
             self._start(Parameters(self, RENAMED, lambda name: pool is None or name not in OWN))
         except BaseException:
@@ -100,7 +98,7 @@ class Estimator(GuardedNode):
 
     def close(self, patience: float = PATIENCE) -> bool:
         """End the worker; False when its solve has not ended within so many s."""
-        self._compilation.close()
+        self._kernels.close()
         return self._worker.close(patience)
 
     def _propose(self, values: Mapping[str, Any]) -> tuple[Mapping[str, Any], Observer | None]:
@@ -152,7 +150,9 @@ class Estimator(GuardedNode):
             self._due = arrival
         self._watch_timeline()
         if self._forecast is not None:
-            self._forecast.absorb(sample, arrival, silent=self.streams.alternating or self.stale)
+            self._forecast.absorb(
+                sample, arrival, silent=lambda: self.streams.alternating or self.stale
+            )
         if self._due is not None:
             self._proceed()
 

@@ -8,7 +8,7 @@ all of it is handled.
 import contextlib
 import time
 from collections import deque
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Coroutine, Iterable
 from dataclasses import dataclass
 from typing import Any
 
@@ -17,7 +17,6 @@ from rclpy.exceptions import InvalidHandle
 from rclpy.executors import Executor, ExternalShutdownException
 from rclpy.impl.implementation_singleton import rclpy_implementation
 from rclpy.node import Node
-from rclpy.task import Task
 from rclpy.waitable import NumberOfEntities
 
 KINDS = ('subscription', 'guard_condition', 'timer', 'client', 'service')
@@ -82,6 +81,7 @@ class PacedExecutor(Executor):
         self._pace = pace
         self._changed = True
         self._watches: list[Watch] = []  # urgent, services, events
+        self._suspended: list[Coroutine[Any, Any, None]] = []  # callbacks that await something
         self._looked = [0.0, 0.0, 0.0]  # when each was looked at (steady clock, s)
 
     def wake(self) -> None:
@@ -151,21 +151,31 @@ class PacedExecutor(Executor):
             if kind == 'guard_condition':
                 with contextlib.suppress(InvalidHandle):
                     entity.trigger()
+        suspended, self._suspended = self._suspended, []
+        for callback in suspended:
+            self._go_on(callback)
         with self._tasks_lock:
             tasks, self._tasks = [task for task, *_ in self._tasks], []
         for task in tasks:
-            self._go_on(task)
+            self._go_on_with_task(task)
 
     def _check_context(self) -> None:
         if not self._context.ok():
             raise ExternalShutdownException
 
-    def _run(self, work: Callable[[], Any] | None) -> None:
+    def _run(self, work: Callable[[], Coroutine[Any, Any, None]] | None) -> None:
+        # A Task of rclpy, with its locks and callbacks, would cost as much as reading a message.
         if work is not None:
-            self._go_on(Task(work, executor=self))
+            self._go_on(work())
 
-    def _go_on(self, task: Any) -> None:
-        """Let a task run as far as it can; one that awaits something goes on at the next wake."""
+    def _go_on(self, callback: Coroutine[Any, Any, None]) -> None:
+        """Let a callback run as far as it can; one that awaits goes on at the next wake."""
+        with contextlib.suppress(StopIteration):
+            callback.send(None)
+            self._suspended.append(callback)
+
+    def _go_on_with_task(self, task: Any) -> None:
+        """Do so with what others have asked the executor to run."""
         task()
         if not task.done():
             with self._tasks_lock:

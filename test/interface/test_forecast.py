@@ -31,8 +31,8 @@ def estimate(t):
 def outputs(found, *times, silent=False):
     """x' = 1 from the estimate on."""
     for t in times:
-        found.absorb(Sample(round(t * S), u=np.zeros(1)), 0.0, silent=silent)
-        found.absorb(Sample(round(t * S), y=np.zeros(1)), 0.0, silent=silent)
+        found.absorb(Sample(round(t * S), u=np.zeros(1)), 0.0, silent=lambda: silent)
+        found.absorb(Sample(round(t * S), y=np.zeros(1)), 0.0, silent=lambda: silent)
 
 
 def test_every_output_after_an_estimate_is_predicted_to():
@@ -51,6 +51,22 @@ def test_the_rate_is_one_of_sample_time():
     found.start(estimate(0.0))
     outputs(found, 1, 2, 3, 4, 5)
     assert [t for t, _ in published] == [1, 3, 5]
+
+
+def test_silence_is_asked_after_only_where_there_is_something_to_say():
+    found, _ = forecast(**{'prediction.rate': 0.5})
+    asked = []
+
+    def silent():
+        asked.append(1)
+        return False
+
+    outputs(found, 0)
+    found.start(estimate(0.0))
+    for t in (1, 2, 3):
+        found.absorb(Sample(t * S, u=np.zeros(1)), 0.0, silent=silent)
+        found.absorb(Sample(t * S, y=np.zeros(1)), 0.0, silent=silent)
+    assert len(asked) == found.published == 2  # at 1 and 3 s
 
 
 def test_one_that_is_to_be_silent_goes_on_unseen():

@@ -4,6 +4,7 @@ import time
 
 import pytest
 from rclpy.executors import ExternalShutdownException
+from rclpy.node import Node
 from rclpy.qos import QoSProfile
 from rclpy.task import Future
 from ros import set_parameter
@@ -146,6 +147,15 @@ def test_the_exception_of_a_task_is_raised(paced):
     executor.create_task(lambda: 1 / 0)
     with pytest.raises(ZeroDivisionError):
         executor.spin_once(0.0)
+
+
+def test_the_exception_of_a_callback_is_raised_and_others_go_on(ros, paced):
+    executor, one, other = paced('one', 'other')
+    Node.create_guard_condition(one.node, lambda: 1 / 0).trigger()
+    with pytest.raises(ZeroDivisionError):
+        until(ros, executor, lambda: False)
+    numbers(ros, 'other', 1)
+    until(ros, executor, lambda: other.numbers)
 
 
 def test_it_ends_with_the_context(ros, paced):
