@@ -54,6 +54,11 @@ class Compilation:
         """Return the context for a job of the observer that the node's parameters describe."""
         return missing_made_by(partial(self._make, values))
 
+    @property
+    def under_way(self) -> bool:
+        """Whether a child compiles now, for this observer or another: who can wait need not ask."""
+        return CHILDREN.busy
+
     def close(self) -> None:
         """Let no job wait any longer: one that does ends with AbandonedError."""
         self._closed.set()
@@ -78,13 +83,19 @@ class Children:
         self._newest: Child | None = None
         self._served: set[str] = set()
 
+    @property
+    def busy(self) -> bool:
+        """Whether one runs."""
+        newest = self._newest
+        return newest is not None and not newest.ended.is_set()
+
     def serving(self, request: str, folder: Path) -> 'Child | None':
         """Return the child that runs, or else a new one; None if it would be the second.
 
         None as well where it could not store its kernels in `folder`.
         """
         with self._lock:
-            if self._newest is not None and not self._newest.ended.is_set():
+            if self.busy:
                 return self._newest
             if request in self._served or not storable(folder):
                 return None

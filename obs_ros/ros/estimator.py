@@ -42,7 +42,6 @@ class Estimator(GuardedNode):
     """Hands plant/output and plant/input to an observer and publishes its estimates.
 
     Parameters `signals.<name>` bind outputs and inputs to fields of other topics.
-
     Callbacks only append samples. A thread, of `pool` or its own, has the model compiled and then
     solves; of windows that close meanwhile it takes the newest, others count as skipped. Immediate
     observers take their step in the callback instead, and samples are counted until they can.
@@ -192,7 +191,7 @@ class Estimator(GuardedNode):
             solve = partial(self.observer.estimate, deadline)
             self._worker.start('estimate', solve, self._due + deadline)
             self._solving, self._due = self._due, None
-        elif not self._complete:
+        elif not self._complete and not self._kernels.under_way:
             # Like a window, so that none of this plant waits behind it for long.
             due = time.monotonic() + self._settings.get('deadline', 0.0)
             self._worker.start('prepare more', self.observer.prepare_more, due)
@@ -288,6 +287,7 @@ class Estimator(GuardedNode):
         )  # fmt: skip
         for level, line in self._terminal.lines(health):
             log(self, level, line)
+        self._proceed()  # a child may have ended
         return health
 
 

@@ -204,6 +204,7 @@ def test_closing_ends_the_wait_but_not_the_child_of_others(asked: Any, tmp_path:
     thread = threading.Thread(target=job)
     thread.start()
     wait_until(lambda: starts(asked))
+    assert owner.under_way
     owner.close()
     thread.join(patience(5.0))
     assert errors == ['abandoned']
@@ -211,6 +212,7 @@ def test_closing_ends_the_wait_but_not_the_child_of_others(asked: Any, tmp_path:
     function = made_anew()
     assert computed(asked, function) == 6.0
     assert (loaded(function), starts(asked)) == (1, 1)
+    wait_until(lambda: not owner.under_way)
 
 
 ENDING = """

@@ -14,6 +14,7 @@ from std_msgs.msg import String
 from std_srvs.srv import SetBool, Trigger
 
 from obs_ros.core.estimate import Jump
+from obs_ros.interface.compilation import Children
 from obs_ros.ros.estimator import Estimator
 from obs_ros.ros.messages import LATCHED, time_message
 
@@ -92,6 +93,19 @@ def test_jumps_retractions_and_a_drift_are_told_the_drift_once_in_the_log(ros, b
     assert 'last_jump' not in told and told['drifting'].startswith('give it a walk: walk.p2')
     ros.health(outcome='converged')
     assert capfd.readouterr().err.count('give it a walk: walk.p2') == 1
+
+
+def test_what_only_some_windows_need_waits_for_the_child_that_compiles_it(ros, monkeypatch):
+    busy, more = [True], []
+    monkeypatch.setattr(Children, 'busy', property(lambda _: busy[0]))
+    monkeypatch.setattr(FakeObserver, 'prepare_more', lambda _: more.append(1))
+    bench = Bench(ros)
+    bench.feed(10, 11)
+    ros.spin_until(lambda: bench.state)  # windows need not wait
+    ros.health()
+    assert not more
+    busy[0] = False
+    ros.spin_until(lambda: more)
 
 
 def test_messages_are_read_by_name_in_any_order(ros, bench):
