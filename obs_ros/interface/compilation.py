@@ -29,7 +29,7 @@ class CompilationSettings:
     """Times of waiting for a child."""
 
     poll: float = 0.02  # s from one look for a kernel to the next: less than it takes to load one
-    longest: float = 300.0  # s of a child, some 20 s of work: a model's module may wait for ever
+    longest: float = 900.0  # s of a child, 20 to 50 s of work: a model's module may wait for ever
 
 
 SETTINGS = CompilationSettings()
