@@ -15,7 +15,8 @@ from obs_ros.core.kernel_cache import stored
 
 Function = TypeVar('Function', bound=Callable[..., Any])
 
-OPTIONS: dict[str, Any] = {'nogil': True, 'error_model': 'numpy'}
+# Nothing calls compiled code from C: a wrapper for that would be compiled with every function.
+OPTIONS: dict[str, Any] = {'nogil': True, 'error_model': 'numpy', 'no_cfunc_wrapper': True}
 
 
 @dataclass(frozen=True)

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from obs_ros.core.chi_square import exceeds
-from obs_ros.core.jit import accelerated, unhurried
+from obs_ros.core.jit import unhurried
 from obs_ros.core.typing import Array, IntArray
 
 
@@ -85,12 +85,12 @@ def _squares_in_loops(residuals: Array) -> tuple[IntArray, Array]:
     for k in range(nodes):
         for i in range(outputs):
             if not np.isnan(residuals[k, i]):
-                squares[i] += residuals[k, i] ** 2
+                squares[i] += residuals[k, i] * residuals[k, i]
                 counts[i] += np.isfinite(residuals[k, i])
     return counts, squares
 
 
-squares_of = accelerated(_squares_in_loops, _squares_on_arrays)
+squares_of = unhurried(_squares_in_loops, _squares_on_arrays)
 
 
 def _head_on_arrays(residuals: Array, lags: int, limit: float) -> tuple[IntArray, Array, Array]:

@@ -67,7 +67,9 @@ def code_of(function: Any) -> tuple[Any, ...]:
 def bind(module: ModuleType, model: Model, base: ModuleType | None) -> None:
     """Give the generated module its decorators and the model's functions."""
     # Inlining has to happen before the loop vectoriser runs, or lanes are computed one by one.
-    inline = numba.njit(forceinline=True, fastmath=FASTMATH, **OPTIONS)
+    # Python calls entries only: its wrapper of a helper would hold, and optimise, a copy of it.
+    inner = {**OPTIONS, 'forceinline': True, 'no_cpython_wrapper': True}
+    inline = numba.njit(fastmath=FASTMATH, **inner)
 
     @functools.cache  # once for all kernels
     def announce() -> None:
@@ -89,7 +91,7 @@ def bind(module: ModuleType, model: Model, base: ModuleType | None) -> None:
     functions = {'dynamics': model.dynamics, 'output': model.output, **made_for(model)}
     module.__dict__.update(
         jit=jit,
-        jit_sum=numba.njit(forceinline=True, fastmath=FASTMATH | {'reassoc'}, **OPTIONS),
+        jit_sum=numba.njit(fastmath=FASTMATH | {'reassoc'}, **inner),
         entry=entry,
         **{
             name: shared.get(name) or inline(rebuilder.copy(each))
