@@ -55,9 +55,12 @@ def count_of(candidates, chunk):
 
 
 @jit
-def load(source, chunk, rows, x):
-    """Copy the lanes of one chunk out of source (rows, lanes)."""
-    for i in range(rows):
+def load(source, chunk, x):
+    """Copy the lanes of one chunk out of source (rows, lanes).
+
+    Rows are counted by the array: for each constant number it would be compiled anew.
+    """
+    for i in range(source.shape[0]):
         for lane in range(LANES):
             x[np.uint64(i) * LANES + lane] = source[i, np.uint64(chunk) * LANES + lane]
 
@@ -70,8 +73,8 @@ def squares(t, steps, u, slope, y, weight, measured, period, prefixes, candidate
     total = np.empty(N_OUTPUTS * N_LANES)
     for chunk in range(x0.shape[1] // N_LANES):
         count = count_of(candidates, chunk)
-        load(x0, chunk, N_STATES, x)
-        load(p, chunk, N_PARAMETERS, q)
+        load(x0, chunk, x)
+        load(p, chunk, q)
         k = np.int64(0)
         for g in range(prefixes.size):
             total[:] = 0.0
@@ -101,18 +104,18 @@ def trajectories(t, steps, u, slope, candidates, x0, sets, along, there, states,
     q = np.empty(max(1, N_PARAMETERS) * N_LANES)
     for chunk in range(x0.shape[1] // N_LANES):
         count = count_of(candidates, chunk)
-        load(x0, chunk, N_STATES, x)
+        load(x0, chunk, x)
         number = there[0]
-        load(sets[number], chunk, N_PARAMETERS, q)
+        load(sets[number], chunk, q)
         for k in range(t.size):
             if k > 0:
                 if along[k - 1] != number:
                     number = along[k - 1]
-                    load(sets[number], chunk, N_PARAMETERS, q)
+                    load(sets[number], chunk, q)
                 advance(x, q, count, t[k - 1], t[k] - t[k - 1], steps[k - 1], u, slope, k - 1)
             if there[k] != number:
                 number = there[k]
-                load(sets[number], chunk, N_PARAMETERS, q)
+                load(sets[number], chunk, q)
             uk = input_at(u, slope, k, 0.0)
             for lane in range(LANES):
                 xs = gather_x(x, lane)
@@ -128,9 +131,9 @@ def restarted(t, steps, u, slope, candidates, states, p, ends):
     q = np.empty(max(1, N_PARAMETERS) * N_LANES)
     for chunk in range(states.shape[2] // N_LANES):
         count = count_of(candidates, chunk)
-        load(p, chunk, N_PARAMETERS, q)
+        load(p, chunk, q)
         for k in range(t.size - 1):
-            load(states[k], chunk, N_STATES, x)
+            load(states[k], chunk, x)
             advance(x, q, count, t[k], t[k + 1] - t[k], steps[k], u, slope, k)
             for lane in range(LANES):
                 put_x(ends, k, np.uint64(chunk) * LANES + lane, gather_x(x, lane))
@@ -142,8 +145,8 @@ def propagate(t, dt, steps, u, slope, pieces, x0, p):
     x = np.empty(N_STATES * N_LANES)
     q = np.empty(max(1, N_PARAMETERS) * N_LANES)
     for chunk in range(x0.shape[1] // N_LANES):
-        load(x0, chunk, N_STATES, x)
-        load(p, chunk, N_PARAMETERS, q)
+        load(x0, chunk, x)
+        load(p, chunk, q)
         for k in range(pieces):
             advance(x, q, LANES, t[k], dt[k], steps[k], u, slope, k)
         for lane in range(LANES):
@@ -156,8 +159,8 @@ def measure(t, u, x0, p, y):
     x = np.empty(N_STATES * N_LANES)
     q = np.empty(max(1, N_PARAMETERS) * N_LANES)
     for chunk in range(x0.shape[1] // N_LANES):
-        load(x0, chunk, N_STATES, x)
-        load(p, chunk, N_PARAMETERS, q)
+        load(x0, chunk, x)
+        load(p, chunk, q)
         for lane in range(LANES):
             yhat = output(t, gather_x(x, lane), inputs(u), gather_p(q, lane))
             put_outputs(y, np.uint64(chunk) * LANES + lane, yhat)
@@ -174,7 +177,7 @@ def pursue(t, dt, u, y, known, weight, measured, lower, upper, x0, p, squares, e
     q = np.empty(max(1, N_PARAMETERS) * N_LANES)
     total = np.empty(N_LANES)
     for chunk in range(squares.size // N_LANES):
-        load(p, chunk, N_PARAMETERS, q)
+        load(p, chunk, q)
         for i in range(N_STATES):
             for lane in range(N_LANES):
                 x[i * N_LANES + lane] = x0[i]
@@ -215,8 +218,8 @@ def grams(t, steps, u, slope, y, weight, measured, period, nodes, x0, p, out):
     x = np.empty((chunks, N_STATES * N_LANES))
     q = np.empty((chunks, max(1, N_PARAMETERS) * N_LANES))
     for chunk in range(chunks):
-        load(x0, chunk, N_STATES, x[chunk])
-        load(p, chunk, N_PARAMETERS, q[chunk])
+        load(x0, chunk, x[chunk])
+        load(p, chunk, q[chunk])
     block = max(1, BLOCK_VALUES // (lanes * N_OUTPUTS))
     rows = np.empty((block * N_OUTPUTS, lanes))
     targets, turns = np.empty(block * N_OUTPUTS), np.empty(block * N_OUTPUTS)

@@ -41,9 +41,9 @@ def delayed(
     begin = np.empty((len(t) - 1, N_STATES, N_LANES))
     end = np.empty((len(t) - 1, N_STATES, N_LANES))
     for chunk in range(x0.shape[1] // N_LANES):
-        load(x0, chunk, N_STATES, x)
+        load(x0, chunk, x)
         for one in range(len(p)):
-            load(p[one], chunk, N_PARAMETERS, q[one])
+            load(p[one], chunk, q[one])
         first = np.uint64(chunk) * LANES
         for lane in range(LANES):
             put_x(track, 0, lane, gather_x(x, lane))

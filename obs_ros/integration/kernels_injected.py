@@ -30,8 +30,8 @@ def squares_injected(
     total = np.empty(N_OUTPUTS * N_LANES)
     for chunk in range(x0.shape[1] // N_LANES):
         count = count_of(candidates, chunk)
-        load(x0, chunk, N_STATES, x)
-        load(p, chunk, N_PARAMETERS, q)
+        load(x0, chunk, x)
+        load(p, chunk, q)
         k = np.int64(0)
         for g in range(prefixes.size):
             total[:] = 0.0
@@ -66,8 +66,8 @@ def trajectories_injected(
     errors = np.empty(N_OUTPUTS * N_LANES)
     for chunk in range(x0.shape[1] // N_LANES):
         count = count_of(candidates, chunk)
-        load(x0, chunk, N_STATES, x)
-        load(p, chunk, N_PARAMETERS, q)
+        load(x0, chunk, x)
+        load(p, chunk, q)
         offset = np.uint64(chunk) * LANES
         for k in range(t.size):
             if k > 0:
@@ -100,8 +100,8 @@ def grams_injected(
     q = np.empty((chunks, max(1, N_PARAMETERS) * N_LANES))
     errors = np.empty(N_OUTPUTS * N_LANES)
     for chunk in range(chunks):
-        load(x0, chunk, N_STATES, x[chunk])
-        load(p, chunk, N_PARAMETERS, q[chunk])
+        load(x0, chunk, x[chunk])
+        load(p, chunk, q[chunk])
     block = max(1, BLOCK_VALUES // (lanes * N_OUTPUTS))
     rows = np.empty((block * N_OUTPUTS, lanes))
     targets, turns = np.empty(block * N_OUTPUTS), np.empty(block * N_OUTPUTS)

@@ -47,7 +47,7 @@ def one_step(
         count = np.uint64(1 + last - first)
         for k in range(t.size):
             in_lanes(states, k, moved, first, last, x)
-            load(sets[there[k]], chunk, N_PARAMETERS, q)
+            load(sets[there[k]], chunk, q)
             uk = input_at(u, slope, k, 0.0)
             for lane in range(LANES):
                 yk = output(t[k], gather_x(x, lane), uk, gather_p(q, lane))
@@ -58,7 +58,7 @@ def one_step(
                     sensitivity[k, i, j] = shortest(off, period[i])
             if k < t.size - 1:
                 in_lanes(begins, k, moved, first, last, x)
-                load(sets[along[k]], chunk, N_PARAMETERS, q)
+                load(sets[along[k]], chunk, q)
                 advance(x, q, count, t[k], t[k + 1] - t[k], steps[k], u, slope, k)
                 for i in range(N_STATES):
                     for j in range(first, last):

@@ -23,7 +23,7 @@ def follow(
     Of the sets of parameters (S, q, lanes) the one along[k] (K,) holds in interval k; in p they are
     those of where each candidate is.
     """
-    load(sets[along[0]], chunk, N_PARAMETERS, p)
+    load(sets[along[0]], chunk, p)
     tolerance, floor, longest, budget = limits
     y, e, now, step, h, left, error, u0, u2, node, taken, new, stages = work
     track[:] = np.nan
@@ -113,7 +113,7 @@ def squares_own(
     track = np.empty((nodes, N_STATES, N_LANES))
     counts = np.zeros((nodes, N_LANES), np.int64)
     for chunk in range(x0.shape[1] // N_LANES):
-        load(x0, chunk, N_STATES, x)
+        load(x0, chunk, x)
         follow(
             x, q, sets, along, chunk, t, fresh, u, slope, nodes - 1, lead[chunk], limits, work,
             track, counts,
@@ -123,7 +123,7 @@ def squares_own(
             total[:] = 0.0
             while k < prefixes[g]:
                 if measured[k]:
-                    load(track[k], 0, N_STATES, x)
+                    load(track[k], np.int64(0), x)
                     uk = input_at(u, slope, k, 0.0)
                     for lane in range(LANES):
                         yk = output(t[k], gather_x(x, lane), uk, gather_p(q, lane))
@@ -147,19 +147,19 @@ def trajectories_own(
     track = np.empty((t.size, N_STATES, N_LANES))
     taken = np.empty((t.size, N_LANES), np.int64)
     for chunk in range(x0.shape[1] // N_LANES):
-        load(x0, chunk, N_STATES, x)
+        load(x0, chunk, x)
         taken[:] = 0
         follow(
             x, q, sets, along, chunk, t, fresh, u, slope, t.size - 1, lead[chunk], limits, work,
             track, taken,
         )  # fmt: skip
         number = there[0]
-        load(sets[number], chunk, N_PARAMETERS, q)
+        load(sets[number], chunk, q)
         for k in range(t.size):
-            load(track[k], 0, N_STATES, x)
+            load(track[k], np.int64(0), x)
             if there[k] != number:
                 number = there[k]
-                load(sets[number], chunk, N_PARAMETERS, q)
+                load(sets[number], chunk, q)
             uk = input_at(u, slope, k, 0.0)
             for lane in range(LANES):
                 xs = gather_x(x, lane)
@@ -187,7 +187,7 @@ def grams_own(
     targets, turns = np.empty(nodes * N_OUTPUTS), np.empty(nodes * N_OUTPUTS)
     n_rows = 0
     for chunk in range(x0.shape[1] // N_LANES):
-        load(x0, chunk, N_STATES, x)
+        load(x0, chunk, x)
         follow(
             x, q, sets, along, chunk, t, fresh, u, slope, nodes - 1, lead[chunk], limits, work,
             track, counts,
@@ -195,7 +195,7 @@ def grams_own(
         n_rows = 0
         for k in range(nodes):
             if measured[k]:
-                load(track[k], 0, N_STATES, x)
+                load(track[k], np.int64(0), x)
                 uk = input_at(u, slope, k, 0.0)
                 for lane in range(LANES):
                     yk = output(t[k], gather_x(x, lane), uk, gather_p(q, lane))
@@ -211,4 +211,4 @@ def grams_own(
         for row in range(n_rows):
             for j in range(width):
                 own[row, j] = rows[row, place[s * width + j]]
-        add_gram(out[s], own, targets, turns, n_rows, 0, width, columns)
+        add_gram(out[s], own, targets, turns, np.int64(n_rows), np.int64(0), width, columns)
