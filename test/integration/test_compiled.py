@@ -1,10 +1,10 @@
 """Tests of obs_ros.integration.compiled: compiled rollouts."""
 
-from dataclasses import replace
+import sys
 
 import numpy as np
 import pytest
-from plants import BLOW_UP
+from kalman_reference import CART
 
 pytest.importorskip('numba')
 
@@ -23,9 +23,11 @@ KERNELS = {
 }
 
 
-def test_kernels_compile_one_after_the_other_when_they_are_first_used() -> None:
-    model = replace(BLOW_UP, dynamics=lambda t, x, u, p: (0.1 * x[0],))
-    kernels, module = CompiledKernels(model), load_module(model)
+def test_kernels_compile_one_after_the_other_when_they_are_first_used(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    monkeypatch.delitem(sys.modules, load_module(CART).__name__)  # of a new one nothing was used
+    kernels, module = CompiledKernels(CART), load_module(CART)
 
     def compiled() -> set[str]:
         return {name for name, each in vars(module).items()
@@ -34,8 +36,8 @@ def test_kernels_compile_one_after_the_other_when_they_are_first_used() -> None:
     assert compiled() == set()
     run_kernels_once(kernels)
     assert compiled() == {'trajectories'}
-    steps = []
-    for rehearsed in (rollouts_rehearsed(kernels), correction_rehearsed(kernels)):
+    steps, moving = [], np.array([1])
+    for rehearsed in (rollouts_rehearsed(kernels), correction_rehearsed(kernels, moving)):
         for _ in rehearsed:
             steps.append(compiled())
     assert [len(each) for each in steps] == [1, 2, 3, 3, 3, 3, 3, 4, 5, 6]

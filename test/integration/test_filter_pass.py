@@ -70,7 +70,7 @@ def test_simpsons_rule_has_an_error_of_second_order_in_the_interval(backend: str
 
 def test_without_walks_the_pass_is_the_plain_rollout(backend: str) -> None:
     kernels, grid = kernels_for(CART, backend), Grid.of(CART, cart_window(), np.ones(3))
-    found = kernels.filter(grid, X0, P, np.zeros(4), NOISE)
+    found = kernels.filter(grid, X0, P, np.zeros(4), NOISE, moving=np.array([1]))
     states, outputs = kernels.trajectories(grid, X0[:, None], P[:, None])
     assert not found.gain.any() and not found.P.any()
     np.testing.assert_allclose(found.states, states[:, :, 0], rtol=1e-12, atol=1e-14)
@@ -98,7 +98,8 @@ def test_a_parameter_that_walks_goes_where_the_outputs_pull_it(backend: str) -> 
 
 def test_covariances_stay_symmetric_and_positive_whatever_the_prior(backend: str) -> None:
     """A prior 1e12 times the noise is what Joseph's form is for."""
-    found = cart_pass(backend, P0=1e6 * np.eye(4), noise=np.full(3, 1e-3))
+    wide = {'P0': 1e6 * np.eye(4), 'moving': np.array([1])}
+    found = cart_pass(backend, **wide, noise=np.full(3, 1e-3))
     np.testing.assert_array_equal(found.covariances, found.covariances.transpose(0, 2, 1))
     smallest = np.linalg.eigvalsh(found.covariances)[:, 0]
     assert (smallest > -1e-12 * np.linalg.norm(found.covariances, axis=(1, 2))).all()
