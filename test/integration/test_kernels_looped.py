@@ -64,7 +64,7 @@ def test_states_are_those_of_an_independent_integrator(backend: str) -> None:
     np.testing.assert_allclose(states[10:, :, 0], found.y.T[10:], atol=1e-4)
 
 
-@pytest.mark.parametrize('delay', [None, (-0.1, 0.1)])
+@pytest.mark.parametrize('delay', [None, pytest.param((-0.1, 0.1), marks=pytest.mark.slow)])
 def test_both_backends_agree(delay: Any) -> None:
     pytest.importorskip('numba')
     model = replace(NETWORK, inputs=[replace(v, delay=delay) for v in NETWORK.inputs])
