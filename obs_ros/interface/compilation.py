@@ -60,14 +60,18 @@ class Compilation:
         return CHILDREN.busy
 
     def close(self) -> None:
-        """Let no job wait any longer: one that does ends with AbandonedError."""
+        """Let no job wait any longer: one that does ends with AbandonedError.
+
+        So does a child that no other observer has asked.
+        """
         self._closed.set()
+        CHILDREN.leave(self)
 
     def _make(self, values: Mapping[str, Any], path: Path) -> None:
         """Return when the file is there, or when no child will make it."""
         request = json.dumps(values)
         while not path.exists():
-            child = CHILDREN.serving(request, path.parent)
+            child = CHILDREN.serving(self, request, path.parent)
             if child is None:
                 return
             while not path.exists() and not child.ended.wait(SETTINGS.poll):
@@ -89,23 +93,36 @@ class Children:
         newest = self._newest
         return newest is not None and not newest.ended.is_set()
 
-    def serving(self, request: str, folder: Path) -> 'Child | None':
+    def serving(self, asker: Compilation, request: str, folder: Path) -> 'Child | None':
         """Return the child that runs, or else a new one; None if it would be the second.
 
         None as well where it could not store its kernels in `folder`.
         """
         with self._lock:
-            if self.busy:
-                return self._newest
-            if request in self._served or not storable(folder):
-                return None
-            self._served.add(request)
-            try:
-                self._newest = Child(request)
-            except OSError as error:
-                log.warning('compiling in this process: no other can be started: %s', error)
-                return None
-            return self._newest
+            if not self.busy:
+                if request in self._served or not storable(folder):
+                    return None
+                self._served.add(request)
+                try:
+                    self._newest = Child(request)
+                except OSError as error:
+                    log.warning('compiling in this process: no other can be started: %s', error)
+                    return None
+            child = self._newest
+            if child is not None and child.request == request:
+                child.askers.add(asker)
+            return child
+
+    def leave(self, asker: Compilation) -> None:
+        """End the child that runs if nobody else has asked it; who asks it again gets a new one."""
+        with self._lock:
+            child = self._newest
+            if child is None or not self.busy or asker not in child.askers:
+                return
+            child.askers.remove(asker)
+            if not child.askers:
+                self._served.discard(child.request)
+                child.stop()
 
 
 CHILDREN = Children()
@@ -118,7 +135,10 @@ class Child:
     """
 
     def __init__(self, request: str) -> None:
+        self.request = request
+        self.askers: set[Compilation] = set()
         self.ended = threading.Event()
+        self._stopped = False
         self._words = tempfile.TemporaryFile()  # noqa: SIM115 - see _watch
         try:
             # A session of its own: Ctrl-C in a terminal is for this process.
@@ -129,21 +149,26 @@ class Child:
         except OSError:
             self._words.close()
             raise
-        threading.Thread(target=self._watch, args=(request,), daemon=True).start()
+        threading.Thread(target=self._watch, daemon=True).start()
 
-    def _watch(self, request: str) -> None:
+    def stop(self) -> None:
+        """End it: nobody wants what it makes."""
+        self._stopped = True
+        self.process.kill()
+
+    def _watch(self) -> None:
         """Ask, and keep the pipe open until the process ends: its other end tells it of our end."""
         assert self.process.stdin is not None
         try:
             with contextlib.suppress(OSError):  # it has died already
-                self.process.stdin.write(request.encode() + b'\n')
+                self.process.stdin.write(self.request.encode() + b'\n')
                 self.process.stdin.flush()
             try:
                 code = self.process.wait(SETTINGS.longest)
             except subprocess.TimeoutExpired:
                 self.process.kill()
                 code = self.process.wait()
-            if code:
+            if code and not self._stopped:
                 log.warning('compiling in this process: another one failed: %s', self._why(code))
         finally:
             with contextlib.suppress(OSError):

@@ -13,7 +13,6 @@ from pathlib import Path
 from typing import Any
 
 import pytest
-from node_values import values_of
 from patience import patience
 
 pytest.importorskip('numba')
@@ -191,28 +190,56 @@ def test_threads_wait_for_one_child_and_others_are_served_after_it(
     assert starts(asked) in (1, 2)  # the last one may find what a thread has compiled by then
 
 
-def test_closing_ends_the_wait_but_not_the_child_of_others(asked: Any, tmp_path: Path) -> None:
-    go, errors = tmp_path / 'go', []
-    asked = {**asked, 'waits': str(go)}
-    owner = Compilation()
+def waiting(owner: Compilation, asked: Any) -> threading.Thread:
+    """Return the thread of a job that waits for a child until its owner closes."""
 
     def job() -> None:
         with pytest.raises(AbandonedError), owner.of(asked):
             made_anew()(2.0)
-        errors.append('abandoned')
 
     thread = threading.Thread(target=job)
     thread.start()
     wait_until(lambda: starts(asked))
-    assert owner.under_way
+    return thread
+
+
+def test_closing_ends_the_wait_but_not_the_child_of_others(asked: Any, tmp_path: Path) -> None:
+    go, results = tmp_path / 'go', []
+    asked = {**asked, 'waits': str(go)}
+    owner, function = Compilation(), made_anew()
+    thread = waiting(owner, asked)
+    other = threading.Thread(target=lambda: results.append(computed(asked, function)))
+    other.start()
+    child = compilation.CHILDREN._newest
+    assert child is not None and owner.under_way
+    wait_until(lambda: len(child.askers) == 2)
     owner.close()
     thread.join(patience(5.0))
-    assert errors == ['abandoned']
+    assert not thread.is_alive() and other.is_alive()
+    go.touch()
+    other.join(patience(20.0))
+    assert results == [6.0]
+    assert (loaded(function), starts(asked)) == (1, 1)
+    wait_until(lambda: not owner.under_way)
+
+
+def test_a_child_ends_when_nobody_waits_any_more_and_who_asks_again_gets_another(
+    asked: Any, tmp_path: Path, caplog: Any
+) -> None:
+    go = tmp_path / 'go'
+    asked = {**asked, 'waits': str(go)}
+    owner = Compilation()
+    thread = waiting(owner, asked)
+    child = compilation.CHILDREN._newest
+    assert child is not None
+    owner.close()
+    thread.join(patience(5.0))
+    wait_until(lambda: gone(child.process.pid))
+    assert child.ended.wait(patience(5.0)) and not caplog.records
     go.touch()
     function = made_anew()
     assert computed(asked, function) == 6.0
-    assert (loaded(function), starts(asked)) == (1, 1)
-    wait_until(lambda: not owner.under_way)
+    assert (loaded(function), starts(asked)) == (1, 2)
 
 
 ENDING = """
@@ -246,34 +273,3 @@ def test_a_child_that_has_ended_leaves_no_zombie(asked: Any) -> None:
     assert child.ended.wait(patience(20.0))
     with pytest.raises(ProcessLookupError):
         os.kill(child.process.pid, 0)
-
-
-NODE = """
-import json, sys
-from numba.core import compiler
-from obs_ros.interface.compilation import Compilation
-from obs_ros.interface.compilation_child import parameters
-from obs_ros.interface.settings import build_observer
-from obs_ros.models import load_model
-
-def refused(*_, **__):
-    raise AssertionError('compiled here')
-
-compiler.compile_extra = refused
-values = parameters(sys.argv[1])
-observer = build_observer(load_model(values['model']), values)
-with Compilation().of(values):
-    print(observer.prepare() > 0.0, observer.prepare_more())
-"""
-
-
-@pytest.mark.slow
-def test_all_that_every_window_needs_comes_from_the_child(tmp_path: Path, monkeypatch: Any) -> None:
-    monkeypatch.setenv('OBS_ROS_CACHE', str(tmp_path / 'cache'))
-    values = values_of('plants:BLOW_UP', 'sliding_window')
-    ended = subprocess.run(
-        [sys.executable, '-c', NODE, json.dumps(values)], env=compilation.environment(),
-        capture_output=True, text=True, timeout=patience(100.0), check=False,
-    )  # fmt: skip
-    assert ended.stdout == 'True True\n', ended.stderr
-    assert 'compiling in this process' not in ended.stderr

@@ -90,3 +90,34 @@ def test_it_stops_at_the_first_kernel_that_cannot_be_stored(
     monkeypatch.setenv('OBS_ROS_CACHE', str(folder))
     said = last_words(values_of('linear_second_order', 'sliding_window'))
     assert 'compiling in every process' in said
+
+
+NODE = """
+import json, sys
+from numba.core import compiler
+from obs_ros.interface.compilation import Compilation
+from obs_ros.interface.compilation_child import parameters
+from obs_ros.interface.settings import build_observer
+from obs_ros.models import load_model
+
+def refused(*_, **__):
+    raise AssertionError('compiled here')
+
+compiler.compile_extra = refused
+values = parameters(sys.argv[1])
+observer = build_observer(load_model(values['model']), values)
+with Compilation().of(values):
+    print(observer.prepare() > 0.0, observer.prepare_more())
+"""
+
+
+@pytest.mark.slow
+def test_all_that_every_window_needs_comes_from_the_child(tmp_path: Path, monkeypatch: Any) -> None:
+    monkeypatch.setenv('OBS_ROS_CACHE', str(tmp_path / 'cache'))
+    values = values_of('plants:BLOW_UP', 'sliding_window')
+    ended = subprocess.run(
+        [sys.executable, '-c', NODE, json.dumps(values)], env=environment(),
+        capture_output=True, text=True, timeout=patience(100.0), check=False,
+    )  # fmt: skip
+    assert ended.stdout == 'True True\n', ended.stderr
+    assert 'compiling in this process' not in ended.stderr
