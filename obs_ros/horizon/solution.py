@@ -63,8 +63,10 @@ class Solution:
     """The hypotheses on a window with their probabilities; whether there was time to look.
 
     `posed` is the window as it was posed, without outliers. `plain` is the best hypothesis without
-    process noise, `disturbed` that with it, if it is published;
-    `said` tells in words what else was decided, `learned` is the process noise first found.
+    process noise, `still` the one in which nothing jumps either: where process noise is more likely
+    than jumps, they are no reason to doubt the optimum of output error. `disturbed` is the
+    hypothesis with process noise, if it is published; `said` tells in words what else was decided,
+    `learned` is the process noise first found.
     """
 
     posed: WindowState
@@ -73,6 +75,7 @@ class Solution:
     mixture: Mixture
     finished: bool
     plain: Hypothesis
+    still: Hypothesis
     disturbed: DisturbedWindow | None = None
     said: str = ''
     searched: bool = True
@@ -162,12 +165,15 @@ def _searched(
         continued = earlier_jumps(window, alone, deadline)
     window, found, explanation = explained(window, found, continued, alone, deadline, still)
     mode, best = solver.settings.process_noise, explanation.hypothesis
+    still = best
+    if best.problem.events:
+        still = hypothesis_at(PiecewiseProblem(window.objective, window.prior), found.z)
     if mode == 'auto' and _in_vain(window, found, best):
-        best = hypothesis_at(PiecewiseProblem(window.objective, window.prior), found.z)
+        best = still
         explanation = Explanation(Mixture.only(best), explanation.finished)
     posed = without_the_same(posed, window)
     mixture, finished = explanation.mixture, explanation.finished
-    solution = Solution(posed, window, found, mixture, finished, plain=best)
+    solution = Solution(posed, window, found, mixture, finished, plain=best, still=still)
     for _ in range(2):
         other = explain_by_process_noise(
             window, found, best, given, deadline, mode=mode, previous=earlier.noise
@@ -222,7 +228,9 @@ def _continued(
         found = replace(other.found, accepted=Acceptance.AS_BEFORE)
         other = replace(other, found=found)
     only, finished = Mixture.only(plain), not deadline.passed
-    solution = Solution(window, plain_window, other.found, only, finished, plain=plain, said=said)
+    solution = Solution(
+        window, plain_window, other.found, only, finished, plain=plain, still=plain, said=said
+    )
     return replace(solution, searched=False).by(other)
 
 

@@ -1,6 +1,8 @@
 """Tests of obs_ros.horizon.solution, by way of windows in sequence."""
 
+from collections.abc import Mapping
 from dataclasses import replace
+from typing import Any
 
 import numpy as np
 import pytest
@@ -12,9 +14,12 @@ from obs_ros.core.estimate import Estimate
 from obs_ros.core.rng import random_generator
 from obs_ros.core.typing import Array
 from obs_ros.horizon.arrival_cost import contradicts_prior
+from obs_ros.horizon.comparison import by_forecasts
+from obs_ros.horizon.earlier import Earlier
+from obs_ros.horizon.forecasts import Basis, Ends, Forecasts
 from obs_ros.horizon.moving_horizon import MovingHorizon
 from obs_ros.horizon.settings import EstimationSettings
-from obs_ros.horizon.solution import DROPPED
+from obs_ros.horizon.solution import DROPPED, solved
 from obs_ros.horizon.solver import Solver
 from obs_ros.inference.jumps.hypothesis import hypothesis_at
 from obs_ros.inference.jumps.piecewise import PiecewiseProblem
@@ -88,6 +93,32 @@ def test_a_jump_after_pushes_have_ceased_does_not_pass_for_another_push(seed: in
     for one in found:
         truth = gains[round(one.t1 / INTERVAL)]
         assert not abs(one.parameters['k'] - truth) > 4.0 * one.stddev['k']
+
+
+class Overheard(Forecasts):
+    """Forecasts that keep what they were begun with."""
+
+    def begin(self, ends: Mapping[Basis, Ends], *rest: Any) -> None:
+        self.ends = ends
+        super().begin(ends, *rest)
+
+
+@pytest.mark.parametrize(('walk', 'given'), [(0.02, np.nan), (WALK, SIGMA)])
+def test_where_jumps_are_less_likely_than_process_noise_forecasts_may_choose_output_error(
+    walk: float, given: float
+) -> None:
+    """Such jumps stand for pushes, and the optimum without them may foretell best of all."""
+    solver, known = Solver.of(LAG, EstimationSettings()), np.isfinite(given)
+    scale = np.array([given])
+    record = pushed(NODES, seed=2, walk=walk)
+    posed = solver.pose(record, scale if known else None, noise_known=bool(known))
+    nothing = Earlier(None, None, None)
+    found = solved(posed, solver, nothing, scale, random_generator(0, 2), Deadline())
+    assert found is not None and found.disturbed is not None
+    assert found.plain.problem.events and not found.still.problem.events
+    forecasts = Overheard()
+    by_forecasts(forecasts, found.posed, found)
+    assert forecasts.ends.keys() == {*Basis}
 
 
 def test_a_prior_that_a_window_contradicts_is_dropped_and_that_is_said() -> None:
