@@ -1,6 +1,7 @@
 """A fleet: estimators of many plants in one process, each as if it were alone."""
 
 import math
+import sys
 
 import numpy as np
 import pytest
@@ -13,6 +14,7 @@ from rclpy.qos import QoSProfile
 from ros import figures, set_parameter, vector
 from sensor_msgs.msg import JointState
 
+from obs_ros.ros import fleet
 from obs_ros.ros.fleet import Fleet
 from obs_ros.ros.messages import named_vector
 from obs_ros.ros.paced_executor import PacedExecutor
@@ -279,3 +281,14 @@ def test_plants_that_misbehave_harm_no_other(tmp_path, line):
     assert estimators[raising].progress.error == "RuntimeError('the number of the beast')"
     assert estimators[killed].progress.published >= 2
     assert fleet.received(flooding) == 100 * t.size
+
+
+def test_solves_get_their_turn_beside_busy_callbacks(monkeypatch):
+    seen = []
+    before = sys.getswitchinterval()
+    monkeypatch.setattr(fleet, 'run', lambda *_, **__: seen.append(sys.getswitchinterval()) or 0)
+    try:
+        assert fleet.main() == 0
+    finally:
+        sys.setswitchinterval(before)
+    assert seen == [pytest.approx(fleet.TURN, rel=0.01)] and fleet.TURN < before
