@@ -23,8 +23,8 @@ from obs_ros.ros.paced_executor import PacedExecutor
 from obs_ros.ros.parameters import Parameters
 from obs_ros.ros.run import run
 
-# s after which a thread of Python lets another go on. Each kernel of a solve asks for its turn anew:
-# at Python's 5 ms beside callbacks that are hardly ever idle, windows waited for seconds.
+# s after which a thread of Python lets another go on. After each kernel a solve waits for its turn:
+# at Python's 5 ms, beside callbacks that are hardly ever idle, windows took seconds.
 TURN = 2e-4
 
 
