@@ -17,7 +17,7 @@ ATTRIBUTES = {
 ALLOWED = {
     # Kernels are code, made here and kept in a folder of the user's own: docs/security.md.
     'obs_ros/core/kernel_cache.py': {'pickle'},
-    # This Python starts itself anew, without a shell, to compile the model it has: docs/security.md.
+    # Python starts itself anew, without a shell, to compile the model it has: docs/security.md.
     'obs_ros/interface/compilation.py': {'subprocess'},
     # The operations that a plant's function came to, as numbers and names of our own.
     'obs_ros/core/tracing.py': {'exec', 'compile'},
