@@ -19,7 +19,7 @@ def by_forecasts(forecasts: Forecasts, posed: WindowState, solution: Solution) -
     if plain_fits(solution):
         return solution
     own, plain = solution.disturbed, solution.plain
-    bases = None if own is None else Bases(posed, solution.still, own)
+    bases = None if own is None else Bases(posed, solution.still or plain, own)
     if bases is not None and not forecasts.begun:
         forecasts.basis = bases.by_cross_validation()
     grid = posed.objective.grid

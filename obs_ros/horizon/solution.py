@@ -28,7 +28,7 @@ from obs_ros.horizon.disturbance import (
 from obs_ros.horizon.earlier import Earlier, beside_known_jumps, earlier_jumps, explained
 from obs_ros.horizon.ramps import walked
 from obs_ros.horizon.solver import Solver
-from obs_ros.horizon.stages import Explanation, explain, fit
+from obs_ros.horizon.stages import Explanation, explain, fit, still_at
 from obs_ros.inference.jumps.hypothesis import Hypothesis, hypothesis_at
 from obs_ros.inference.jumps.mixture import Mixture
 from obs_ros.inference.jumps.piecewise import PiecewiseProblem
@@ -63,8 +63,8 @@ class Solution:
     """The hypotheses on a window with their probabilities; whether there was time to look.
 
     `posed` is the window as it was posed, without outliers. `plain` is the best hypothesis without
-    process noise, `still` the one in which nothing jumps either: where process noise is more likely
-    than jumps, they are no reason to doubt the optimum of output error. `disturbed` is the
+    process noise; `still`, where process noise is more likely than its jumps, the one without
+    either: they are no reason then to doubt the optimum of output error. `disturbed` is the
     hypothesis with process noise, if it is published; `said` tells in words what else was decided,
     `learned` is the process noise first found.
     """
@@ -75,7 +75,7 @@ class Solution:
     mixture: Mixture
     finished: bool
     plain: Hypothesis
-    still: Hypothesis
+    still: Hypothesis | None = None
     disturbed: DisturbedWindow | None = None
     said: str = ''
     searched: bool = True
@@ -139,7 +139,7 @@ def _ramps_beside(solution: Solution, deadline: Deadline) -> Solution:
     if not solution.plain.jumps:
         return solution
     ramp = walked(window, solution.found, solution.plain, deadline, own)
-    return solution if ramp is None else solution.by(ramp)
+    return solution if ramp is None else replace(solution, still=None).by(ramp)
 
 
 def _searched(
@@ -165,15 +165,12 @@ def _searched(
         continued = earlier_jumps(window, alone, deadline)
     window, found, explanation = explained(window, found, continued, alone, deadline, still)
     mode, best = solver.settings.process_noise, explanation.hypothesis
-    still = best
-    if best.problem.events:
-        still = hypothesis_at(PiecewiseProblem(window.objective, window.prior), found.z)
     if mode == 'auto' and _in_vain(window, found, best):
-        best = still
+        best = still_at(window, found)
         explanation = Explanation(Mixture.only(best), explanation.finished)
     posed = without_the_same(posed, window)
     mixture, finished = explanation.mixture, explanation.finished
-    solution = Solution(posed, window, found, mixture, finished, plain=best, still=still)
+    solution = Solution(posed, window, found, mixture, finished, plain=best)
     for _ in range(2):
         other = explain_by_process_noise(
             window, found, best, given, deadline, mode=mode, previous=earlier.noise
@@ -182,6 +179,8 @@ def _searched(
             tried = solution.disturbed is not None or not found.accepted
             late = not tried and untried(window, best, mode, deadline)
             return replace(solution, finished=solution.finished and not late)
+        if best.problem.events and solution.still is None:
+            solution = replace(solution, still=still_at(window, found))
         window, other = steadied(window, other, given, deadline, mode=mode)
         solution = replace(solution, posed=without_the_same(solution.posed, window)).by(other)
         if not contradicts_prior(other.hypothesis, earlier.known):
@@ -228,9 +227,7 @@ def _continued(
         found = replace(other.found, accepted=Acceptance.AS_BEFORE)
         other = replace(other, found=found)
     only, finished = Mixture.only(plain), not deadline.passed
-    solution = Solution(
-        window, plain_window, other.found, only, finished, plain=plain, still=plain, said=said
-    )
+    solution = Solution(window, plain_window, other.found, only, finished, plain=plain, said=said)
     return replace(solution, searched=False).by(other)
 
 

@@ -115,10 +115,25 @@ def test_where_jumps_are_less_likely_than_process_noise_forecasts_may_choose_out
     nothing = Earlier(None, None, None)
     found = solved(posed, solver, nothing, scale, random_generator(0, 2), Deadline())
     assert found is not None and found.disturbed is not None
-    assert found.plain.problem.events and not found.still.problem.events
+    assert found.plain.problem.events
+    assert found.still is not None and not found.still.problem.events
     forecasts = Overheard()
     by_forecasts(forecasts, found.posed, found)
     assert forecasts.ends.keys() == {*Basis}
+
+
+def test_a_parameter_that_walks_is_no_basis_among_others() -> None:
+    """It stands in the place of jumps, which belong to one hypothesis alone."""
+    solver, scale = Solver.of(LAG, EstimationSettings()), np.array([SIGMA])
+    record = pushed(2 * NODES, 3, np.linspace(1.5, 1.0, 2 * NODES), walk=0.0)
+    posed = solver.pose(record, scale, noise_known=True)
+    nothing = Earlier(None, None, None)
+    found = solved(posed, solver, nothing, scale, random_generator(0), Deadline())
+    assert found is not None and found.disturbed is not None and found.plain.jumps
+    assert found.disturbed.noise.drifting(LAG) == ('k',)
+    forecasts = Overheard()
+    by_forecasts(forecasts, found.posed, found)
+    assert forecasts.ends.keys() == {Basis.PROCESS_NOISE}
 
 
 def test_a_prior_that_a_window_contradicts_is_dropped_and_that_is_said() -> None:
