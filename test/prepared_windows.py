@@ -1,4 +1,4 @@
-"""Windows of a model, solved in a new process: what Numba compiled before, and meanwhile."""
+"""Windows of a model, solved in a new process: what was compiled before, and loaded meanwhile."""
 
 import json
 import sys
@@ -55,17 +55,18 @@ def windows_of(model: Model) -> Iterator[Record]:
 
 
 def main(name: str) -> None:
-    """Print the functions compiled by preparing, and those compiled by windows, as JSON."""
+    """Print as JSON what preparing compiled, what windows compiled, and what they imported."""
     compilations = Compilations()
     with install_listener('numba:compile', compilations):
-        solver = Solver.of(load_model(name), EstimationSettings(process_noise='off'))
+        solver = Solver.of(load_model(name), EstimationSettings())
         solver.prepare()
         prepared, compilations.names = compilations.names, []
+        modules = {*sys.modules}
         windows = MovingHorizon(solver)
         with at_once():
             for i, window in enumerate(windows_of(solver.model)):
                 windows.solve(window, random_generator(0, i), Deadline())
-    print(json.dumps([prepared, compilations.names]))
+    print(json.dumps([prepared, compilations.names, sorted({*sys.modules} - modules)]))
 
 
 if __name__ == '__main__':

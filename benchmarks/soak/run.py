@@ -10,7 +10,6 @@ from benchmarks.runner import progress
 
 WARM_UP = 0.2  # of the run
 LOOKS = 100  # at the memory
-REPORTS, STILL = 3, 2e-3  # of the node, a second apart, and growth of its memory meanwhile
 
 
 class Soak(NamedTuple):
@@ -42,24 +41,9 @@ class Soak(NamedTuple):
         return 2 * self.sent - received(self.figures) + dropped
 
 
-class Settled:
-    """Whether the node's memory stays: what only some windows need compiles while none is due."""
-
-    def __init__(self, live: Live) -> None:
-        self._live, self._reports, self._memory = live, live.reports, 0.0
-
-    def __call__(self) -> bool:
-        """Whether it grew by nearly nothing while so many reports came."""
-        if self._live.reports < self._reports + REPORTS:
-            return False
-        before, self._memory = self._memory, self._live.memory()
-        self._reports = self._live.reports
-        return self._memory < (1.0 + STILL) * before
-
-
 def soaked(live: Live, count: int, rate: float) -> Soak:
     """Publish `count` inputs and outputs, so many a second of wall time, and end the node."""
-    live.spin_until(Settled(live), 60.0)
+    live.spin_until(lambda: live.figures.get('compiled') == 'true', 300.0)
     memory: list[tuple[float, float]] = []
     begin = time.monotonic()
     plant = instants('three_tank', period=PERIOD)

@@ -144,8 +144,9 @@ class Solver:
             yield
         for kernels in self.likely_kernels:
             yield from jumps_rehearsed(kernels)
-        if self.settings.process_noise != 'off':
-            yield from process_noise_rehearsed(self.kernels, self.unknowns)
+        if (mode := self.settings.process_noise) != 'off':
+            for kernels in self.likely_kernels:
+                yield from process_noise_rehearsed(kernels, self.unknowns, ramps=mode == 'auto')
 
     @np.errstate(all='ignore')  # data or model may overflow: what is not finite says so itself
     def solve(

@@ -8,6 +8,7 @@ import numpy as np
 from obs_ros.core.deadline import Deadline
 from obs_ros.core.linear_algebra import scaled_inverse
 from obs_ros.core.typing import Array, IntArray
+from obs_ros.inference import process_noise
 from obs_ros.inference.parameterisation import Unknowns
 from obs_ros.inference.process_noise import (
     SETTINGS,
@@ -291,9 +292,15 @@ def corrected(window: WindowState, found: FilterPass) -> WindowState:
     return replace(window, objective=objective, noise_known=True, correlation=0.0)
 
 
-def process_noise_rehearsed(kernels: Kernels, unknowns: Unknowns) -> Iterator[None]:
-    """Compile, one kernel at a time, all that process noise needs beside the plain rollouts."""
-    yield from correction_rehearsed(kernels)
-    yield from correction_rehearsed(kernels, estimated_parameters(unknowns))
-    if (walking := np.isfinite(unknowns.walks)).any():
-        yield from correction_rehearsed(kernels, estimated_parameters(unknowns)[walking])
+def process_noise_rehearsed(kernels: Kernels, unknowns: Unknowns, *, ramps: bool) -> Iterator[None]:
+    """Compile, one kernel at a time, all that process noise needs beside the plain rollouts.
+
+    With `ramps`, one parameter may walk that the model says does not.
+    """
+    process_noise.prepare()
+    yield
+    estimated = estimated_parameters(unknowns)
+    # None, all (REML) and those that walk: the filter is compiled for each number of them.
+    numbers = [0, estimated.size, int(np.isfinite(unknowns.walks).sum())]
+    for number in dict.fromkeys([*numbers, min(1, estimated.size)] if ramps else numbers):
+        yield from correction_rehearsed(kernels, estimated[:number])

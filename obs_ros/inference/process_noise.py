@@ -230,13 +230,18 @@ def most_likely(
     reach = np.log(SETTINGS.reach)
     bounds = [(t - reach, t + reach) for t in theta[:count]]
     bounds += [(np.log(low), np.log(low / SETTINGS.least_noise)) for low in least[free]]
-    from scipy.optimize import minimize  # which takes as long to import as most of the package
+    from scipy.optimize import minimize
 
     solved = minimize(
         criterion, theta, jac=True, method='SLSQP', bounds=bounds, tol=SETTINGS.tolerance
     )
     walks, noise = noises(solved.x[:, None])
     return ProcessNoise(walks[:, 0], noise[:, 0])
+
+
+def prepare() -> None:
+    """Import the minimisation of the likelihood, which takes as long as most of the package."""
+    import scipy.optimize  # noqa: F401
 
 
 def estimated_parameters(unknowns: Unknowns) -> IntArray:

@@ -38,6 +38,7 @@ def figures(
 
 def _of_progress(progress: Progress) -> Iterator[Figure]:
     yield 'ready', progress.ready
+    yield 'compiled', progress.compiled
     yield 'enabled', progress.enabled
     yield 'solving', progress.solving
     yield 'published', progress.published

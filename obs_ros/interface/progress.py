@@ -14,6 +14,7 @@ class Progress:
 
     enabled: bool = True
     ready: bool = False
+    compiled: bool = False  # what only some windows need too
     compile_time: float = 0.0
     estimate: Estimate | None = None  # the last one; None after a reset
     latency: float = 0.0
@@ -52,7 +53,8 @@ class Progress:
 
     def restart(self) -> None:
         """Begin with a new observer."""
-        self.ready, self.estimate, self.error = False, None, ''
+        self.ready = self.compiled = False
+        self.estimate, self.error = None, ''
 
     def conclude(self, estimate: Estimate, latency: float, published: bool) -> None:
         """Note an estimate, and whether it was fit to be published."""

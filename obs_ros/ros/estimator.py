@@ -58,7 +58,7 @@ class Estimator(GuardedNode):
         self._settings: Mapping[str, Any] = {}
         self.observer: Observer
         self._break: str | None = None
-        self._prepared = self._complete = False  # for the first estimate, and for all others
+        self._prepared = False  # for the first estimate
         # Arrival (steady clock, s) of the sample that closed the newest window, until it is solved.
         self._due: float | None = None
         self._solving = 0.0  # the same of the window that is being solved
@@ -191,7 +191,7 @@ class Estimator(GuardedNode):
             solve = partial(self.observer.estimate, deadline)
             self._worker.start('estimate', solve, self._due + deadline)
             self._solving, self._due = self._due, None
-        elif not self._complete and not self._kernels.under_way:
+        elif not self.progress.compiled and not self._kernels.under_way:
             # Like a window, so that none of this plant waits behind it for long.
             due = time.monotonic() + self._settings.get('deadline', 0.0)
             self._worker.start('prepare more', self.observer.prepare_more, due)
@@ -208,7 +208,7 @@ class Estimator(GuardedNode):
         elif finished.kind == 'estimate' and finished.result is not None:
             self._publish(finished.result, self._solving)
         if finished.kind != 'estimate':
-            self._complete = finished.kind == 'prepare more' and not finished.result
+            self.progress.compiled = finished.kind == 'prepare more' and not finished.result
         if finished.kind == 'prepare':
             self._prepared = self.progress.ready = True
             if finished.error is None and not self.progress.compile_time:

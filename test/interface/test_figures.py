@@ -16,6 +16,7 @@ def test_figures_are_there_from_the_start():
         'outcome': 'compiling',
         'observer': 'sliding_window',
         'ready': False,
+        'compiled': False,
         'enabled': True,
         'solving': False,
         'published': 0,
