@@ -103,7 +103,7 @@ BALL = Model(
     outputs=(Variable('y', 'm'),),
     parameters=(
         Variable('a', 'm/s2', lower=0.0, upper=15.0),
-        Variable('b', '1/s', lower=0.0, upper=5.0),
+        Variable('b', '1/s', lower=0.0, upper=5.0, physical='lower'),
         Variable('c', 'm/s2', lower=-1.0, upper=1.0),
     ),
     dynamics=beam_dynamics,
@@ -119,8 +119,8 @@ BOARD = Model(
     inputs=(Variable('heat', '%'),),
     outputs=(Variable('y1', 'degC'), Variable('y2', 'degC')),
     parameters=(
-        Variable('loss', 'W/K', lower=0.0, upper=0.2),
-        Variable('exchange', 'W/K', lower=0.0, upper=0.2),
+        Variable('loss', 'W/K', lower=0.0, upper=0.2, physical='lower'),
+        Variable('exchange', 'W/K', lower=0.0, upper=0.2, physical='lower'),
         Variable('heater', 'W/%', lower=0.001, upper=0.05),
         Variable('lag', 's', lower=1.0, upper=200.0),
     ),

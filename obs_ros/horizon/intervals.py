@@ -16,8 +16,8 @@ def with_intervals(
     """Return the uncertainty without the pull of boxes, and intervals by profiles where needed.
 
     Where deviations are withheld anyway there is nothing to find. A profile is one of the
-    likelihood: it tells nothing of a window that noise alone does not explain. An `other` model
-    that has a covariance of its own, as output error has, keeps it.
+    likelihood: it tells nothing of a window that noise, and process noise, do not explain. An
+    `other` model that has a covariance of its own, as output error has, keeps it.
     """
     fit = uncertainty.fit
     own = other is not None and other.covariance is not None
@@ -25,7 +25,8 @@ def with_intervals(
         return uncertainty
     before = uncertainty.hypothesis
     movable = uncertainty.process_noise is None
-    profiled = fit.is_noise and uncertainty.skill is None
+    # Jumps beside process noise have none: their times are unknowns too, which costs too much.
+    profiled = fit.is_noise and (movable or not before.problem.events)
     known = determined(before, fit.enlargement, deadline, movable=movable, profiled=profiled)
     information = uncertainty.information
     if known.hypothesis is not before:

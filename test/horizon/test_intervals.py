@@ -62,6 +62,13 @@ def test_a_poor_one_has_the_point_without_boxes_and_their_intervals() -> None:
     np.testing.assert_allclose(found.information, expected, rtol=1e-9)
 
 
+def test_one_that_process_noise_explains_has_them_too() -> None:
+    """A tyre that nothing moved was told 90 % wrong with a deviation of 5 % without them."""
+    before = replace(uncertainty(moving=False, sigma=0.3), skill=0.5)
+    found = with_intervals(before, None, ACCEPTED, Deadline())
+    assert found.interval is not None and np.isfinite(found.interval.lower[0])
+
+
 def test_where_deviations_are_withheld_nothing_is_done() -> None:
     before = uncertainty(moving=False, sigma=0.3)
     for one, found in (

@@ -110,8 +110,8 @@ def determined(
     """Return what a window says of its unknowns, which the boxes bound, but do not pull.
 
     `inflation` of the variances counts for the growth of the cost. A `movable` point goes to the
-    optimum without the boxes where these pull, and to a better one that is met; one with jumps
-    stays. Without `profiled` the covariance stands for all intervals.
+    optimum without the boxes where these pull, and to a better one that is met, and other optima
+    are sought; one with jumps stays. Without `profiled` the covariance stands for all intervals.
     """
     level = PROFILE.growth * max(1.0, inflation)
     movable = movable and not best.problem.events
@@ -127,7 +127,7 @@ def determined(
         if parabola_holds(posterior, best.point, gradient, covariance, pinned, level):
             break
         others = np.empty((0, best.point.size))
-        if isinstance(posterior, Posterior):
+        if isinstance(posterior, Posterior) and movable:
             optima = _other_optima(posterior, best.point, deadline)
             others, least = optima.z, float(posterior.costs(best.point[None])[0])
             lower = optima.squares[0] < least - PROFILE.better
@@ -137,7 +137,7 @@ def determined(
         ends = _ends(posterior, best, level, deadline, others)
         if ends.better is None or not movable or attempt + 1 == INTERVAL.optima:
             interval = _interval(best, ends)
-            if isinstance(posterior, Posterior):
+            if isinstance(posterior, Posterior) and movable:
                 interval, ends = _beside_rivals(interval, ends, optima, least, level)
             return Determined(best, enlarged(covariance, ends), interval)
         best = _polished(best, ends.better, deadline)
