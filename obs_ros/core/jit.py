@@ -51,17 +51,21 @@ def accelerated(function: Function, elsewhere: Function | None = None) -> Functi
     return cast(Function, stored(compiled, name, announce=lambda: None))
 
 
-def unhurried(function: Function, elsewhere: Function | None = None) -> Function:
+def unhurried(
+    function: Function, elsewhere: Function | None = None, *, exact: bool = False
+) -> Function:
     """Return the function as `accelerated` does, but interpreted until that has taken a while.
 
     A process that solves one window is through long before. Interpreted, the function has to give
     the same bits, in whatever it returns or changes: so products stand in place of powers, and of
-    transcendental functions only those of `math`, which are those that Numba calls.
+    transcendental functions only those of `math`, which are those that Numba calls. An `exact`
+    `elsewhere` gives those bits too, and is what runs meanwhile: sums of `np.add.accumulate` are
+    those of a loop, others are not.
     """
     compiled = accelerated(function, elsewhere)
     if not hasattr(compiled, 'py_func'):
         return compiled
-    return cast(Function, Unhurried(compiled))
+    return cast(Function, Unhurried(compiled, elsewhere if exact else None))
 
 
 @contextlib.contextmanager
@@ -77,9 +81,10 @@ def at_once() -> Iterator[None]:
 class Unhurried:
     """A function that is interpreted at first; see `unhurried`."""
 
-    def __init__(self, compiled: Any) -> None:
+    def __init__(self, compiled: Any, meanwhile: Callable[..., Any] | None = None) -> None:
         functools.update_wrapper(self, compiled.py_func)
         self.py_func: Callable[..., Any] = compiled.py_func
+        self.meanwhile = meanwhile or self.py_func
         self.compiled = compiled
         self._spent = 0.0  # s
         self._run: Callable[..., Any] = self._interpreted
@@ -103,7 +108,7 @@ class Unhurried:
 
     def _interpreted(self, *arguments: Any) -> Any:
         if getattr(_thread, 'inside', False):  # a loop that is interpreted as well
-            return self.py_func(*arguments)
+            return self.meanwhile(*arguments)
         if _at_once or self._spent > SETTINGS.patience:
             self._run = self.compiled
             return self.compiled(*arguments)
@@ -111,7 +116,7 @@ class Unhurried:
         _thread.inside = True
         try:
             with np.errstate(all='ignore'):
-                return as_compiled(self.py_func(*arguments))
+                return as_compiled(self.meanwhile(*arguments))
         finally:
             _thread.inside = False
             self._spent += time.thread_time() - begin

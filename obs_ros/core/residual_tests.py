@@ -60,8 +60,15 @@ def whiteness(residuals: Array) -> Whiteness:
     return Whiteness(correlation, correlation * float(np.sqrt(count)))
 
 
-@unhurried
-def _packed(residuals: Array, i: int, r: Array) -> tuple[int, float]:
+def _packed_on_arrays(residuals: Array, i: int, r: Array) -> tuple[int, float]:
+    """Do the same on whole arrays."""
+    column = residuals[:, i]
+    kept = column[np.isfinite(column)]
+    r[: kept.size] = kept
+    return kept.size, float(np.add.accumulate(kept * kept)[-1]) if kept.size else 0.0
+
+
+def _packed_looped(residuals: Array, i: int, r: Array) -> tuple[int, float]:
     """Write what was measured of column i of residuals (K, n) to r (K,); return size and square."""
     size, square = 0, 0.0
     for k in range(len(residuals)):
@@ -72,10 +79,14 @@ def _packed(residuals: Array, i: int, r: Array) -> tuple[int, float]:
     return size, square
 
 
+_packed = unhurried(_packed_looped, _packed_on_arrays, exact=True)
+
+
 def _squares_on_arrays(residuals: Array) -> tuple[IntArray, Array]:
     """Return the same on whole arrays."""
     counts = np.isfinite(residuals).sum(axis=0)
-    return counts, np.asarray(np.nansum(residuals**2, axis=0))
+    squares = np.where(np.isnan(residuals), 0.0, residuals * residuals)
+    return counts, np.add.accumulate(squares)[-1] if len(squares) else np.zeros(counts.size)
 
 
 def _squares_in_loops(residuals: Array) -> tuple[IntArray, Array]:
@@ -90,7 +101,7 @@ def _squares_in_loops(residuals: Array) -> tuple[IntArray, Array]:
     return counts, squares
 
 
-squares_of = unhurried(_squares_in_loops, _squares_on_arrays)
+squares_of = unhurried(_squares_in_loops, _squares_on_arrays, exact=True)
 
 
 def _head_on_arrays(residuals: Array, lags: int, limit: float) -> tuple[IntArray, Array, Array]:

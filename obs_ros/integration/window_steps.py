@@ -168,7 +168,9 @@ def differences_on_arrays(
     if not known.any():
         return np.zeros((3, coarse.shape[2]))  # type: ignore[return-value]
     worst = np.where(np.isfinite(errors), errors, np.inf).max(axis=0)
-    return worst, *(np.sqrt(np.mean(each**2, axis=0)) for each in (errors, off))
+    share = 1.0 / len(errors)
+    sums = (np.add.accumulate(each * each)[-1] for each in (errors, off))
+    return worst, *(np.sqrt(share * each) for each in sums)
 
 
 def _differences(
@@ -204,7 +206,7 @@ def _differences(
     return worst, sizes, off
 
 
-differences = unhurried(_differences, differences_on_arrays)
+differences = unhurried(_differences, differences_on_arrays, exact=True)
 
 
 @functools.cache

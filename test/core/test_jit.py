@@ -6,9 +6,11 @@ from typing import Any, NamedTuple
 import numpy as np
 import pytest
 
-from obs_ros.core import jit
-from obs_ros.core.jit import accelerated, bound, unhurried
+from obs_ros.core import jit, residual_tests
+from obs_ros.core.jit import Unhurried, accelerated, bound, unhurried
 from obs_ros.core.typing import Array
+from obs_ros.inference.jumps import linearisation
+from obs_ros.integration import window_steps
 
 
 def sum_of_inverses(values: Any) -> Any:
@@ -92,6 +94,51 @@ def test_loops_that_call_each_other_are_interpreted_and_compiled_together(
         assert loop(again, 3.0) == total
     np.testing.assert_array_equal(again, values)
     assert (signatures(loop), signatures(inner)) == (1, 1)
+
+
+def awkward(rng: np.random.Generator, *shape: int) -> Array:
+    """Numbers of all sizes, some NaN and infinite."""
+    values = rng.standard_normal(shape) * 10.0 ** rng.integers(-8, 9, shape)
+    for bad in (np.nan, np.inf, -np.inf):
+        values[rng.random(shape) < 0.01] = bad
+    return values
+
+
+def arguments_of(name: str, rng: np.random.Generator) -> list[Any]:
+    """Those of a call of the loop of this name."""
+    nodes, outputs, lanes = int(rng.integers(0, 40)), 2, int(rng.integers(2, 9))
+    y, weight = awkward(rng, nodes, outputs), rng.integers(0, 3, (nodes, outputs)) / 7.0
+    several, period = awkward(rng, nodes, outputs, lanes), np.array([0.0, 2.0 * np.pi])
+    if name == '_packed_looped':
+        return [y, 1, np.zeros(nodes)]
+    if name == '_squares_in_loops':
+        return [y]
+    if name == 'window_steps':
+        return [several, awkward(rng, nodes, outputs, lanes), y, weight, period]
+    return [several, y, weight, period, rng.uniform(1e-9, 1.0, lanes - 1)]
+
+
+@pytest.mark.parametrize(
+    ('name', 'loop'),
+    [
+        ('_packed_looped', residual_tests._packed),
+        ('_squares_in_loops', residual_tests.squares_of),
+        ('window_steps', window_steps.differences),
+        ('linearisation', linearisation.differences),
+    ],
+)
+def test_what_runs_before_a_loop_is_compiled_gives_the_same_bits(name: str, loop: Any) -> None:
+    pytest.importorskip('numba')
+    assert isinstance(loop, Unhurried) and loop.meanwhile is not loop.py_func
+    rng = np.random.default_rng(5)
+    for _ in range(200):
+        arguments = arguments_of(name, rng)
+        again = [each.copy() if isinstance(each, np.ndarray) else each for each in arguments]
+        with np.errstate(all='ignore'):
+            found = jit.as_compiled(loop.meanwhile(*arguments))
+        expected = loop.compiled(*again)
+        for mine, theirs in zip((*found, *arguments), (*expected, *again), strict=True):
+            np.testing.assert_array_equal(mine, theirs)
 
 
 class Line(NamedTuple):

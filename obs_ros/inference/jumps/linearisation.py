@@ -74,7 +74,7 @@ def _differences(
     return residual, jacobian
 
 
-differences = unhurried(_differences, _differences_on_arrays)
+differences = unhurried(_differences, _differences_on_arrays, exact=True)
 
 
 @functools.cache
