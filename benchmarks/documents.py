@@ -94,7 +94,7 @@ def counted_verdicts(results: Path = RESULTS) -> str:
         verdicts = [row['verdict'] for row in cells(table_below(CLAIMS, path))]
         judged = {
             word: sum(told.strip('*').startswith(word) for told in verdicts)
-            for word in ('holds', 'does not hold', 'cannot be judged')
+            for word in ('holds', 'does not hold', 'not shown', 'cannot be judged')
         }
         rows.append({'paper': title, 'claims': len(verdicts)} | judged)
     return table(rows)

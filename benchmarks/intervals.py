@@ -46,6 +46,20 @@ def share_interval(hits: int, count: int) -> tuple[float, float]:
     return float(low), float(high)
 
 
+def difference_interval(one: tuple[int, int], other: tuple[int, int]) -> tuple[float, float]:
+    """Return the 95 % interval of the second share less the first, each as hits of a count.
+
+    From the intervals of both (Newcombe 1998, method 10, here with those of Clopper & Pearson).
+    """
+    shares = [hits / count for hits, count in (one, other)]
+    (low, high), (other_low, other_high) = (share_interval(*each) for each in (one, other))
+    middle = shares[1] - shares[0]
+    return (
+        middle - float(np.hypot(shares[1] - other_low, high - shares[0])),
+        middle + float(np.hypot(other_high - shares[1], shares[0] - low)),
+    )
+
+
 def clustered_interval(hits: Array, counts: Array) -> tuple[float, float]:
     """Return the 95 % interval of a share, from the hits and counts (R,) of R clusters.
 

@@ -9,12 +9,15 @@ from benchmarks.report import table
 
 RARE = 0.05  # a share: what goes wrong less often, with its interval, is reliable
 
+Interval = tuple[float, float]  # lower and upper end
+
 
 class Verdict(Enum):
     """How a claim fares; the value is the word of the reports."""
 
     HOLDS = 'holds'
     DOES_NOT_HOLD = '**does not hold**'
+    NOT_SHOWN = 'not shown'  # intervals overlap: neither of the two above
     CANNOT_BE_JUDGED = 'cannot be judged from the print'
 
 
@@ -34,13 +37,49 @@ class Claim(NamedTuple):
 
 
 def verdict(holds: bool) -> Verdict:
-    """Return the verdict on a claim that can be judged."""
+    """Return the verdict on a claim that no chance decides."""
     return Verdict.HOLDS if holds else Verdict.DOES_NOT_HOLD
 
 
-def reliable(failures: int, runs: int) -> bool:
-    """Tell if the 95 % interval of a share of failures ends below RARE."""
-    return share_interval(failures, runs)[1] <= RARE
+def below(one: Interval, other: Interval) -> Verdict:
+    """Judge by intervals that one quantity is below another."""
+    if one[1] < other[0]:
+        return Verdict.HOLDS
+    return Verdict.DOES_NOT_HOLD if one[0] >= other[1] else Verdict.NOT_SHOWN
+
+
+def within(one: Interval, limits: Interval) -> Verdict:
+    """Judge by its interval that a quantity lies between two limits."""
+    if limits[0] <= one[0] and one[1] <= limits[1]:
+        return Verdict.HOLDS
+    apart = one[1] < limits[0] or limits[1] < one[0]
+    return Verdict.DOES_NOT_HOLD if apart else Verdict.NOT_SHOWN
+
+
+def rarely(failures: int, runs: int) -> Verdict:
+    """Judge by its interval that the share of runs in which something goes wrong is below RARE."""
+    return within(share_interval(failures, runs), (0.0, RARE))
+
+
+def every(verdicts: Iterable[Verdict]) -> Verdict:
+    """Return the verdict on a claim that consists of several: one that fails refutes it."""
+    found = {*verdicts}
+    if Verdict.DOES_NOT_HOLD in found:
+        return Verdict.DOES_NOT_HOLD
+    return Verdict.HOLDS if found <= {Verdict.HOLDS} else Verdict.NOT_SHOWN
+
+
+def opposite(one: Verdict) -> Verdict:
+    """Return the verdict on the contrary."""
+    swapped = {Verdict.HOLDS: Verdict.DOES_NOT_HOLD, Verdict.DOES_NOT_HOLD: Verdict.HOLDS}
+    return swapped.get(one, one)
+
+
+def counted(verdicts: Iterable[Verdict]) -> str:
+    """Return how many verdicts there are of each kind, as text."""
+    found = [*verdicts]
+    kinds = (kind for kind in Verdict if kind in found)
+    return ', '.join(f'{kind.value.strip("*")} in {found.count(kind)}' for kind in kinds)
 
 
 def claims_table(claims: Iterable[Claim]) -> str:

@@ -49,7 +49,7 @@ class Outcome:
     squares: Array  # (n,) sums over the whole run
     settled: float  # s, when x2 was within 0.05 for good; infinite if never
     resets: int
-    largest: float  # error of x2
+    largest: Array  # (n,) error of each state over the whole run
     onset: float  # s after the truth, when x2 first is above 0.5; infinite if never
     frozen: float = np.inf  # s, when gains froze; infinite if never
     last: dict[str, float] = field(default_factory=dict)  # the observer's figures at the end
@@ -108,7 +108,7 @@ def judged(
         squares=squares,
         settled=settled if settled <= truth.t[-1] else np.inf,
         resets=resets,
-        largest=float(np.abs(error[:, 1]).max()),
+        largest=np.abs(error).max(axis=0),
         onset=first_time(x[:, 1] > GROWN) - first_time(truth.x[:, 1] > GROWN),
         frozen=first_time(told.get('frozen', np.zeros(0)) == 1.0),
         last=dict(figures[-1]) if figures else {},
@@ -128,5 +128,5 @@ def first_time(true: Any) -> float:
 
 
 def diverged(outcome: Outcome) -> bool:
-    """True if an observer had to start again, or was far off."""
-    return outcome.resets > 0 or not outcome.largest < BAD
+    """True if an observer had to start again, or was far off in any state."""
+    return outcome.resets > 0 or not bool((outcome.largest < BAD).all())

@@ -11,7 +11,13 @@ from benchmarks.papers.gremling.claims import (
 )
 from benchmarks.papers.gremling.plan import JETS, LINEAR, LUENBERGER, PAPER, Outcomes, ways
 from benchmarks.papers.gremling.run import OTHERS, Figures
-from benchmarks.papers.gremling.scores import mean_text, squares, unbounded, undetected
+from benchmarks.papers.gremling.scores import (
+    largest_text,
+    mean_text,
+    squares,
+    unbounded,
+    undetected,
+)
 from benchmarks.report import Requirement, filled, requirements, slashed, table
 
 WITHIN = 0.3  # of the paper's means
@@ -45,6 +51,7 @@ def linear_table(outcomes: Outcomes) -> str:
                 'Es x2 / x3, mean': mean_text(own),
                 'from - to': f'{least} to {most}' if len(own) > 1 else '',
                 "the paper's mean": slashed(printed.get(way.label, ()), '.0f'),
+                'largest error x1 / x2 / x3': largest_text(outcomes, scenario, way.label),
             })  # fmt: skip
     return table(rows)
 
@@ -77,6 +84,7 @@ def jet_table(outcomes: Outcomes) -> str:
                 'observer': way.label,
                 'runs': len(found),
                 'Es R / Phi, mean': mean_text(squares(outcomes, scenario, way.label), '.3g'),
+                'largest error Psi / R / Phi': largest_text(outcomes, scenario, way.label),
                 'lost': share(lost, len(found)) if several else lost,
                 'growth of R missed': share(missed, len(found)) if several else missed,
             })  # fmt: skip

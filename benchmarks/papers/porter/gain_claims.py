@@ -1,28 +1,42 @@
 """The claims of Porter & Passino 1995 on gains and the settings that choose them."""
 
 import itertools
+from collections.abc import Collection
 
-from benchmarks.intervals import share_interval
-from benchmarks.papers.claims import Claim, reliable, share, verdict
+from benchmarks.papers.claims import (
+    Claim,
+    Verdict,
+    below,
+    every,
+    opposite,
+    rarely,
+    share,
+)
 from benchmarks.papers.observed import diverged
 from benchmarks.papers.porter.plan import (
+    ALPHAS,
     ANY_SIGN,
     BRED,
     CASES,
     EKF,
     FEW_CHANGES,
+    GAMMAS,
     L1_FIXED,
     L2_FIXED,
     LINEAR,
-    LINEAR_WEIGHTS,
     OSCILLATOR,
     PAPER,
     PLACED_GAIN,
     Outcomes,
 )
 from benchmarks.papers.porter.scores import (
+    ALIKE,
+    SIMILAR,
+    alike,
     apart,
+    ends,
     errors,
+    fail_ends,
     failures,
     median,
     median_text,
@@ -34,15 +48,14 @@ PLANTS = (LINEAR, OSCILLATOR)
 
 def fluctuations(outcomes: Outcomes) -> Claim:
     """Judge whether gains that go on changing cost accuracy."""
-    both = [[median(errors(outcomes[s, w])) for w in (PAPER, BRED)] for s in PLANTS]
+    both = [[ends(errors(outcomes[s, w])) for w in (PAPER, BRED)] for s in PLANTS]
     found = '; '.join(
         f'{CASES[s]}: {rms_text(outcomes, s, PAPER)} frozen, {rms_text(outcomes, s, BRED)} not'
         for s in PLANTS
     )
     return Claim(
         '3.2', 'changing gains make x2 fluctuate; their average alleviates that',
-        'RMS x2, median', found, verdict(all(frozen[2] < not_[1] for frozen, not_ in both)),
-        'no freeze',
+        'RMS x2, median', found, every(below(*pair) for pair in both), 'no freeze',
     )  # fmt: skip
 
 
@@ -53,7 +66,7 @@ def placed(outcomes: Outcomes) -> Claim:
     return Claim(
         '4.1', 'gains designed a priori would perform better', 'time until x2 is within 0.05',
         f'poles 0.9, 0.91: {one.settled:.3g} s; GAO: {median_text(times, " s")}',
-        verdict(bool(one.settled < median(times)[1])),
+        below((one.settled, one.settled), ends(times)),
         f'EKF: {median_text([run.settled for run in outcomes[LINEAR, EKF]], " s")}',
     )  # fmt: skip
 
@@ -65,18 +78,18 @@ def signs(outcomes: Outcomes) -> Claim:
     return Claim(
         '4.2', 'the GA isolates the correct signs in the linear case',
         'share of runs that freeze with others than L1 > 0 > L2', share(wrong, len(found)),
-        verdict(reliable(wrong, len(found))), 'the same ranges',
+        rarely(wrong, len(found)), 'the same ranges',
     )  # fmt: skip
 
 
 def helped(outcomes: Outcomes) -> Claim:
     """Judge whether the oscillator needs ranges with the right signs."""
     any_sign, own = (failures(outcomes, OSCILLATOR, way) for way in (ANY_SIGN, PAPER))
-    worse = share_interval(*any_sign)[0] > share_interval(*own)[1]
+    worse = below(*(fail_ends(outcomes, OSCILLATOR, way) for way in (PAPER, ANY_SIGN)))
     return Claim(
         '4.2', 'for the oscillator it must be helped by limits of the right signs',
         'share of runs that fail', f'without: {share(*any_sign)}; with: {share(*own)}',
-        verdict(worse), 'limits are settings',
+        worse, 'limits are settings',
     )  # fmt: skip
 
 
@@ -96,7 +109,7 @@ def different(outcomes: Outcomes) -> Claim:
         'medians of L1 / L2; holds if for every two cases the intervals of one gain are apart',
         ', '.join(f'{name} {one[0]:.3g} / {two[0]:.3g}' for name, (one, two) in last.items())
         + f'; apart in {sum(pairs)} of {len(pairs)}',
-        verdict(all(pairs)),
+        Verdict.HOLDS if all(pairs) else Verdict.NOT_SHOWN,
     )  # fmt: skip
 
 
@@ -107,51 +120,67 @@ def first_fixed(outcomes: Outcomes) -> Claim:
         '4.2', 'L1 fixed by the tolerance, L2 free: still good performance',
         'share of runs of the oscillator that fail',
         f'{share(*lost)}; RMS x2 {rms_text(outcomes, OSCILLATOR, L1_FIXED)}',
-        verdict(reliable(*lost)), 'both free',
+        rarely(*lost), 'both free',
     )  # fmt: skip
 
 
 def second_fixed(outcomes: Outcomes) -> Claim:
     """Judge whether a fixed L2 is worse than a fixed L1."""
-    first, second = (median(errors(outcomes[OSCILLATOR, way])) for way in (L1_FIXED, L2_FIXED))
+    both = (ends(errors(outcomes[OSCILLATOR, way])) for way in (L1_FIXED, L2_FIXED))
     lost = failures(outcomes, OSCILLATOR, L2_FIXED)
     return Claim(
         '4.2', 'L2 fixed, L1 free: poor performance', 'RMS x2, median, above that with L1 fixed',
         f'{rms_text(outcomes, OSCILLATOR, L2_FIXED)}; {share(*lost)} fail',
-        verdict(second[1] > first[2]), 'both free',
+        below(*both), 'both free',
     )  # fmt: skip
 
 
 def tolerant(outcomes: Outcomes) -> Claim:
     """Judge which plant bears gains that change with every sample."""
     found = {s: [one.rms[1] / one.size[1] for one in outcomes[s, BRED]] for s in PLANTS}
-    linear, other = (median(found[s]) for s in PLANTS)
     return Claim(
         '5', 'the linear system is more tolerant of changes of the gains',
         'RMS x2 by the RMS of x2 itself without the freeze, medians',
         ', '.join(f'{CASES[s]} {median_text(found[s])}' for s in PLANTS),
-        verdict(linear[2] < other[1]),
+        below(*(ends(found[s]) for s in PLANTS)),
     )  # fmt: skip
 
 
-def tuned(outcomes: Outcomes, way: str, sentence: str) -> Claim:
-    """Judge a choice of settings by whether more runs of the oscillator fail with another one."""
-    other, own = (failures(outcomes, OSCILLATOR, each) for each in (way, PAPER))
-    worse = share_interval(*other)[0] > share_interval(*own)[1]
+def dependent(outcomes: Outcomes, sentence: str, others: Collection[str]) -> Claim:
+    """Judge what a setting changes on the oscillator by several values, lower and higher."""
+    same = [alike(outcomes, OSCILLATOR, PAPER, way) for way in others]
+    ways = (PAPER, *others)
     return Claim(
-        '5', sentence, f'share of runs that fail, {way.removeprefix("GAO, ")}',
-        f"{share(*other)}; the paper's: {share(*own)}", verdict(worse),
+        '5', f'the nonlinear system is very dependent on {sentence}',
+        'RMS x2, median, and share of runs that fail; holds if one value changes them by more '
+        f'than a factor of {SIMILAR:g} or by {ALIKE:g}',
+        '; '.join(
+            f'{way.removeprefix("GAO, ")} {rms_text(outcomes, OSCILLATOR, way)}, '
+            f'{share(*failures(outcomes, OSCILLATOR, way))}' for way in ways
+        ),
+        opposite(every(same)),
+    )  # fmt: skip
+
+
+def large_changes(outcomes: Outcomes) -> Claim:
+    """Judge whether more runs of the oscillator fail with small probabilities of the operators."""
+    other, own = (failures(outcomes, OSCILLATOR, way) for way in (FEW_CHANGES, PAPER))
+    return Claim(
+        '5', 'large p_c and p_m are required',
+        f'share of runs that fail, {FEW_CHANGES.removeprefix("GAO, ")}',
+        f"{share(*other)}; the paper's: {share(*own)}",
+        below(*(fail_ends(outcomes, OSCILLATOR, way) for way in (PAPER, FEW_CHANGES))),
     )  # fmt: skip
 
 
 def unstable(outcomes: Outcomes) -> Claim:
-    """Judge whether another choice of settings can make the observer diverge."""
-    found = {way: outcomes[OSCILLATOR, way] for way in (LINEAR_WEIGHTS, FEW_CHANGES)}
+    """Judge whether another choice of settings can make the observer diverge: one run shows it."""
+    found = {way: outcomes[OSCILLATOR, way] for way in (*GAMMAS, *ALPHAS, FEW_CHANGES)}
     lost = {way: sum(map(diverged, own)) for way, own in found.items()}
     return Claim(
         '5', 'a poor choice of settings sometimes results in unstable behavior',
         'share of runs that diverge; one is enough',
         ', '.join(f'{way.removeprefix("GAO, ")}: {share(lost[way], len(own))}'
                   for way, own in found.items()),
-        verdict(any(lost.values())),
+        Verdict.HOLDS if any(lost.values()) else Verdict.NOT_SHOWN,
     )  # fmt: skip

@@ -34,7 +34,9 @@ BASE_2 = 'GAO, base 2'
 L1_FIXED, L2_FIXED = 'GAO, L1 fixed', 'GAO, L2 fixed'
 ANY_SIGN = 'GAO, gains of any sign'
 FEW_CHANGES = 'GAO, p_c 0.1, p_m 0.02'
-LINEAR_WEIGHTS = 'GAO, alpha and gamma of the linear plant'
+# Values that the paper does not choose for the oscillator, about the ones that it does.
+GAMMAS = {f'GAO, gamma {value:g}': value for value in (5e-7, 5e-6, 5e-4, 5e-3)}
+ALPHAS = {f'GAO, alpha2 {value:g}': value for value in (20.0, 40.0, 160.0, 320.0)}
 EKF, EKF_BLIND, UKF = 'EKF from (0, 0.5)', 'EKF from (0, 0)', 'UKF from (0, 0)'
 PLACED_GAIN = 'constant gain'
 
@@ -56,15 +58,18 @@ def ways(scenario: str) -> list[Contestant]:
         found.append(Contestant(BASE_2, f'{variants}:BinaryObserver', paper, seeded=True))
     if scenario == OSCILLATOR:
         any_sign = {**paper, 'least_gains': (-9.9,), 'most_gains': (9.9,)}
-        linear_weights = {**paper, 'alpha2': 40.0, 'tolerance': 5e-6}
         few = {**paper, 'crossover': 0.1, 'mutation': 0.02}
         found += [
             Contestant(L1_FIXED, f'{variants}:FirstGainFixed', paper, seeded=True),
             Contestant(L2_FIXED, f'{variants}:SecondGainFixed', paper, seeded=True),
             Contestant(ANY_SIGN, 'gao', any_sign, seeded=True),
-            Contestant(LINEAR_WEIGHTS, 'gao', linear_weights, seeded=True),
             Contestant(FEW_CHANGES, 'gao', few, seeded=True),
         ]
+        varied = [
+            *((label, {'tolerance': value}) for label, value in GAMMAS.items()),
+            *((label, {'alpha2': value}) for label, value in ALPHAS.items()),
+        ]
+        found += [Contestant(label, 'gao', {**paper, **one}, seeded=True) for label, one in varied]
     return found + plain_ways(scenario)
 
 

@@ -5,13 +5,21 @@ from collections.abc import Iterable, Sequence
 
 import numpy as np
 
-from benchmarks.intervals import median_interval
+from benchmarks.intervals import (
+    difference_interval,
+    median_interval,
+    ratio_interval,
+    share_interval,
+)
+from benchmarks.papers.claims import Interval, Verdict, every, within
 from benchmarks.papers.observed import Outcome, diverged
 from benchmarks.papers.porter.plan import BRED, CLAMPED, Outcomes
 from obs_ros.observers.papers.gao import GaoSettings
 
 DEFAULT = BRED if GaoSettings().tries else CLAMPED
 FAR = 0.5  # of the RMS of x2 itself: an error above it estimates nothing
+ALIKE = 0.1  # of shares of failures: how far they may be apart
+SIMILAR = 2.0  # of median errors: the same, as a factor
 ENDLESS = 1e12  # stands for what is not finite, in medians
 
 
@@ -38,6 +46,33 @@ def median(values: Iterable[float]) -> tuple[float, float, float]:
 @functools.lru_cache(maxsize=256)  # claims and tables tell the same ones
 def _median(values: tuple[float, ...]) -> tuple[float, float, float]:
     return median_interval(values)
+
+
+def ends(values: Iterable[float]) -> Interval:
+    """Return the 95 % interval of the median."""
+    return median(values)[1:]
+
+
+def fail_ends(outcomes: Outcomes, scenario: str, way: str) -> Interval:
+    """Return the 95 % interval of the share of runs that fail."""
+    return share_interval(*failures(outcomes, scenario, way))
+
+
+def fail_alike(outcomes: Outcomes, scenario: str, way: str, other: str) -> Verdict:
+    """Judge that two observers fail as often: by no more than ALIKE of the runs apart."""
+    found = [failures(outcomes, scenario, each) for each in (way, other)]
+    return within(difference_interval(*found), (-ALIKE, ALIKE))
+
+
+def alike(outcomes: Outcomes, scenario: str, way: str, other: str) -> Verdict:
+    """Judge that two observers fail as often and have median errors of x2 within SIMILAR."""
+    samples = [
+        np.nan_to_num(errors(outcomes[scenario, each]), nan=ENDLESS, posinf=ENDLESS)
+        for each in (way, other)
+    ]
+    _, low, high = ratio_interval(*([each] for each in samples))
+    errs = within((low, high), (1.0 / SIMILAR, SIMILAR))
+    return every([errs, fail_alike(outcomes, scenario, way, other)])
 
 
 def median_text(values: Iterable[float], unit: str = '') -> str:
