@@ -9,6 +9,8 @@ from benchmarks.report import table
 
 RARE = 0.05  # a share: what goes wrong less often, with its interval, is reliable
 
+AS_WELL = 1.1  # times the error of another: up to there one does as well
+
 Interval = tuple[float, float]  # lower and upper end
 
 
@@ -59,6 +61,16 @@ def within(one: Interval, limits: Interval) -> Verdict:
 def rarely(failures: int, runs: int) -> Verdict:
     """Judge by its interval that the share of runs in which something goes wrong is below RARE."""
     return within(share_interval(failures, runs), (0.0, RARE))
+
+
+def never(failures: int, runs: int) -> Verdict:
+    """Judge that something goes wrong in no run at all: one that does refutes it."""
+    return Verdict.DOES_NOT_HOLD if failures else rarely(failures, runs)
+
+
+def as_well(ratio: Interval) -> Verdict:
+    """Judge by the interval of a ratio of errors that the first is no larger than the second."""
+    return below(ratio, (AS_WELL, AS_WELL))
 
 
 def every(verdicts: Iterable[Verdict]) -> Verdict:

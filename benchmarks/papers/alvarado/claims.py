@@ -3,14 +3,8 @@
 import numpy as np
 
 from benchmarks.intervals import median_interval
-from benchmarks.papers.alvarado.printed import (
-    PAPERS_START,
-    RIGHT_START,
-    hidden_in_psi,
-    least_freedom,
-    lipschitz,
-    sign_choices,
-)
+from benchmarks.papers.alvarado import theory_claims as theory
+from benchmarks.papers.alvarado.printed import PAPERS_START, RIGHT_START
 from benchmarks.papers.alvarado.roads import LONG, SOFTENING, TRAPEZOID, Case, truth_of
 from benchmarks.papers.alvarado.run import (
     DESIGNED,
@@ -26,99 +20,33 @@ from benchmarks.papers.alvarado.run import (
     Measured,
     percent,
 )
-from benchmarks.papers.claims import Claim, Verdict, reliable, share, verdict
+from benchmarks.papers.claims import Claim, Verdict, rarely, share, verdict, within
 from benchmarks.play import Contestant
-from obs_ros.models.suspension import KT, SUSPENSION
-from obs_ros.observers.papers.adaptive_gains import stored_gains
-from obs_ros.observers.papers.design.linearised import stable_share
-from obs_ros.observers.papers.design.peak_gain import peak_gain
-from obs_ros.observers.papers.design.plants import suspension
+from benchmarks.report import slashed
+from obs_ros.models.suspension import KT
 
 OUTPUTS = (('Fig. 5', 'x1'), ('Fig. 6', 'x3'), ('Fig. 7', 'z_def'))
+ZERO = 0.01  # of kt: an error below is called none
 KEPT = f'share with kt within {100 * NEAR:g} % from {SOON:g} s after the first bump begins on'
 
 
 def claims(figures: Figures) -> list[Claim]:
     """Return the claims in the order of the paper."""
     return [
-        *theory(),
-        bound(),
-        signs(figures),
+        theory.effort(),
+        without_disturbance(figures),
+        *theory.theory(),
+        theory.bound(),
+        theory.signs(figures),
         as_printed(figures),
         scaled(figures),
         start(figures),
         *attenuation(figures),
+        speeds(figures),
         despite_disturbance(figures),
         deterioration(figures),
         disturbance(figures),
     ]
-
-
-def theory() -> list[Claim]:
-    """Judge what can be computed from the equations alone."""
-    freedom, hidden, (slope, told) = least_freedom(), hidden_in_psi(), lipschitz()
-    gains = stored_gains(SUSPENSION, 'designed')
-    return [
-        Claim(
-            'Theorem 1, section 5',
-            'the matrix inequality gives L and H for this plant',
-            "norm of C B, by NumPy: B'P = HC forces B'PB = H C B, and B'PB > 0 where P > 0",
-            f'{freedom:g}, so that no P > 0 exists' if not freedom else f'{freedom:g}',
-            verdict(freedom > 0.0),
-            f'without the equality: L with beta = {gains.beta:.3g} m/N',
-        ),
-        Claim(
-            'eq. 37',
-            'the hysteresis of the damper is a Psi(y, u)',
-            'share of the argument of rho that no combination of the outputs tells',
-            f'{hidden:.2f}',
-            verdict(hidden < 1e-9),
-            'rho of the estimated states',
-        ),
-        Claim(
-            'eq. 40',
-            'the Lipschitz constant of Phi is 1/mus',
-            'slope of Phi at the true kt, in 1/s2',
-            f'{slope:.1f} beside {told:.5f}',
-            verdict(abs(slope - told) <= 1e-3 * slope),
-            f'kt off by a fifth: {0.2 * slope:.1f}',
-        ),
-    ]
-
-
-def bound() -> Claim:
-    """Judge the bound of the theorem on the gain of the printed observer."""
-    plant = suspension()
-    gains = {name: stored_gains(SUSPENSION, name) for name in ('printed', 'designed')}
-    peaks = {name: peak_gain(plant, each.L) for name, each in gains.items()}
-    return Claim(
-        'Theorem 1, eq. 25',
-        "the L2 gain from eta to the outputs' error is below beta",
-        'no beta is printed; largest gain over frequencies and kt within +-20 %, m/N',
-        f'{peaks["printed"]:.3g}, with L = 0 {peak_gain(plant, 0.0 * gains["printed"].L):.3g}',
-        Verdict.CANNOT_BE_JUDGED,
-        f'{peaks["designed"]:.3g}, below beta = {gains["designed"].beta:.3g}',
-    )
-
-
-def signs(figures: Figures) -> Claim:
-    """Tell what the printed gains may have been."""
-    choices = sign_choices()
-    stable = [one for one in choices if one.stable]
-    stored = stored_gains(SUSPENSION, 'printed').L
-    taken = next(i for i, one in enumerate(stable) if np.allclose(one.L, stored))
-    spread = ' / '.join(f'{error:.3g}' for error in figures.signs)
-    return Claim(
-        'section 5',
-        'these are L and H',
-        "choices of a sign for each row that make the paper's A - L C stable, minus signs being "
-        'lost; and the RMS of kt with each, no noise, theta in 1e5 N/m',
-        f'{len(stable)} of {len(choices)}: {spread} %; taken is number {taken + 1}',
-        Verdict.CANNOT_BE_JUDGED,
-        'stable at {} of {} points of the box'.format(
-            *stable_share(SUSPENSION, stored_gains(SUSPENSION, 'designed').L)
-        ),
-    )
 
 
 def as_printed(figures: Figures) -> Claim:
@@ -184,6 +112,41 @@ def attenuation(figures: Figures) -> list[Claim]:
     return rows
 
 
+def speeds(figures: Figures) -> Claim:
+    """Judge the states that nobody measures, which the paper does not show."""
+    none, printed, own = (figures.speeds[gain] for gain in (NO_GAIN, PRINTED, DESIGNED))
+    return Claim(
+        'sections 1, 6',
+        'the unknown states are estimated, even in the presence of disturbances',
+        'the speeds x2 and x4, which are not measured: RMS of the error under 300 N in % of that '
+        f'of the speed, kt known, no noise; holds if both are below {100 * NEAR:g}',
+        f'{slashed(printed, ".1f")}, with L = 0 {slashed(none, ".1f")}',
+        verdict(bool((printed <= 100 * NEAR).all())),
+        slashed(own, '.1f'),
+    )
+
+
+def without_disturbance(figures: Figures) -> Claim:
+    """Judge the convergence without disturbance by where the errors end."""
+    found = figures.calm
+    ends = {key: found[key].kt[-1] / KT - 1.0 for key in found}
+    units = {1.0: 'N/m', SCALE: '1e5 N/m'}
+    return Claim(
+        'section 2.2, Theorem 1',
+        'for eta = 0 the errors of states and parameter converge to zero',
+        f'error of kt after {LONG:g} s over both bumps, no noise; holds if from xhat(0) = '
+        f'{PAPERS_START:g} it is below {100 * ZERO:g} % with theta in either unit',
+        '; '.join(
+            f'theta in {unit}: {100 * ends[scale, PAPERS_START]:.3g} %, from xhat(0) = 0 '
+            f'{100 * ends[scale, RIGHT_START]:.3g} %'
+            for scale, unit in units.items()
+        )
+        + f'; states off by at most {max(figures.calm_states, 1e-9):.0e} m or m/s, the plant rests',
+        verdict(any(abs(ends[scale, PAPERS_START]) <= ZERO for scale in units)),
+        'a deviation that is withheld while the road tells nothing',
+    )
+
+
 def despite_disturbance(figures: Figures) -> Claim:
     """Judge the estimate of kt under the disturbance; noise on the outputs is future work there."""
     found = runs(figures, PAPER, TRAPEZOID)
@@ -193,7 +156,7 @@ def despite_disturbance(figures: Figures) -> Claim:
         'states and parameters are estimated despite disturbances',
         f'{KEPT}, {TRAPEZOID.label}, theta in 1e5 N/m',
         kept(figures, PAPER, TRAPEZOID),
-        verdict(reliable(lost, len(found))),
+        rarely(lost, len(found)),
         f'{kept(figures, WINDOWS, TRAPEZOID)} ({WINDOWS.label}); '
         f'{kept(figures, FILTERED, TRAPEZOID)} (h_infinity)',
     )
@@ -211,7 +174,7 @@ def deterioration(figures: Figures) -> Claim:
         f'RMS of kt once the tyre has lost a fifth, {SOFTENING.label}, theta in 1e5 N/m; median of '
         f'{len(runs(figures, PAPER, SOFTENING))} seeds; holds if below {100 * NEAR:g} %',
         f'{interval(paper, ".2f")} %',
-        verdict(paper[2] <= 100 * NEAR),
+        within(paper[1:], (0.0, 100 * NEAR)),
         f'{interval(own, ".2f")} %',
     )
 
@@ -227,9 +190,9 @@ def disturbance(figures: Figures) -> Claim:
         'abstract',
         'the observer performs well in estimating the induced disturbance',
         f'RMS of eta in N under {force:g} N; eq. 4 has no estimate of it; '
-        f'{figures.seeds} seeds, median',
+        f'{figures.seeds} seeds, median; holds if below {100 * NEAR:g} % of the force',
         interval(paper, '.0f'),
-        verdict(paper[0] <= NEAR * force),
+        within(paper[1:], (0.0, NEAR * force)),
         interval(own, '.1f'),
     )
 

@@ -3,6 +3,7 @@
 Written from the equations alone, without the package's observer, and without bounds.
 """
 
+import functools
 import itertools
 import math
 from typing import NamedTuple
@@ -76,7 +77,8 @@ class Signs(NamedTuple):
         return self.pole < 0.0
 
 
-def sign_choices() -> list[Signs]:
+@functools.cache
+def sign_choices() -> tuple[Signs, ...]:
     """Return the sixteen choices of a sign for each row of L, the stable ones first, by their gain.
 
     Within a row the third number is, to the last digit printed, the first less the second: so it is
@@ -88,7 +90,7 @@ def sign_choices() -> list[Signs]:
         L = np.array(signs)[:, None] * np.array(rows)
         pole = slowest_pole(L)
         found.append(Signs(L, pole, peak_gain(plant, L) if pole < 0.0 else math.inf))
-    return sorted(found, key=lambda one: (one.peak, one.pole))
+    return tuple(sorted(found, key=lambda one: (one.peak, one.pole)))
 
 
 def slowest_pole(L: Array) -> float:

@@ -98,16 +98,24 @@ class Figures(NamedTuple):
     """All that was measured, of so many seeds for each rate.
 
     `known` are RMS and largest errors (2, 3) of x1, x3 and z_def in mm after the force has risen,
-    kt known, by gains; `found` are the printed observer's runs by scale (N/m) and xhat(0), `signs`
-    the RMS of kt (%) with each stable choice of signs. No noise in these.
+    kt known, by gains; `speeds` the RMS errors (2,) of x2 and x4 there in % of their own RMS;
+    `found` are the printed observer's runs by scale (N/m) and xhat(0), `calm` the same without the
+    force, `signs` the RMS of kt (%) with each stable choice of signs. No noise in these.
     """
 
     seeds: int
     runs: Mapping[tuple[str, str], list[Measured]]  # by contestant and case, over the seeds
     known: Mapping[str, Array]
+    speeds: Mapping[str, Array]
     found: Mapping[tuple[float, float], Printed]
+    calm: Mapping[tuple[float, float], Printed]
     signs: Sequence[float]
     first: int  # seed of the pictures
+
+    @property
+    def calm_states(self) -> float:
+        """The largest error of a state (m, m/s) at the end of the runs without force."""
+        return max(float(np.abs(run.x[-1]).max()) for run in self.calm.values())
 
 
 def measure(seeds: int) -> Figures:
@@ -119,22 +127,31 @@ def measure(seeds: int) -> Figures:
     }
     runs = monte_carlo(measured, cells, 'noisy drives')
     truth = truth_of(CASES[0].scenario, True, 0.0, LONG)
-    printed = stored_gains(SUSPENSION, 'printed')
-    found = {
-        (scale, start): printed_observer(
-            truth, printed.L, printed.H[0], start=start, kt=0.5 * KT, scale=scale
-        )
-        for scale in (1.0, SCALE)
-        for start in (RIGHT_START, PAPERS_START)
-    }
     signs = []
     for one in sign_choices():
         if one.stable:
-            run = printed_observer(truth, one.L, printed.H[0], start=RIGHT_START, kt=0.5 * KT,
-                                   scale=SCALE)  # fmt: skip
+            run = adapted(truth, one.L, RIGHT_START, SCALE)
             signs.append(percent(run.kt[truth.t > CASES[0].counted] / KT - 1.0))
     first = seeds_for(PAPER, CASES[0], 1)[0]
-    return Figures(seeds, runs, errors_with_kt_known(truth), found, signs, first)
+    known, speeds = errors_with_kt_known(truth)
+    calm = truth_of(CASES[0].scenario, False, 0.0, LONG)
+    return Figures(seeds, runs, known, speeds, as_printed(truth), as_printed(calm), signs, first)
+
+
+def adapted(truth: Truth, L: Array, start: float, scale: float) -> Printed:
+    """Run the printed observer from half of kt."""
+    H = stored_gains(SUSPENSION, 'printed').H[0]
+    return printed_observer(truth, L, H, start=start, kt=0.5 * KT, scale=scale)
+
+
+def as_printed(truth: Truth) -> dict[tuple[float, float], Printed]:
+    """Run the printed observer with the printed gains, by unit of theta (N/m) and xhat(0)."""
+    L = stored_gains(SUSPENSION, 'printed').L
+    return {
+        (scale, start): adapted(truth, L, start, scale)
+        for scale in (1.0, SCALE)
+        for start in (RIGHT_START, PAPERS_START)
+    }
 
 
 def seeds_for(one: Contestant, case: Case, seeds: int) -> list[int]:
@@ -143,21 +160,26 @@ def seeds_for(one: Contestant, case: Case, seeds: int) -> list[int]:
     return seeds_of('alvarado', case.label, seeds if rated else few(seeds))
 
 
-def errors_with_kt_known(truth: Truth) -> dict[str, Array]:
-    """Return RMS and largest errors (2, 3) of x1, x3 and z_def in mm, by gains."""
+def errors_with_kt_known(truth: Truth) -> tuple[dict[str, Array], dict[str, Array]]:
+    """Return errors by gains: those of the positions (2, 3), and of the speeds (2,).
+
+    RMS and largest of x1, x3 and z_def in mm; RMS of x2 and x4 in % of their own.
+    """
     L = {
         NO_GAIN: np.zeros((4, 3)),
         PRINTED: stored_gains(SUSPENSION, 'printed').L,
         DESIGNED: stored_gains(SUSPENSION, 'designed').L,
     }
-    errors = {}
+    errors, speeds = {}, {}
+    counts = truth.t > RISE[1]
     for name, gain in L.items():
         run = printed_observer(truth, gain, np.zeros(3), start=RIGHT_START, kt=KT, scale=1.0,
                                adapts=False)  # fmt: skip
-        off = 1e3 * (run.x - truth.x)[truth.t > RISE[1]]
-        off = np.column_stack([off[:, 0], off[:, 2], off[:, 0] - off[:, 2]])
-        errors[name] = np.array([rms(off, 0), np.abs(off).max(axis=0)])
-    return errors
+        off = (run.x - truth.x)[counts]
+        positions = 1e3 * np.column_stack([off[:, 0], off[:, 2], off[:, 0] - off[:, 2]])
+        errors[name] = np.array([rms(positions, 0), np.abs(positions).max(axis=0)])
+        speeds[name] = 100.0 * rms(off[:, 1::2], 0) / rms(truth.x[counts, 1::2], 0)
+    return errors, speeds
 
 
 def percent(error: Array) -> float:

@@ -5,6 +5,7 @@ from collections.abc import Callable
 import numpy as np
 
 from benchmarks.papers.claims import (
+    AS_WELL,
     Claim,
     Interval,
     Verdict,
@@ -48,7 +49,6 @@ LUENBERGER_SUMS = {MINIMUM: ('4.2', (4365.23, 3427.46)), NON_MINIMUM: ('5.2', (6
 PRINTED_RUNS = 50
 LUENBERGER_WITHIN = 0.005
 NEAR = 0.01  # of a printed mean of counts
-AS_WELL = 1.1  # times the other sum: a larger one is worse
 ZERO = 0.05  # of a state's own RMS: an error below is called none
 
 

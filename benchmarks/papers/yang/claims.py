@@ -2,6 +2,7 @@
 
 from benchmarks.papers.claims import Claim
 from benchmarks.papers.yang import algorithm_claims as algorithm
+from benchmarks.papers.yang import problem_claims as problem
 from benchmarks.papers.yang import table_claims as tables
 from benchmarks.papers.yang.run import Figures
 
@@ -9,9 +10,12 @@ from benchmarks.papers.yang.run import Figures
 def claims(figures: Figures) -> list[Claim]:
     """Return all claims, judged."""
     return [
+        problem.real_time(figures),
+        problem.lipschitz(),
         algorithm.chaos(figures),
         algorithm.theorem(figures),
         algorithm.never_rises(figures),
+        problem.euclidean(),
         algorithm.deviation(),
         algorithm.measured_levels(figures),
         algorithm.inherited(figures),

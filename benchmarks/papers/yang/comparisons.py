@@ -7,7 +7,8 @@ import numpy as np
 from scipy.stats import chi2
 
 from benchmarks.intervals import ratio_interval
-from benchmarks.papers.yang.reference import Cell, references
+from benchmarks.papers.claims import Interval, Verdict, below
+from benchmarks.papers.yang.reference import Cell, printed_errors
 from benchmarks.papers.yang.run import PAPER, Errors
 from benchmarks.papers.yang.starts import score
 from obs_ros.core.typing import Array
@@ -24,6 +25,16 @@ class Ratio(NamedTuple):
 
     def __str__(self) -> str:
         return f'{self.middle:.2f} ({self.low:.2f} to {self.high:.2f})'
+
+    @property
+    def ends(self) -> Interval:
+        """The interval."""
+        return self.low, self.high
+
+    @property
+    def smaller(self) -> Verdict:
+        """The verdict on the claim that the first has smaller errors."""
+        return below(self.ends, (1.0, 1.0))
 
     @property
     def worse(self) -> bool:
@@ -58,7 +69,7 @@ def errors_ratio(errors: Errors, above: Cell, below: Cell) -> Ratio:
 
 def rank(errors: Errors, cell: Cell) -> int:
     """Return how many seeds have a geometric mean of the errors as small as the printed run's."""
-    printed = score(np.maximum(references()[cell].run, LAST_DIGIT))
+    printed = score(np.maximum(printed_errors(cell), LAST_DIGIT))
     return int(np.count_nonzero(score(errors[cell, PAPER]) <= printed))
 
 
@@ -74,7 +85,7 @@ def combined_p(errors: Errors, cells: Sequence[Cell]) -> float:
 
 def as_good(errors: Errors, cell: Cell) -> tuple[int, Array]:
     """Return how many seeds have errors as small as printed: all four at once, and each (4,)."""
-    below = errors[cell, PAPER] <= np.maximum(references()[cell].run, LAST_DIGIT)
+    below = errors[cell, PAPER] <= np.maximum(printed_errors(cell), LAST_DIGIT)
     return int(below.all(axis=1).sum()), np.count_nonzero(below, axis=0)
 
 

@@ -7,7 +7,7 @@ import numpy as np
 
 from benchmarks.judge import SAME_OPTIMUM
 from benchmarks.papers.yang.convergence import FIRST_EVALUATIONS, Followed
-from benchmarks.papers.yang.reference import SYMBOLS, Cell, references
+from benchmarks.papers.yang.reference import SYMBOLS, Cell, printed_errors
 from benchmarks.papers.yang.run import DEFAULT, PAPER, Errors, bounds
 from benchmarks.report import panels
 from benchmarks.tanks import noise_of
@@ -47,7 +47,7 @@ def _error_lines(axes: Any, errors: Errors, cells: Sequence[Cell], i: int) -> No
         snr = [cell.snr_db for cell in own]
         median = [np.median(errors[cell, PAPER][:, i]) for cell in own]
         axes.plot(snr, median, 'o-', color=COLOURS[fitness], label=LABELS[fitness])
-        run = [references()[cell].run[i] or np.nan for cell in own]
+        run = [printed_errors(cell)[i] or np.nan for cell in own]
         axes.plot(snr, run, 'x', color=COLOURS[fitness], label=f"the paper's run, {fitness}")
     own = sorted((c for c in noisy if (c, DEFAULT) in errors), key=lambda c: c.snr_db)
     snr = [cell.snr_db for cell in own]

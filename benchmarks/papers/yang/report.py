@@ -7,7 +7,7 @@ import numpy as np
 from benchmarks.papers.claims import share
 from benchmarks.papers.yang.comparisons import as_good, ratio
 from benchmarks.papers.yang.convergence import LAST_EVALUATIONS, Followed
-from benchmarks.papers.yang.reference import references
+from benchmarks.papers.yang.reference import printed_errors
 from benchmarks.papers.yang.run import (
     DEFAULT,
     FOLLOWED,
@@ -58,7 +58,7 @@ def paper_table(figures: Figures, fitness: str) -> str:
     """Hold the printed runs beside ours: how many seeds are as good."""
     rows = []
     for cell in (cell for cell in figures.cells if cell.fitness == fitness):
-        printed = references()[cell].run
+        printed = printed_errors(cell)
         row = {
             'window': cell.window,
             'SNR (dB)': decibels(cell.snr_db),

@@ -13,8 +13,8 @@ from benchmarks.papers.yang.reference import FITNESSES, SNRS, SYMBOLS, Cell
 from benchmarks.papers.yang.sequence import Sequences, sequences
 from benchmarks.papers.yang.starts import Starts, starts
 from benchmarks.papers.yang.theorem import Collapse, collapses
-from benchmarks.runner import monte_carlo
-from benchmarks.tanks import PAPER_WINDOWS, TankWindow, paper_window
+from benchmarks.runner import cpu_seconds, monte_carlo
+from benchmarks.tanks import PAPER_SAMPLES, PAPER_WINDOWS, TankWindow, paper_window
 from obs_ros import Estimate, solve_window
 from obs_ros.core.typing import Array
 from obs_ros.models.three_tank import THREE_TANK
@@ -32,6 +32,7 @@ SEARCHES = (PAPER, FIRST_SAMPLE, LONGER)
 HARDEST = Cell('ft1', 'T3', 40.0)  # of the cells in which the search is the limit, not the noise
 FOLLOWED_SNR = 40.0  # dB
 FOLLOWED = 20  # runs, at most
+QUICK = 0.01  # of a window's length: far more than a search takes, on any machine
 
 
 class Solved(NamedTuple):
@@ -60,6 +61,7 @@ class Figures(NamedTuple):
     sequences: Sequences
     collapses: Mapping[str, Sequence[Collapse]]
     followed: Mapping[tuple[str, str], Followed]
+    quick: bool  # a search takes less than QUICK of its window in process time
 
     @property
     def errors(self) -> Errors:
@@ -80,7 +82,14 @@ def measure(seeds: int) -> Figures:
         sequences(seeds),
         collapses(seeds),
         follow_all(list(PAPER_WINDOWS), min(FOLLOWED, seeds)),
+        is_quick(),
     )
+
+
+def is_quick() -> bool:
+    """Tell whether the paper's search takes less than QUICK of its window in process time."""
+    solved(HARDEST, PAPER, 0)  # compiles
+    return cpu_seconds(lambda: solved(HARDEST, PAPER, 1)) < QUICK * PAPER_SAMPLES
 
 
 def all_solves(cells: Sequence[Cell], seeds: int) -> Solves:

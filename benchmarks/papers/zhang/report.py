@@ -3,7 +3,6 @@
 import numpy as np
 
 from benchmarks.papers.claims import share
-from benchmarks.papers.zhang.claims import bracketed, middle, named, quiet, times
 from benchmarks.papers.zhang.plants import COLD, FAULTS, MOVING, PROCESS, UTILITY, Case
 from benchmarks.papers.zhang.run import (
     CONTESTANTS,
@@ -12,6 +11,7 @@ from benchmarks.papers.zhang.run import (
     RATED,
     Figures,
 )
+from benchmarks.papers.zhang.scores import bracketed, middle, named, quiet, times
 from benchmarks.papers.zhang.window_report import window_acceptance, window_tables
 from benchmarks.report import Requirement, filled, requirements, slashed, table
 from obs_ros.core.typing import Array

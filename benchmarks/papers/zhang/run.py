@@ -21,6 +21,7 @@ from benchmarks.papers.zhang.plants import (
     truth_of,
 )
 from benchmarks.papers.zhang.printed import printed_observer
+from benchmarks.papers.zhang.valves import Valves, valves
 from benchmarks.papers.zhang.windows import Windows, windows_of
 from benchmarks.play import Contestant
 from benchmarks.report import rms
@@ -28,7 +29,7 @@ from benchmarks.runner import monte_carlo
 from obs_ros import Sample, load_observer
 from obs_ros.core.typing import Array
 from obs_ros.models import heat_exchanger as plant
-from plant_sim.scenarios.heat_exchanger import NOISE
+from plant_sim.scenarios.heat_exchanger import NOISE, NOMINAL
 from plant_sim.signals import Noise
 
 BAND = 0.02  # of a flow: settled within
@@ -38,7 +39,7 @@ SLOW_NOISE = 1.0  # s, its correlation time
 # k1 = k3 and k2 = k4 of section 4.3.1, and factors; l1 = k1 c, l2 = k2 c, c of the utility valve.
 PULLS = (0.0, 1.0, 1e4)
 K1, K2 = 100.0, 0.15
-C_UTILITY = float(plant.flow1(6.0e5, 1.0))
+C_PROCESS, C_UTILITY = map(float, plant.flow_gain(NOMINAL))
 
 # Whoever estimates the flows of this plant can be added here.
 PAPER = Contestant('interconnected, theta 80', 'interconnected', {'theta': 80.0})
@@ -87,7 +88,8 @@ class Figures(NamedTuple):
 
     `quiet` has no noise, `noisy` has 0.05 K of it over 0.1 s and `slow` over 1 s; `starts` begin
     anywhere; `tuned` is the settling of case 1 by theta, `pulled` that by the factor of k1 to k4;
-    `printed` is that of eq. 48 to the letter.
+    `printed` is that of eq. 48 to the letter; `valves` are the states of the valves with the
+    printed k1 to k4.
     """
 
     seeds: int
@@ -98,6 +100,7 @@ class Figures(NamedTuple):
     tuned: Mapping[float, Array]
     pulled: Mapping[float, Array]
     printed: Array
+    valves: Valves
     windows: Windows
     first: int  # seed of the pictures
 
@@ -134,8 +137,10 @@ def measure(seeds: int) -> Figures:
     }
     windows = windows_of(seeds)
     first = seeds_of('zhang', UTILITY.label, 1)[0]
-    return Figures(seeds, quiet, noisy, slow, starts, tuned, pulled, settled_as_printed(), windows,
-                   first)  # fmt: skip
+    return Figures(
+        seeds, quiet, noisy, slow, starts, tuned, pulled, settled_as_printed(),
+        valves(PAPER._replace(settings=pulls(1.0))), windows, first,
+    )  # fmt: skip
 
 
 def noisy_cells(seeds: int) -> dict[tuple[str, str], list[tuple[Any, ...]]]:
