@@ -10,6 +10,6 @@ GOOD = Outcome(
     squares=np.array([1.0, 4400.0, 2100.0]),
     settled=2.0,
     resets=0,
-    largest=3.0,
+    largest=np.array([0.1, 3.0, 3.0]),
     onset=0.0,
 )

@@ -94,6 +94,42 @@ def counted(verdicts: Iterable[Verdict]) -> str:
     return ', '.join(f'{kind.value.strip("*")} in {found.count(kind)}' for kind in kinds)
 
 
+class Ratio(NamedTuple):
+    """A ratio of median errors with its 95 % interval; above 1: the first is worse."""
+
+    middle: float
+    low: float
+    high: float
+
+    def __str__(self) -> str:
+        return f'{self.middle:.2f} ({self.low:.2f} to {self.high:.2f})'
+
+    @property
+    def ends(self) -> Interval:
+        """The interval."""
+        return self.low, self.high
+
+    @property
+    def smaller(self) -> Verdict:
+        """The verdict on the claim that the first has smaller errors."""
+        return below(self.ends, (1.0, 1.0))
+
+    @property
+    def worse(self) -> bool:
+        """Whether the first has larger errors beyond doubt."""
+        return self.low > 1.0
+
+    @property
+    def better(self) -> bool:
+        """Whether the first has smaller errors beyond doubt."""
+        return self.high < 1.0
+
+    @property
+    def word(self) -> str:
+        """The result as a word on the first."""
+        return 'larger' if self.worse else 'smaller' if self.better else 'no difference'
+
+
 def claims_table(claims: Iterable[Claim]) -> str:
     """Return the table of claims, of one form for all papers."""
     return table(

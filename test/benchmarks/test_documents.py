@@ -24,6 +24,7 @@ REPORT = """# A paper
 | eq. 2 | **does not hold** |
 | eq. 3 | cannot be judged from the print |
 | eq. 4 | holds |
+| eq. 5 | not shown |
 
 ## Starts
 
@@ -65,10 +66,10 @@ def test_a_paper_without_results_says_so(results: Path) -> None:
 
 def test_verdicts_are_counted(results: Path) -> None:
     page = with_tables('<!-- papers:begin verdicts -->\n<!-- papers:end -->', results)
-    assert '| A paper | 4 | 2 | 1 | 1 |' in page
+    assert '| A paper | 5 | 2 | 1 | 1 | 1 |' in page
     assert [*cells(counted_verdicts(results))] == [
-        {'paper': 'A paper', 'claims': '4', 'holds': '2', 'does not hold': '1',
-         'cannot be judged': '1'}
+        {'paper': 'A paper', 'claims': '5', 'holds': '2', 'does not hold': '1',
+         'not shown': '1', 'cannot be judged': '1'}
     ]  # fmt: skip
 
 

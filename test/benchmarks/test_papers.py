@@ -7,7 +7,20 @@ import pytest
 
 from benchmarks.documents import CLAIMS, RESULTS, cells, disagreements, table_below
 from benchmarks.papers.__main__ import SEEDS, main
-from benchmarks.papers.claims import Claim, Verdict, claims_table, reliable, share, verdict
+from benchmarks.papers.claims import (
+    Claim,
+    Verdict,
+    as_well,
+    below,
+    claims_table,
+    every,
+    never,
+    opposite,
+    rarely,
+    share,
+    verdict,
+    within,
+)
 from benchmarks.papers.paper import load_paper, papers
 from benchmarks.papers.seeds import seeds_of
 
@@ -19,6 +32,7 @@ def test_a_claim_is_a_row_with_its_verdict() -> None:
         Claim('eq. 3', 'x is found', '200 seeds', share(200, 200), verdict(True), '1e-3'),
         Claim('Fig. 4', 'y stays small', '', '', verdict(False)),
         Claim('5.1', 'z is robust', 'no figure in print', '', Verdict.CANNOT_BE_JUDGED),
+        Claim('6', 'v beats w', '20 seeds', '', Verdict.NOT_SHOWN),
     ]
     assert claims_table(rows).splitlines() == [
         '| place | claim | judged by | found | verdict | our default |',
@@ -26,11 +40,45 @@ def test_a_claim_is_a_row_with_its_verdict() -> None:
         '| eq. 3 | x is found | 200 seeds | 200 of 200 (0.982 to 1.000) | holds | 1e-3 |',
         '| Fig. 4 | y stays small |  |  | **does not hold** |  |',
         '| 5.1 | z is robust | no figure in print |  | cannot be judged from the print |  |',
+        '| 6 | v beats w | 20 seeds |  | not shown |  |',
     ]
 
 
-def test_what_fails_rarely_is_reliable() -> None:
-    assert reliable(3, 200) and not reliable(5, 200) and not reliable(0, 50)
+HOLDS, FAILS, NOT_SHOWN = Verdict.HOLDS, Verdict.DOES_NOT_HOLD, Verdict.NOT_SHOWN
+
+
+@pytest.mark.parametrize(
+    ('failures', 'runs', 'rare', 'none'),
+    [(0, 200, HOLDS, HOLDS), (3, 200, HOLDS, FAILS), (5, 200, NOT_SHOWN, FAILS),
+     (0, 50, NOT_SHOWN, NOT_SHOWN), (18, 200, FAILS, FAILS)],
+)  # fmt: skip
+def test_what_goes_wrong_is_rare_or_not_or_too_little_is_known(failures, runs, rare, none) -> None:
+    assert rarely(failures, runs) is rare
+    assert never(failures, runs) is none
+
+
+@pytest.mark.parametrize(
+    ('one', 'is_below', 'is_within'),
+    [((1.0, 1.9), HOLDS, FAILS), ((1.0, 2.1), NOT_SHOWN, NOT_SHOWN), ((2.1, 2.9), NOT_SHOWN, HOLDS),
+     ((2.0, 3.0), NOT_SHOWN, HOLDS), ((2.5, 3.5), NOT_SHOWN, NOT_SHOWN),
+     ((3.1, 4.0), FAILS, FAILS)],
+)  # fmt: skip
+def test_intervals_that_overlap_show_nothing(one, is_below, is_within) -> None:
+    assert below(one, (2.0, 3.0)) is is_below
+    assert within(one, (2.0, 3.0)) is is_within
+
+
+def test_one_that_is_no_larger_does_as_well() -> None:
+    assert as_well((0.7, 1.09)) is HOLDS
+    assert as_well((0.9, 1.2)) is NOT_SHOWN
+    assert as_well((1.2, 1.3)) is FAILS
+
+
+def test_one_claim_of_several_refutes_them_all() -> None:
+    assert every([HOLDS, HOLDS]) is HOLDS
+    assert every([HOLDS, NOT_SHOWN]) is NOT_SHOWN
+    assert every([NOT_SHOWN, FAILS, HOLDS]) is FAILS
+    assert [opposite(one) for one in (HOLDS, FAILS, NOT_SHOWN)] == [FAILS, HOLDS, NOT_SHOWN]
 
 
 def test_no_two_runs_share_a_seed() -> None:

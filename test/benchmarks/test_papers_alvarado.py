@@ -7,6 +7,7 @@ import pytest
 
 from benchmarks.papers.alvarado import claims as told
 from benchmarks.papers.alvarado import report as tables
+from benchmarks.papers.alvarado import theory_claims as theory
 from benchmarks.papers.alvarado.printed import (
     GAMMA,
     MAGNITUDES,
@@ -68,7 +69,7 @@ def figures_of(
         for one in CONTESTANTS
         for case in CASES
     }
-    return Figures(2, runs, known, {}, [0.5, 0.2, 0.9, 2.0], 1)
+    return Figures(2, runs, known, {}, {}, {}, [0.5, 0.2, 0.9, 2.0], 1)
 
 
 def acceptance(rms: float, near: float, *windows: Window) -> list[bool]:
@@ -103,17 +104,23 @@ def test_a_gain_attenuates_where_its_error_is_below_that_without() -> None:
 def test_kt_is_found_where_few_runs_lose_it() -> None:
     figures = figures_of(1.0, 0.1, SURE)
     runs = figures.runs[PAPER.label, TRAPEZOID.label]
-    assert told.despite_disturbance(figures).verdict is Verdict.DOES_NOT_HOLD  # too few to tell
+    assert told.despite_disturbance(figures).verdict is Verdict.NOT_SHOWN  # too few to tell
     runs[:] = runs[:1] * 200
     assert told.despite_disturbance(figures).verdict is Verdict.HOLDS
     runs[:10] = [run._replace(kept=False) for run in runs[:10]]
     row = told.despite_disturbance(figures)
-    assert row.verdict is Verdict.DOES_NOT_HOLD and row.figure.startswith('190 of 200 (')
+    assert row.verdict is Verdict.NOT_SHOWN and row.figure.startswith('190 of 200 (')
+    runs[:30] = [run._replace(kept=False) for run in runs[:30]]
+    assert told.despite_disturbance(figures).verdict is Verdict.DOES_NOT_HOLD
 
 
 def test_a_softer_tyre_is_monitored_where_kt_is_near_again() -> None:
     assert told.deterioration(figures_of(9.0, 0.1, SURE)).verdict is Verdict.HOLDS
-    assert told.deterioration(figures_of(11.0, 0.1, SURE)).verdict is Verdict.DOES_NOT_HOLD
+    lost = figures_of(11.0, 0.1, SURE)
+    assert told.deterioration(lost).verdict is Verdict.NOT_SHOWN  # one of two is near
+    runs = lost.runs[PAPER.label, SOFTENING.label]
+    runs[:] = runs[:1] * 10
+    assert told.deterioration(lost).verdict is Verdict.DOES_NOT_HOLD
 
 
 @pytest.mark.parametrize(
@@ -134,6 +141,37 @@ def test_the_printed_equations_are_judged_by_where_kt_ends(
     assert told.as_printed(figures).verdict is verdict
 
 
+@pytest.mark.parametrize(
+    ('ends', 'verdict'), [((0.5, 7.2), Verdict.DOES_NOT_HOLD), ((0.5, 1.005), Verdict.HOLDS),
+                          ((np.nan, 0.98), Verdict.DOES_NOT_HOLD)]
+)  # fmt: skip
+def test_convergence_is_judged_by_where_the_paper_s_start_ends(ends, verdict: Verdict) -> None:
+    x = np.zeros((2, 4))
+    calm = {
+        (scale, start): Printed(x, np.array([0.5, end if start == PAPERS_START else 1.0]) * KT)
+        for scale, end in zip((1.0, SCALE), ends, strict=True)
+        for start in (RIGHT_START, PAPERS_START)
+    }
+    row = told.without_disturbance(figures_of(1.0, 0.1, SURE)._replace(calm=calm))
+    assert row.verdict is verdict and 'states off by at most 1e-09' in row.figure
+
+
+def test_speeds_are_judged_by_their_own_size() -> None:
+    speeds = {NO_GAIN: [2.0, 3.0], PRINTED: [5.9, 5.0], DESIGNED: [18.0, 9.5]}
+    figures = figures_of(1.0, 0.1, SURE)._replace(
+        speeds={name: np.array(own) for name, own in speeds.items()}
+    )
+    row = told.speeds(figures)
+    assert row.verdict is Verdict.HOLDS and row.figure == '5.9 / 5.0, with L = 0 2.0 / 3.0'
+    figures.speeds[PRINTED][1] = 10.1
+    assert told.speeds(figures).verdict is Verdict.DOES_NOT_HOLD
+
+
+def test_an_observer_with_constant_gains_has_no_covariances() -> None:
+    assert (theory.equations(), theory.kalman_equations(1)) == (5, 5 + 15)
+    assert theory.effort().verdict is Verdict.HOLDS
+
+
 def test_a_disturbance_that_is_not_estimated_is_off_by_all_of_it() -> None:
     row = told.disturbance(figures_of(1.0, 0.1, SURE))
     assert row.verdict == Verdict.DOES_NOT_HOLD and row.figure.startswith('300 ')
@@ -146,8 +184,8 @@ def test_every_table_of_the_report_is_filled() -> None:
 
 
 def test_the_equations_alone_refute_what_they_do() -> None:
-    assert not any('|' in str(cell) for row in told.theory() for cell in row)  # of a table
-    assert verdicts(told.theory()) == [Verdict.DOES_NOT_HOLD] * 3
+    assert not any('|' in str(cell) for row in theory.theory() for cell in row)  # of a table
+    assert verdicts(theory.theory()) == [Verdict.DOES_NOT_HOLD] * 3
     assert least_freedom() == 0.0
     assert lipschitz() == (pytest.approx(KT / MUS), pytest.approx(1.0 / MUS))
     assert hidden_in_psi() == pytest.approx(37.8 / np.hypot(37.8, 22.15), rel=1e-6)

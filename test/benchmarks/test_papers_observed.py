@@ -53,6 +53,7 @@ def test_a_run_is_judged_by_the_truth() -> None:
     np.testing.assert_allclose(found.rms, (0.0, 0.02), atol=1e-12)
     np.testing.assert_allclose(found.size, np.sqrt((0.16 + 0.36 + 0.64) / 3.0))
     np.testing.assert_allclose(found.squares, (0.0, 2.0 + 3 * 0.02**2), atol=1e-12)
+    np.testing.assert_allclose(found.largest, (0.0, 1.0), atol=1e-12)
     assert (found.settled, found.frozen, found.last) == (0.02, 0.02, {'frozen': 1.0})
     assert found.onset == pytest.approx(0.0 - 0.03)
     assert found.trace is not None
@@ -63,5 +64,8 @@ def test_a_run_is_judged_by_the_truth() -> None:
 def test_a_start_again_or_a_large_error_is_a_divergence() -> None:
     assert not diverged(GOOD)
     assert diverged(replace(GOOD, resets=1))
-    assert diverged(replace(GOOD, largest=np.nan))
-    assert diverged(replace(GOOD, largest=2e3))
+    for state in range(3):
+        for error in (np.nan, 2e3):
+            largest = GOOD.largest.copy()
+            largest[state] = error
+            assert diverged(replace(GOOD, largest=largest))

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from benchmarks import report
-from benchmarks.intervals import confidently_wrong, coverage
+from benchmarks.intervals import confidently_wrong, coverage, difference_interval
 from benchmarks.report import Requirement, filled, pictures, publish, requirements, rms, table
 from benchmarks.runner import ROOT, monte_carlo, progress
 
@@ -82,3 +82,12 @@ def test_the_root_mean_square_goes_along_an_axis() -> None:
     values = np.array([[3.0, 0.0], [4.0, 0.0]])
     assert rms(values[:, 0]) == pytest.approx(np.sqrt(12.5))
     np.testing.assert_allclose(rms(values, 0), [np.sqrt(12.5), 0.0])
+
+
+def test_a_difference_of_shares_has_its_interval() -> None:
+    """56 of 70 against 48 of 80: Newcombe 1998 has 0.0524 to 0.3339 with intervals of Wilson."""
+    low, high = difference_interval((48, 80), (56, 70))
+    assert low == pytest.approx(0.0524, abs=0.015) and high == pytest.approx(0.3339, abs=0.015)
+    assert low < 0.0524 and high > 0.3339  # intervals of Clopper and Pearson are wider
+    assert difference_interval((56, 70), (48, 80)) == pytest.approx((-high, -low))
+    assert difference_interval((0, 200), (0, 200)) == pytest.approx((-0.01828, 0.01828), abs=1e-5)

@@ -16,6 +16,7 @@ JET_START = {'R': 0.05, 'Phi': 1.0}
 JET_SETTINGS: dict[str, Any] = {'parents': 66, 'elite': 8, 'window': 100, 'initial': JET_START}
 
 PAPER, DEFAULT = 'GASE, paper', 'GASE, window_end'
+BASE_2 = 'GASE, base 2'
 EKF, UKF = 'joint EKF', 'joint UKF'
 LUENBERGER, RLS = 'adaptive Luenberger', 'RLS + Luenberger'
 LEAST_SQUARES, MIDDLE = 'LM on the window', 'fixed mid-range'
@@ -36,6 +37,12 @@ def ways(scenario: str) -> list[Contestant]:
     found = [
         Contestant(PAPER, 'gase', {**own, 'mode': 'paper'}, seeded=True),
         Contestant(DEFAULT, 'gase', {**own, 'mode': 'window_end'}, seeded=True),
+        Contestant(
+            BASE_2,
+            'benchmarks.papers.gremling.variants:BinaryEstimator',
+            {**own, 'mode': 'paper'},
+            seeded=True,
+        ),
         Contestant(EKF, 'ekf', start),
         Contestant(UKF, 'ukf', start),
     ]

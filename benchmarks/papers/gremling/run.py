@@ -6,13 +6,13 @@ from typing import NamedTuple
 
 from benchmarks.papers.gremling.counts import draws, operations
 from benchmarks.papers.gremling.kalman import Configuration, configurations, unstable
-from benchmarks.papers.gremling.plan import DEFAULT, JETS, LINEAR, Outcomes, ways
+from benchmarks.papers.gremling.plan import BASE_2, DEFAULT, JETS, LINEAR, Outcomes, ways
 from benchmarks.papers.observed import observe, runs_of
 from benchmarks.papers.seeds import seeds_of
 from benchmarks.runner import monte_carlo
 
 MEANS = 50  # runs of a mean, as in the paper's Tables 1 and 2
-OTHERS = 20  # of the default, at most
+OTHERS = 20  # of the default and of base 2, at most
 GENERATIONS = 200  # whose random numbers are counted
 
 
@@ -44,6 +44,6 @@ def measure(seeds: int) -> Figures:
 
 def count(scenario: str, label: str, seeds: int) -> int:
     """Return how many runs a cell has, if anything is random there."""
-    if label == DEFAULT:
+    if label in (DEFAULT, BASE_2):
         return min(seeds, OTHERS)
     return seeds if scenario in JETS else min(seeds, MEANS)

@@ -4,11 +4,11 @@ Named to the runner as `benchmarks.papers.porter.variants:CLASS`.
 """
 
 import dataclasses
-from dataclasses import dataclass
 from typing import Any, ClassVar
 
 import numpy as np
 
+from benchmarks.papers.base_2 import Base2
 from obs_ros.core.typing import Array
 from obs_ros.observers.papers.gao import GeneticAdaptiveObserver
 from obs_ros.optimization.decimal_coding import Genes
@@ -17,34 +17,12 @@ from obs_ros.optimization.genetic_operators import copies_of_best, roulette, str
 BITS = 24  # for a gain: 19.8 / 2^24 is about the last of six decimals
 
 
-@dataclass(frozen=True)
-class Base2:
-    """The standard binary coding of Goldberg 1989: BITS bits from the lower to the upper end.
-
-    lower, upper (T,). Genes are (N, T, BITS) of 0 and 1, the most significant first; no string is
-    out of its range.
-    """
-
-    lower: Array
-    upper: Array
-
-    def first_population(self, draws: Array) -> Genes:
-        """Return chromosomes uniform in their ranges from draws (N, T) uniform on [0, 1)."""
-        whole = (draws * 2.0**BITS).astype(np.int64)
-        return ((whole[:, :, None] >> np.arange(BITS)[::-1]) & 1).astype(np.int8)
-
-    def decode(self, genes: Genes) -> Array:
-        """Read values (N, T)."""
-        whole = genes.astype(np.int64) @ (1 << np.arange(BITS)[::-1])
-        return self.lower + (self.upper - self.lower) * (whole / (2.0**BITS - 1.0))
-
-
 class BinaryObserver(GeneticAdaptiveObserver):
     """The observer with a base-2 genetic algorithm: same operators, a mutated bit is toggled."""
 
     def __init__(self, model: Any, **arguments: Any) -> None:
         super().__init__(model, **arguments)
-        self._coding: Any = Base2(self._coding.lower, self._coding.upper)
+        self._coding: Any = Base2(self._coding.lower, self._coding.upper, BITS)
 
     def _bred(self, fitness: Array, best: int) -> Genes:
         s, draw = self.settings, self.rng.random

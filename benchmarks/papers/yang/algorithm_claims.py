@@ -2,8 +2,18 @@
 
 import numpy as np
 
-from benchmarks.papers.claims import AS_WELL, Claim, Verdict, as_well, every, never, share, verdict
-from benchmarks.papers.yang.comparisons import Ratio, listed, ratio
+from benchmarks.papers.claims import (
+    AS_WELL,
+    Claim,
+    Ratio,
+    Verdict,
+    as_well,
+    every,
+    never,
+    share,
+    verdict,
+)
+from benchmarks.papers.yang.comparisons import listed, ratio
 from benchmarks.papers.yang.run import DEFAULT, FIRST_SAMPLE, PAPER, Figures, scenario_of
 from benchmarks.papers.yang.sequence import COLD, LATER, SMALL, UNCHANGED, WARM, scores
 from benchmarks.papers.yang.starts import CUBIC, UNIFORM, errors_from

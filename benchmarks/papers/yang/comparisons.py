@@ -1,55 +1,18 @@
 """Comparisons of samples of errors: ratios of medians with intervals, and ranks of printed runs."""
 
 from collections.abc import Iterable, Mapping, Sequence
-from typing import NamedTuple
 
 import numpy as np
 from scipy.stats import chi2
 
 from benchmarks.intervals import ratio_interval
-from benchmarks.papers.claims import Interval, Verdict, below
+from benchmarks.papers.claims import Ratio
 from benchmarks.papers.yang.reference import Cell, printed_errors
 from benchmarks.papers.yang.run import PAPER, Errors
 from benchmarks.papers.yang.starts import score
 from obs_ros.core.typing import Array
 
 LAST_DIGIT = 5e-7  # of the printed values: errors of 0 are at most half of it
-
-
-class Ratio(NamedTuple):
-    """A ratio of median errors with its 95 % interval; above 1: the first is worse."""
-
-    middle: float
-    low: float
-    high: float
-
-    def __str__(self) -> str:
-        return f'{self.middle:.2f} ({self.low:.2f} to {self.high:.2f})'
-
-    @property
-    def ends(self) -> Interval:
-        """The interval."""
-        return self.low, self.high
-
-    @property
-    def smaller(self) -> Verdict:
-        """The verdict on the claim that the first has smaller errors."""
-        return below(self.ends, (1.0, 1.0))
-
-    @property
-    def worse(self) -> bool:
-        """Whether the first has larger errors beyond doubt."""
-        return self.low > 1.0
-
-    @property
-    def better(self) -> bool:
-        """Whether the first has smaller errors beyond doubt."""
-        return self.high < 1.0
-
-    @property
-    def word(self) -> str:
-        """The result as a word on the first."""
-        return 'larger' if self.worse else 'smaller' if self.better else 'no difference'
 
 
 def ratio(above: Iterable[float], below: Iterable[float]) -> Ratio:

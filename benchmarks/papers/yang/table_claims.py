@@ -4,9 +4,8 @@ from itertools import pairwise
 
 import numpy as np
 
-from benchmarks.papers.claims import Claim, Verdict, below, every, opposite, verdict, within
+from benchmarks.papers.claims import Claim, Ratio, Verdict, below, every, opposite, verdict, within
 from benchmarks.papers.yang.comparisons import (
-    Ratio,
     as_good,
     combined_p,
     counted,
