@@ -84,6 +84,8 @@ def monte_carlo(
     A run is a tuple of arguments, with its seed. They are done where the command says, by default
     on every core; workers take `chunk` of them at a time, from cell after cell.
 
+    One that is stopped tells how many runs are done.
+
     Raises RuntimeError for a run that raises, and as `obs_ros.studies.runner.carried_out` does.
     """
     from obs_ros.studies.runner import Failure, Where, carried_out
@@ -100,10 +102,14 @@ def monte_carlo(
         print(f'{label}: {line}', file=sys.stderr)
 
     done = carried_out(work, runs, Where(**chosen), chunk, say)
-    for index, result in progress(done, label, len(runs)):
-        if isinstance(result, Failure):
-            raise RuntimeError(result.details or result.words)
-        results[index] = result
+    try:
+        for index, result in progress(done, label, len(runs)):
+            if isinstance(result, Failure):
+                raise RuntimeError(result.details or result.words)
+            results[index] = result
+    except KeyboardInterrupt:
+        say(f'stopped after {len(results)} of {len(runs)} runs')
+        raise
     in_order = (results[index] for index in range(len(runs)))
     return {key: [next(in_order) for _ in own] for key, own in cells.items()}
 

@@ -6,6 +6,7 @@ import re
 import pytest
 
 from benchmarks.documents import CLAIMS, RESULTS, cells, disagreements, table_below
+from benchmarks.papers import __main__ as command
 from benchmarks.papers.__main__ import SEEDS, main
 from benchmarks.papers.claims import (
     Claim,
@@ -102,6 +103,21 @@ def test_an_unknown_paper_is_refused(capsys) -> None:
     with pytest.raises(SystemExit):
         main(['yangg'])
     assert "invalid choice: 'yangg'" in capsys.readouterr().err
+
+
+def test_a_stopped_run_tells_which_reports_are_written(monkeypatch, capsys, tmp_path) -> None:
+    def measured(name: str, seeds: int, results: object) -> str:
+        if name == papers()[2]:
+            raise KeyboardInterrupt
+        return ''
+
+    monkeypatch.setattr(command, 'reported', measured)
+    with pytest.raises(SystemExit) as stopped:
+        main(['--results', str(tmp_path)])
+    assert stopped.value.code == 130
+    first, second, *left = papers()
+    words = f'reports written: {first}, {second}; not written: {", ".join(left)}\n'
+    assert capsys.readouterr().err == words
 
 
 @pytest.mark.parametrize('name', papers())

@@ -6,8 +6,9 @@ import numpy as np
 import pytest
 from observed_runs import GOOD
 
+from benchmarks.papers import seeds, truth
 from benchmarks.papers.base_2 import Base2
-from benchmarks.papers.claims import Verdict
+from benchmarks.papers.claims import Verdict, claims_table
 from benchmarks.papers.observed import Outcome, observe, runs_of
 from benchmarks.papers.porter.claims import claims
 from benchmarks.papers.porter.paper import PAPER as FRAME
@@ -33,6 +34,9 @@ from benchmarks.papers.porter.plan import (
 from benchmarks.papers.porter.report import asked, choice, rates_table
 from benchmarks.papers.porter.scores import DEFAULT, apart, failed, median, unsettled
 from benchmarks.papers.porter.variants import BITS
+from benchmarks.runner import _Place
+from plant_sim.scenario import Scenario
+from plant_sim.scenarios import load_scenario
 
 RUN = replace(
     GOOD,
@@ -245,3 +249,22 @@ def test_the_default_says_whether_it_diverges_more_often() -> None:
 def test_the_report_is_whole() -> None:
     text = FRAME.report(outcomes())
     assert f'The default is `{DEFAULT}`' in text and '{' not in text
+
+
+@pytest.mark.slow
+def test_the_same_seeds_give_the_same_tables(monkeypatch) -> None:
+    """All observers on all scenarios, of which the first samples do."""
+
+    def shortened(name: str) -> Scenario:
+        return replace(load_scenario(name), duration=0.3)
+
+    monkeypatch.setitem(_Place.chosen, 'jobs', None)  # in this process, which has the short ones
+    monkeypatch.setattr(truth, 'load_scenario', shortened)
+    texts = []
+    for root in (seeds.ROOT_SEED, seeds.ROOT_SEED, 21):
+        monkeypatch.setattr(seeds, 'ROOT_SEED', root)
+        truth._played.cache_clear()
+        found = FRAME.measure(1)
+        texts.append(claims_table(FRAME.claims(found)) + FRAME.report(found))
+    truth._played.cache_clear()
+    assert texts[0] == texts[1] != texts[2]

@@ -9,7 +9,7 @@ import pytest
 from benchmarks import report
 from benchmarks.intervals import confidently_wrong, coverage, difference_interval
 from benchmarks.report import Requirement, filled, pictures, publish, requirements, rms, table
-from benchmarks.runner import ROOT, monte_carlo, progress
+from benchmarks.runner import ROOT, _Place, monte_carlo, progress
 
 PAGES = [p for p in (ROOT / 'benchmarks').glob('*/**/*.md') if p.parent.name != 'results']
 
@@ -91,3 +91,16 @@ def test_a_difference_of_shares_has_its_interval() -> None:
     assert low < 0.0524 and high > 0.3339  # intervals of Clopper and Pearson are wider
     assert difference_interval((56, 70), (48, 80)) == pytest.approx((-high, -low))
     assert difference_interval((0, 200), (0, 200)) == pytest.approx((-0.01828, 0.01828), abs=1e-5)
+
+
+def stopped_at(number: int) -> int:
+    if number == 2:
+        raise KeyboardInterrupt
+    return number
+
+
+def test_runs_that_are_stopped_tell_how_many_are_done(monkeypatch, capsys) -> None:
+    monkeypatch.setitem(_Place.chosen, 'jobs', None)  # here
+    with pytest.raises(KeyboardInterrupt):
+        monte_carlo(stopped_at, {'a': [(0,), (1,)], 'b': [(2,), (3,)]}, 'numbers')
+    assert 'numbers: stopped after 2 of 4 runs' in capsys.readouterr().err

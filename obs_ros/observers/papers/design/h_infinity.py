@@ -287,7 +287,14 @@ def main(arguments: list[str] | None = None) -> int:
     if given.keep:
         kept = gains_of(model, parameters, gains.L, gains.B, gains.H,
                         beta=gains.beta, peak=gains.peak, origin=COMMAND)  # fmt: skip
-        write_gains(given.keep, model, kept)
+        try:
+            write_gains(given.keep, model, kept)
+        except OSError as error:
+            why = error.strerror or error
+            print(
+                f'refused: give --keep a file that can be written, not {str(given.keep)!r}: {why}'
+            )
+            return 1
         print(f'kept: give the observer h_infinity.gains: {given.keep}')
     return 0
 

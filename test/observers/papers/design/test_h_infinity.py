@@ -8,7 +8,14 @@ from extras import needs
 
 from obs_ros.models import load_model
 from obs_ros.observers.papers.adaptive_gains import read_gains, stored_gains
-from obs_ros.observers.papers.design.h_infinity import checked, design, import_cvxpy, main
+from obs_ros.observers.papers.design import h_infinity as design_module
+from obs_ros.observers.papers.design.h_infinity import (
+    Gains,
+    checked,
+    design,
+    import_cvxpy,
+    main,
+)
 from obs_ros.observers.papers.design.peak_gain import peak_gain
 from obs_ros.observers.papers.design.plants import LipschitzPlant, suspension
 from obs_ros.observers.papers.h_infinity import HInfinityObserver
@@ -82,6 +89,19 @@ def test_a_command_that_does_not_go_together_is_refused(
 ) -> None:
     assert main(arguments) == 1
     assert why in capsys.readouterr().out
+
+
+def test_gains_that_cannot_be_kept_are_refused_in_one_line(
+    monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str], tmp_path: Path
+) -> None:
+    model, one = load_model('suspension'), np.eye(4)
+    found = Gains(STORED.L, STORED.B, STORED.H, one, 1.0, 0.5, 0.0, np.array([-1.0]))
+    monkeypatch.setattr(design_module, 'designed', lambda given: (model, ('kt',), found))
+    path = tmp_path / 'missing' / 'gains.json'
+    assert main(['--keep', str(path)]) == 1
+    *_, last = capsys.readouterr().out.splitlines()
+    advice = 'refused: give --keep a file that can be written, not '
+    assert last == f'{advice}{str(path)!r}: No such file or directory'
 
 
 @pytest.fixture
