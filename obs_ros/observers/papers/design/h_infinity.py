@@ -198,10 +198,7 @@ def options() -> argparse.ArgumentParser:
         help='a built-in name or package.module:ATTRIBUTE (default: suspension)',
     )
     parser.add_argument(
-        '--parameters',
-        nargs='+',
-        metavar='NAME',
-        help='those to adapt (default: kt of the suspension)',
+        '--parameters', nargs='+', metavar='NAME', help='those to adapt (default: kt)'
     )
     parser.add_argument(
         '--disturbances',
@@ -290,10 +287,7 @@ def main(arguments: list[str] | None = None) -> int:
         try:
             write_gains(given.keep, model, kept)
         except OSError as error:
-            why = error.strerror or error
-            print(
-                f'refused: give --keep a file that can be written, not {str(given.keep)!r}: {why}'
-            )
+            print(f'refused: give --keep a file that can be written: {error}')
             return 1
         print(f'kept: give the observer h_infinity.gains: {given.keep}')
     return 0

@@ -100,8 +100,8 @@ def test_gains_that_cannot_be_kept_are_refused_in_one_line(
     path = tmp_path / 'missing' / 'gains.json'
     assert main(['--keep', str(path)]) == 1
     *_, last = capsys.readouterr().out.splitlines()
-    advice = 'refused: give --keep a file that can be written, not '
-    assert last == f'{advice}{str(path)!r}: No such file or directory'
+    assert last.startswith('refused: give --keep a file that can be written: ')
+    assert last.endswith(f'No such file or directory: {str(path)!r}')
 
 
 @pytest.fixture
