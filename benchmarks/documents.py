@@ -6,7 +6,7 @@ one below that heading of `results/papers_NAME.md`. Without a heading it is that
 """
 
 import re
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterable, Iterator, Sequence
 from decimal import Decimal
 from pathlib import Path
 from typing import NamedTuple
@@ -27,7 +27,7 @@ class Quote(NamedTuple):
 
     `sentence` is a regular expression on the page, in which a blank stands for any white space,
     `measured` one on the file of results, within a line; their groups are the figures, in the same
-    order.
+    order. Figures of a file that is not there yet stay as they are.
     """
 
     page: str
@@ -36,16 +36,22 @@ class Quote(NamedTuple):
     measured: str
 
 
-def pages() -> list[Path]:
+def pages(root: Path = ROOT) -> list[Path]:
     """Return README, CHANGELOG and the pages of docs/."""
-    return [ROOT / 'README.md', ROOT / 'CHANGELOG.md', *sorted((ROOT / 'docs').glob('*.md'))]
+    named = [root / 'README.md', root / 'CHANGELOG.md', *sorted((root / 'docs').glob('*.md'))]
+    return [page for page in named if page.exists()]
 
 
-def refresh() -> None:
-    """Write the tables that come from the results into all pages."""
-    for page in pages():
+def refresh(quotes: Sequence[Quote] = (), root: Path = ROOT) -> None:
+    """Write the tables that come from the results into all pages, and the figures quoted."""
+    results = root / 'benchmarks' / 'results'
+    for page in pages(root):
         text = page.read_text(encoding='utf-8')
-        if (new := with_tables(text)) != text:
+        new = with_tables(text, results)
+        for quote in quotes:
+            if root / quote.page == page:
+                new = with_figures(new, quote, results)
+        if new != text:
             page.write_text(new, encoding='utf-8')
 
 
@@ -100,6 +106,24 @@ def counted_verdicts(results: Path = RESULTS) -> str:
     return table(rows)
 
 
+def with_figures(text: str, quote: Quote, results: Path = RESULTS) -> str:
+    """Return a page's text with the figures of a quote as measured, as many decimals as before."""
+    found = _measured(quote, results)
+    told = re.search(quote.sentence.replace(' ', r'\s+'), text)
+    if found is None or told is None or len(told.groups()) != len(found.groups()):
+        return text
+    for i in range(len(found.groups()), 0, -1):
+        figure = Decimal(found[i]).quantize(Decimal(told[i]))
+        text = f'{text[: told.start(i)]}{figure}{text[told.end(i) :]}'
+    return text
+
+
+def _measured(quote: Quote, results: Path) -> re.Match[str] | None:
+    path = results / quote.results
+    text = path.read_text(encoding='utf-8') if path.exists() else ''
+    return re.search(quote.measured, text, re.MULTILINE)
+
+
 def disagreements(quotes: Iterable[Quote], root: Path = ROOT) -> list[str]:
     """Return what is wrong with quoted figures: each may be rounded, to its own last digit."""
     return [wrong for quote in quotes for wrong in _disagreements(quote, root)]
@@ -107,12 +131,11 @@ def disagreements(quotes: Iterable[Quote], root: Path = ROOT) -> list[str]:
 
 def _disagreements(quote: Quote, root: Path) -> Iterator[str]:
     page = ' '.join((root / quote.page).read_text(encoding='utf-8').split())
-    path = root / 'benchmarks' / 'results' / quote.results
-    told = re.search(quote.sentence, page)
-    found = re.search(quote.measured, path.read_text(encoding='utf-8'), re.MULTILINE)
+    results = root / 'benchmarks' / 'results'
+    told, found = re.search(quote.sentence, page), _measured(quote, results)
     if told is None:
         yield f'{quote.page}: no sentence {quote.sentence!r}'
-    if found is None:
+    if found is None and (results / quote.results).exists():
         yield f'{quote.results}: nothing {quote.measured!r}'
     if told is None or found is None:
         return

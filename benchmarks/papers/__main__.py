@@ -1,13 +1,14 @@
 """The source papers, audited: what each claims, how that was judged, and our default beside it.
 
 Afterwards, or when it is stopped, the tables in docs/ that come from the committed results are
-written anew.
+written anew, and the figures in their sentences.
 """
 
+import signal
 import sys
 
 from benchmarks.documents import RESULTS, refresh
-from benchmarks.papers.paper import papers, reported
+from benchmarks.papers.paper import load_paper, papers, reported
 from benchmarks.runner import options
 
 SEEDS = 200
@@ -37,8 +38,9 @@ def main(arguments: list[str] | None = None) -> None:
             told = ', '.join(written) or 'none'
             print(f'reports written: {told}; not written: {", ".join(left)}', file=sys.stderr)
         if chosen.results == RESULTS:
-            refresh()
+            refresh([quote for name in papers() for quote in load_paper(name).quotes])
 
 
 if __name__ == '__main__':
+    signal.signal(signal.SIGTERM, signal.default_int_handler)  # tells what is done, as Ctrl-C
     main()

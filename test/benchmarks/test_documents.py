@@ -10,7 +10,9 @@ from benchmarks.documents import (
     counted_verdicts,
     disagreements,
     pages,
+    refresh,
     table_below,
+    with_figures,
     with_tables,
 )
 
@@ -101,3 +103,31 @@ def test_a_quote_whose_figure_is_gone_from_the_results_is_told(results: Path) ->
     (results.parents[1] / 'page.md').write_text('The error is 0.05.')
     quote = Quote('page.md', r'error is ([\d.]+\d)', 'papers_a.md', r'^\| sobol \| (\S+) \|')
     assert 'nothing' in disagreements([quote], results.parents[1])[0]
+
+
+CUBIC = Quote('page.md', r'error is ([\d.]+) \(cubic', 'papers_a.md', r'^\| cubic \| (\S+) \|')
+
+
+def test_a_quoted_figure_is_written_with_its_decimals(results: Path) -> None:
+    page = 'First.\nThe error\nis 0.07 (cubic), not 0.07.'
+    new = with_figures(page, CUBIC, results)
+    assert new == 'First.\nThe error\nis 0.05 (cubic), not 0.07.'
+    assert with_figures(new, CUBIC, results) == new
+
+
+def test_pages_are_refreshed_from_the_results(results: Path) -> None:
+    root = results.parents[1]
+    (root / 'README.md').write_text('The error is 0.071 (cubic).')
+    refresh([CUBIC._replace(page='README.md')], root)
+    assert (root / 'README.md').read_text() == 'The error is 0.052 (cubic).'
+
+
+def test_figures_that_are_not_measured_yet_stay(results: Path) -> None:
+    (results.parents[1] / 'page.md').write_text('The error is 0.07 (cubic).')
+    later = CUBIC._replace(results='papers_b.md')
+    assert (
+        with_figures('The error is 0.07 (cubic).', later, results) == 'The error is 0.07 (cubic).'
+    )
+    assert disagreements([later], results.parents[1]) == []
+    (told,) = disagreements([later._replace(sentence='no ([0-9]+)')], results.parents[1])
+    assert 'no sentence' in told

@@ -1,5 +1,6 @@
 """The audit of Alvarado-Méndez et al. 2024 on made-up runs: what is missed fails."""
 
+import re
 from collections.abc import Mapping
 
 import numpy as np
@@ -8,6 +9,7 @@ import pytest
 from benchmarks.papers.alvarado import claims as told
 from benchmarks.papers.alvarado import report as tables
 from benchmarks.papers.alvarado import theory_claims as theory
+from benchmarks.papers.alvarado.paper import PAPER as FRAME
 from benchmarks.papers.alvarado.printed import (
     GAMMA,
     MAGNITUDES,
@@ -181,6 +183,7 @@ def test_every_table_of_the_report_is_filled() -> None:
     text = tables.report(figures_of(1.0, 0.1, SURE))
     assert sum(line.startswith('| ---') for line in text.splitlines()) == 7
     assert '{' not in text
+    assert not [quote for quote in FRAME.quotes if not re.search(quote.measured, text, re.M)]
 
 
 def test_the_equations_alone_refute_what_they_do() -> None:

@@ -1,5 +1,6 @@
 """Tests of benchmarks.papers.gremling: baselines, counts, and how claims are judged."""
 
+import re
 from dataclasses import replace
 
 import numpy as np
@@ -206,3 +207,4 @@ def test_the_report_marks_what_is_missed() -> None:
 def test_the_report_is_whole() -> None:
     text = FRAME.report(figures(unstable_filters=True))
     assert '{' not in text and '| 1e-07 | 24 of 24 | 24 of 24 |' in text
+    assert not [quote for quote in FRAME.quotes if not re.search(quote.measured, text, re.M)]

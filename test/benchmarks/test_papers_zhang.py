@@ -1,6 +1,7 @@
 """The audit of Zhang et al. 2020 on made-up runs; claims and acceptance fail what fails."""
 
 import math
+import re
 
 import numpy as np
 import pytest
@@ -10,6 +11,7 @@ from benchmarks.papers.zhang import claims as told
 from benchmarks.papers.zhang import report as flow_tables
 from benchmarks.papers.zhang import theorem_claims as theorems
 from benchmarks.papers.zhang import window_report as valve_tables
+from benchmarks.papers.zhang.paper import PAPER as FRAME
 from benchmarks.papers.zhang.plants import (
     CALM,
     CASES,
@@ -240,6 +242,7 @@ def test_every_claim_and_every_table_is_filled() -> None:
     text = flow_tables.report(figures)
     assert sum(line.startswith('| ---') for line in text.splitlines()) == 9
     assert '{' not in text
+    assert not [quote for quote in FRAME.quotes if not re.search(quote.measured, text, re.M)]
 
 
 def test_contestants_share_their_noise_and_cases_do_not() -> None:
