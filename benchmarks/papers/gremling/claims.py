@@ -90,7 +90,7 @@ def to_zero(figures: Figures) -> Claim:
         for way, own in relative.items()
     }
     small = every(
-        within(ends, (0.0, ZERO)) for own in relative[PAPER].values() for ends in intervals(own)
+        within(ends, (-np.inf, ZERO)) for own in relative[PAPER].values() for ends in intervals(own)
     )
     return Claim(
         'Abstract', 'the state estimation error is driven to zero',
