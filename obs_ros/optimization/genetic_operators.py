@@ -1,13 +1,12 @@
 """Selection, crossover, mutation and elitism on chromosomes of decimal digits.
 
-Porter & Passino 1995 select by roulette wheel, cross whole strings at one site and breed again what
-leaves its domain; Gremling & Passino 2000 take parents from the best D, cross every trait and put a
-random value where a trait leaves its range. All work on a population at once, and every random
-number comes in as a draw, uniform on [0, 1): the same draws give the same genes.
+Porter & Passino 1995 select by roulette wheel and cross whole strings at one site; Gremling &
+Passino 2000 take parents from the best D, cross every trait and put a random value where a trait
+leaves its range. All work on a population at once, and every random number comes in as a draw,
+uniform on [0, 1): the same draws give the same genes.
 """
 
 import math
-from collections.abc import Callable
 from typing import NamedTuple
 
 import numpy as np
@@ -33,16 +32,26 @@ def fitness_of(costs: Array) -> Array:
     return np.where(nothing, 2.0 * largest if largest > 0.0 else 1.0, fitness)
 
 
-def roulette(fitness: Array, draws: Array) -> IntArray:
-    """Choose candidates (as draws' shape), each with a probability in proportion to its fitness.
+def wheel_of(fitness: Array) -> Array:
+    """Return the rising ends (N,) of the candidates' shares of a roulette wheel.
 
-    With no fitness at all, every candidate is as likely.
+    With no fitness at all, every candidate has the same share.
     """
     wheel = np.cumsum(fitness / max(fitness.max(), np.finfo(float).tiny))
     if not (np.isfinite(wheel[-1]) and wheel[-1] > 0.0):
         wheel = np.arange(1.0, fitness.size + 1.0)
+    return wheel
+
+
+def chosen_by(wheel: Array, draws: Array) -> IntArray:
+    """Choose candidates (as draws' shape) by a wheel (N,), each as likely as its share is wide."""
     chosen = np.searchsorted(wheel, draws * wheel[-1], side='right')
-    return np.asarray(np.minimum(chosen, fitness.size - 1))
+    return np.asarray(np.minimum(chosen, wheel.size - 1))
+
+
+def roulette(fitness: Array, draws: Array) -> IntArray:
+    """Choose candidates (as draws' shape), each with a probability in proportion to its fitness."""
+    return chosen_by(wheel_of(fitness), draws)
 
 
 def among_best(order: IntArray, best: int, draws: Array) -> IntArray:
@@ -90,23 +99,6 @@ def mutated(genes: Genes, signed: BoolArray, probability: float, draws: Array) -
     toggled = changed[:, :, 0] & signed
     children[:, :, 0] = np.where(toggled, 1 - genes[:, :, 0], genes[:, :, 0])
     return children
-
-
-def bred_until_inside(
-    coding: Base10, breed: Callable[[int], Genes], children: int, tries: int
-) -> Genes:
-    """Breed each of the children again, up to `tries` times, until it is inside; clamp the others.
-
-    `breed` returns that many new ones. A child is inside when all its traits are.
-    """
-    genes = breed(children)
-    for _ in range(tries):
-        outside = np.flatnonzero(~coding.inside(whole_numbers(genes)).all(axis=1))
-        if not outside.size:
-            return genes
-        genes[outside] = breed(outside.size)
-    whole = np.clip(whole_numbers(genes), coding.lowest, coding.highest)
-    return digits_of(whole, coding.digits)
 
 
 class Draws(NamedTuple):

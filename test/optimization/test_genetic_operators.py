@@ -13,7 +13,6 @@ from obs_ros.optimization.decimal_coding import Base10, Genes, whole_numbers
 from obs_ros.optimization.genetic_operators import (
     Draws,
     among_best,
-    bred_until_inside,
     copies_of_best,
     fitness_of,
     mutated,
@@ -103,24 +102,6 @@ def test_a_trait_out_of_range_becomes_a_random_value_and_others_stay() -> None:
     assert (mended[:, 0] == 2.0).all() and (mended[:, 2] == 0.0).all()
     assert mended[:, 1].min() < 0.802 and mended[:, 1].max() > 1.198
     assert mended[:, 1].mean() == pytest.approx(1.0, abs=0.015)
-
-
-def test_a_child_outside_is_bred_again_ten_times_and_then_clamped() -> None:
-    outside, inside = CODING.encode(CODING.lower[None]), CODING.encode(CODING.lower[None])
-    outside[:, 0, 1] = 9
-    asked = []
-
-    def breed(children: int) -> Genes:
-        asked.append(children)
-        genes = np.repeat(outside, children, axis=0)
-        if len(asked) == 3:
-            genes[0] = inside[0]
-        return genes
-
-    genes = bred_until_inside(CODING, breed, 2, 10)
-    assert asked == [2, 2, 2, *[1] * 8]
-    assert (genes[0] == inside[0]).all()
-    assert CODING.decode(genes)[1].tolist() == [2.3, 0.8, -0.2]
 
 
 @given(st.integers(0, 2**32), st.integers(2, 40), st.floats(0.01, 1.0), st.booleans())

@@ -29,14 +29,8 @@ from obs_ros.observers.papers.euler import euler_step, mean_inputs, outputs_of
 from obs_ros.observers.recursive import RecursiveObserver
 from obs_ros.observers.settings import Settings, setting
 from obs_ros.optimization.decimal_coding import Base10, Genes
-from obs_ros.optimization.genetic_operators import (
-    bred_until_inside,
-    copies_of_best,
-    fitness_of,
-    mutated,
-    roulette,
-    string_crossover,
-)
+from obs_ros.optimization.genetic_operators import copies_of_best, fitness_of
+from obs_ros.optimization.roulette_breeding import bred_until_inside
 
 
 @dataclass(frozen=True)
@@ -168,18 +162,10 @@ class GeneticAdaptiveObserver(RecursiveObserver):
         elite = np.repeat(self._genes[best : best + 1], copies, axis=0)
         if copies == len(fitness):
             return elite
-
-        def breed(children: int) -> Genes:
-            s, draw = self.settings, self.rng.random
-            pairs = (children + 1) // 2
-            parents = roulette(fitness, draw((pairs, 2)))
-            a, b = self._genes[parents[:, 0]], self._genes[parents[:, 1]]
-            genes = string_crossover(a, b, s.crossover, draw(pairs), draw(pairs))[:children]
-            return mutated(genes, self._coding.signed, s.mutation, draw(genes.shape))
-
         children = bred_until_inside(
-            self._coding, breed, len(fitness) - copies, self.settings.tries
-        )
+            self._coding, self._genes, fitness, len(fitness) - copies, self.settings.crossover,
+            self.settings.mutation, self.settings.tries, self.rng,
+        )  # fmt: skip
         return np.concatenate([elite, children])
 
     def _tell(self, fitness: float) -> None:
