@@ -16,6 +16,7 @@ from obs_ros.core.typing import AnyArray, Array, BoolArray, IntArray
 from obs_ros.optimization.decimal_coding import Base10, Genes, digits_of, whole_numbers
 
 UNIT = 2.0**-32  # a draw of 32 bits times this is one of [0, 1)
+LEAST = float(np.finfo(np.float64).tiny)
 MANTISSA = np.uint64(11)  # bits of 64 that a float has no room for
 
 
@@ -26,8 +27,7 @@ def fitness_of(costs: Array) -> Array:
     """
     costs = np.abs(costs)
     nothing = costs == 0.0
-    with np.errstate(divide='ignore'):
-        fitness = np.where(nothing, 0.0, 1.0 / costs)
+    fitness = 1.0 / np.where(nothing, np.inf, costs)
     largest = fitness.max()
     return np.where(nothing, 2.0 * largest if largest > 0.0 else 1.0, fitness)
 
@@ -37,7 +37,7 @@ def wheel_of(fitness: Array) -> Array:
 
     With no fitness at all, every candidate has the same share.
     """
-    wheel = np.cumsum(fitness / max(fitness.max(), np.finfo(float).tiny))
+    wheel: Array = (fitness / max(fitness.max(), LEAST)).cumsum()
     if not (np.isfinite(wheel[-1]) and wheel[-1] > 0.0):
         wheel = np.arange(1.0, fitness.size + 1.0)
     return wheel
@@ -61,8 +61,8 @@ def among_best(order: IntArray, best: int, draws: Array) -> IntArray:
 
 def copies_of_best(fitness: Array) -> int:
     """Return round(F_best / mean F) copies that the best one leaves, 1 to N (Porter, section 2)."""
-    mean = fitness.mean()
-    return int(np.clip(np.rint(fitness.max() / mean) if mean > 0.0 else 1, 1, fitness.size))
+    mean = float(fitness.sum()) / fitness.size
+    return min(max(round(float(fitness.max()) / mean) if mean > 0.0 else 1, 1), fitness.size)
 
 
 def string_crossover(a: Genes, b: Genes, probability: float, crosses: Array, sites: Array) -> Genes:

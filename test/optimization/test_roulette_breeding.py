@@ -1,6 +1,5 @@
 """Tests of obs_ros.optimization.roulette_breeding."""
 
-from collections.abc import Callable
 from typing import Any
 
 import numpy as np
@@ -11,10 +10,11 @@ from hypothesis import strategies as st
 from obs_ros.core.typing import Array
 from obs_ros.optimization import roulette_breeding
 from obs_ros.optimization.decimal_coding import Base10, Genes, whole_numbers
-from obs_ros.optimization.genetic_operators import chosen_by, wheel_of
-from obs_ros.optimization.roulette_breeding import bred_until_inside
+from obs_ros.optimization.genetic_operators import chosen_by, copies_of_best, wheel_of
+from obs_ros.optimization.roulette_breeding import next_generation
 
 CODING = Base10.of([0.0, -9.9], [9.9, -0.01], 7, signed=True)  # of Porter & Passino, section 4.2
+WIDE = Base10.of([-9.9, -9.9], [9.9, 9.9], 7, signed=True)
 FORMS = {
     'arrays': roulette_breeding._bred_on_arrays,
     'loops': roulette_breeding._bred_in_loops,
@@ -28,70 +28,82 @@ def form(request: Any, monkeypatch: pytest.MonkeyPatch) -> str:
     return str(request.param)
 
 
-def population(rng: np.random.Generator, size: int) -> tuple[Genes, Array]:
+def population(seed: int, size: int) -> tuple[Genes, Array]:
+    """Genes of random strings, and fitness of which some is nearly all."""
+    rng = np.random.default_rng(seed)
     return CODING.first_population(rng.random((size, 2))), rng.random(size) ** 8
 
 
+def bred(
+    genes: Genes, fitness: Array, seed: int, mutation: float = 0.4, tries: int = 0,
+    crossover: float = 0.6, coding: Base10 = CODING,
+) -> tuple[Genes, Array]:  # fmt: skip
+    best, rng = int(fitness.argmax()), np.random.default_rng(seed)
+    return next_generation(coding, genes, fitness, best, crossover, mutation, tries, rng)
+
+
 @given(st.integers(0, 2**32), st.integers(2, 40), st.integers(0, 4), st.floats(0.01, 1.0))
-@settings(max_examples=40)
+@settings(max_examples=20)
 def test_gene_by_gene_or_on_arrays_the_bits_are_the_same(
     seed: int, size: int, tries: int, mutation: float
 ) -> None:
-    genes, fitness = population(np.random.default_rng(seed), size)
+    genes, fitness = population(seed, size)
     found = []
     for each in FORMS.values():
-        rng = np.random.default_rng(seed + 1)
+        rng = np.random.default_rng(seed)
         with pytest.MonkeyPatch.context() as patch:
             patch.setattr(roulette_breeding, '_bred', each)
-            bred = bred_until_inside(CODING, genes, fitness, size - 1, 0.6, mutation, tries, rng)
-        found.append((bred, rng.random()))
-    (one, after), *others = found
-    assert one.dtype == np.int8 and one.shape == (size - 1, 2, 8)
-    for other, later in others:
-        assert (other == one).all() and other.dtype == one.dtype
-        assert later == after  # as many random numbers were drawn
+            new, values = next_generation(CODING, genes, fitness, 0, 0.6, mutation, tries, rng)
+        found.append((new.tobytes(), values.tobytes(), rng.random()))  # as many draws, too
+    assert found[0] == found[1] == found[2]
+    assert new.dtype == np.int8 and new.shape == genes.shape
+    assert (CODING.decode(new) == values).all()
 
 
-def test_children_are_inside_and_clamped_where_they_never_are(form: str) -> None:
-    rng = np.random.default_rng(2)
-    genes, fitness = population(rng, 40)
+def test_the_best_leaves_its_copies_as_they_are(form: str) -> None:
+    genes, fitness = population(1, 20)
+    genes[fitness.argmax(), 0] = [1, *[0] * 7]  # minus zero, which no number tells
+    copies = copies_of_best(fitness)
+    new, values = bred(genes, fitness, 2)
+    assert copies > 1 and (new[:copies] == genes[fitness.argmax()]).all()
+    assert (values[:copies] == CODING.decode(genes)[fitness.argmax()]).all()
+    assert np.unique(new[copies:].reshape(20 - copies, -1), axis=0).shape[0] > 1
+
+
+def test_children_are_clamped_to_their_ranges_where_they_never_are_inside(form: str) -> None:
+    genes, fitness = population(3, 400)
     shares = []
     for tries in (0, 1, 10):
-        bred = bred_until_inside(CODING, genes, fitness, 400, 0.6, 0.4, tries, rng)
-        whole = whole_numbers(bred)
+        whole = whole_numbers(bred(genes, fitness, 4, tries=tries)[0])
         assert CODING.inside(whole).all()
         shares.append(float(((whole == CODING.lowest) | (whole == CODING.highest)).mean()))
     assert shares[0] > 1.2 * shares[1] > 1.2 * 1.2 * shares[2] > 0.0
 
 
 def test_only_children_outside_are_bred_again(form: str) -> None:
-    genes, fitness = population(np.random.default_rng(3), 20)
-    once, again = (
-        bred_until_inside(CODING, genes, fitness, 19, 0.6, 0.4, tries, np.random.default_rng(4))
-        for tries in (0, 1)
-    )
-    bounds = whole_numbers(once)
-    free = ((bounds > CODING.lowest) & (bounds < CODING.highest)).all(axis=1)
-    assert 0 < free.sum() < 19
+    genes, fitness = population(5, 20)
+    (once, _), (again, _) = (bred(genes, fitness, 6, tries=tries) for tries in (0, 1))
+    whole = whole_numbers(once)
+    free = ((whole > CODING.lowest) & (whole < CODING.highest)).all(axis=1)
+    assert 4 < free.sum() < 16
     assert (once[free] == again[free]).all()
     assert (once[~free] != again[~free]).any()
 
 
-def test_uncrossed_and_all_but_never_mutated_children_are_their_first_parents(form: str) -> None:
-    genes, fitness = population(np.random.default_rng(5), 20)
-    bred = bred_until_inside(CODING, genes, fitness, 10, 0.0, 1e-12, 0, np.random.default_rng(6))
-    draws = np.random.default_rng(6).random((5, 2))
-    parents = chosen_by(wheel_of(fitness), draws)
-    assert (bred == genes[parents.T.ravel()]).all()
+def test_children_neither_crossed_nor_mutated_are_their_parents(form: str) -> None:
+    genes, _ = population(7, 21)
+    fitness = np.linspace(1.0, 1.2, 21)
+    new, _ = bred(genes, fitness, 8, mutation=1e-12, crossover=0.0)
+    parents = chosen_by(wheel_of(fitness), np.random.default_rng(8).random((10, 2)))
+    assert (new[1:] == genes[parents.T.ravel()]).all()
 
 
-def test_genes_come_from_either_parent_or_from_all_digits(form: str) -> None:
-    genes = np.zeros((2, 2, 8), dtype=np.int8)
-    genes[1] = 1
-    wide = Base10.of([-9.9, -9.9], [9.9, 9.9], 7, signed=True)
-    bred: Callable[[float], Genes] = lambda mutation: bred_until_inside(  # noqa: E731
-        wide, genes, np.ones(2), 4000, 1.0, mutation, 10, np.random.default_rng(7)
-    )
-    assert bred(1e-12)[:, :, 1:].mean() == pytest.approx(0.5, abs=0.03)
-    digits = np.bincount(bred(0.5)[:, 1, 3:].ravel(), minlength=10) / (4000 * 5)
-    np.testing.assert_allclose(digits, [0.3] * 2 + [0.05] * 8, atol=0.02)
+def test_genes_come_from_both_parents_and_mutate_to_all_digits(form: str) -> None:
+    genes = np.zeros((2000, 2, 8), dtype=np.int8)
+    genes[::2] = 1
+    crossed, _ = bred(genes, np.ones(2000), 9, mutation=1e-12, crossover=1.0, coding=WIDE)
+    assert crossed[1:, :, 1:].mean() == pytest.approx(0.5, abs=0.05)
+    assert (crossed[1:, 0, 0] != crossed[1:, 1, 7]).mean() == pytest.approx(0.5, abs=0.05)
+    mutated, _ = bred(genes, np.ones(2000), 10, mutation=0.5, tries=10, coding=WIDE)
+    digits = np.bincount(mutated[1:, 1, 3:].ravel(), minlength=10) / (1999 * 5)
+    np.testing.assert_allclose(digits, [0.3] * 2 + [0.05] * 8, atol=0.03)

@@ -24,7 +24,7 @@ class BinaryObserver(GeneticAdaptiveObserver):
         super().__init__(model, **arguments)
         self._coding: Any = Base2(self._coding.lower, self._coding.upper, BITS)
 
-    def _bred(self, fitness: Array, best: int) -> Genes:
+    def _breed(self, fitness: Array, best: int) -> None:
         s, draw = self.settings, self.rng.random
         copies = copies_of_best(fitness)
         children = len(fitness) - copies
@@ -34,7 +34,8 @@ class BinaryObserver(GeneticAdaptiveObserver):
         genes = string_crossover(a, b, s.crossover, draw(pairs), draw(pairs))[:children]
         genes = genes ^ (draw(genes.shape) < s.mutation)
         elite = np.repeat(self._genes[best : best + 1], copies, axis=0)
-        return np.concatenate([elite, genes])
+        self._genes = np.concatenate([elite, genes])
+        self._values = self._coding.decode(self._genes)
 
 
 class OneGainFixed(GeneticAdaptiveObserver):

@@ -15,7 +15,7 @@ the paper has it without telling its limit. The paper's freeze of the gains make
 and is off unless asked for. Rates: docs/papers.md.
 """
 
-from collections import deque
+import math
 from dataclasses import dataclass
 from typing import Any, ClassVar
 
@@ -28,9 +28,9 @@ from obs_ros.observers.output_intake import Instant
 from obs_ros.observers.papers.euler import euler_step, mean_inputs, outputs_of
 from obs_ros.observers.recursive import RecursiveObserver
 from obs_ros.observers.settings import Settings, setting
-from obs_ros.optimization.decimal_coding import Base10, Genes
-from obs_ros.optimization.genetic_operators import copies_of_best, fitness_of
-from obs_ros.optimization.roulette_breeding import bred_until_inside
+from obs_ros.optimization.decimal_coding import Base10
+from obs_ros.optimization.genetic_operators import fitness_of
+from obs_ros.optimization.roulette_breeding import next_generation
 
 
 @dataclass(frozen=True)
@@ -99,20 +99,20 @@ class GeneticAdaptiveObserver(RecursiveObserver):
     def _start(self, now: Instant) -> None:
         draws = self.rng.random((self.settings.population, self.x.size))
         self._genes = self._coding.first_population(draws)
-        self._gains = self._coding.decode(self._genes)[0]
-        # The best gains of the last N_l samples.
-        self._best: deque[Array] = deque(maxlen=self.settings.averaged)
+        self._values = self._coding.decode(self._genes)
+        self._gains = self._values[0]
+        # The best gains of the last N_l samples, the newest last, and how many there were so far.
+        self._best, self._kept = np.empty((self.settings.averaged, self.x.size)), 0
         self._generation, self._frozen = 0, False
         self.innovation[:] = now.y - outputs_of(self.model, now.t, self.x, now.u, self.p)
-        self._tell(np.nan)
+        self._tell(math.nan)
 
     def _step(self, before: Instant, now: Instant, path: Path) -> None:
         model, h = self.model, (now.stamp - before.stamp) / 1e9
-        error = before.y[0] - outputs_of(model, before.t, self.x, before.u, self.p)[0]
-        error = error if np.isfinite(before.y[0]) else 0.0
+        error = self.innovation.item() if math.isfinite(before.y[0]) else 0.0
         predicted = euler_step(model, before.t, h, self.x, mean_inputs(path), self.p)
-        fitness = np.nan
-        if np.isfinite(now.y[0]) and not self._frozen:
+        fitness = math.nan
+        if math.isfinite(now.y[0]) and not self._frozen:
             fitness = self._adapt(now, h, predicted, error)
         self.x[:] = predicted + self._gains * error
         self.innovation[:] = now.y - outputs_of(model, now.t, self.x, now.u, self.p)
@@ -120,14 +120,14 @@ class GeneticAdaptiveObserver(RecursiveObserver):
 
     def _adapt(self, now: Instant, h: float, predicted: Array, error: float) -> float:
         """Choose the gains and breed the next generation; return the best's fitness -J."""
-        gains = self._coding.decode(self._genes)
+        gains = self._values
         costs = self._costs(now, h, predicted, error, gains)
         best = int(costs.argmin())
         self._gains = gains[best]
         if self.settings.freeze:
             self._try_mean(now, h, predicted, error, float(costs[best]))
         if not self._frozen:
-            self._genes = self._bred(fitness_of(costs), best)
+            self._breed(fitness_of(costs), best)
             self._generation += 1
         return -float(costs[best])
 
@@ -136,10 +136,9 @@ class GeneticAdaptiveObserver(RecursiveObserver):
         s, y = self.settings, now.y[0]
         x = predicted[:, None] + gains.T * error
         p1 = y - outputs_of(self.model, now.t, x, now.u, self.p)[0]
-        with np.errstate(all='ignore'):
-            x = euler_step(self.model, now.t, h, x, now.u, self.p) + gains.T * p1
-            p2 = outputs_of(self.model, now.t + h, x, now.u, self.p)[0] - y
-            costs = s.alpha1 * p1**2 + s.alpha2 * p2**2
+        x = euler_step(self.model, now.t, h, x, now.u, self.p) + gains.T * p1
+        p2 = outputs_of(self.model, now.t + h, x, now.u, self.p)[0] - y
+        costs = s.alpha1 * p1**2 + s.alpha2 * p2**2
         return np.where(np.isfinite(costs), costs, np.inf)
 
     def _try_mean(
@@ -149,28 +148,25 @@ class GeneticAdaptiveObserver(RecursiveObserver):
 
         Read as J_mean - J_best <= gamma: as printed, with the signs the other way, it always holds.
         """
-        if len(self._best) == self.settings.averaged:
-            mean = np.mean(self._best, axis=0)
+        if self._kept >= self.settings.averaged:
+            mean = self._best.mean(axis=0)
             excess = self._costs(now, h, predicted, error, mean[None])[0] - cost
             if excess <= self.settings.tolerance:
                 self._gains, self._frozen = mean, True
-        self._best.append(self._gains)
+        self._best[:-1] = self._best[1:]
+        self._best[-1] = self._gains
+        self._kept += 1
 
-    def _bred(self, fitness: Array, best: int) -> Genes:
-        """Return the next generation: copies of the best, then children of the roulette wheel."""
-        copies = copies_of_best(fitness)
-        elite = np.repeat(self._genes[best : best + 1], copies, axis=0)
-        if copies == len(fitness):
-            return elite
-        children = bred_until_inside(
-            self._coding, self._genes, fitness, len(fitness) - copies, self.settings.crossover,
-            self.settings.mutation, self.settings.tries, self.rng,
-        )  # fmt: skip
-        return np.concatenate([elite, children])
+    def _breed(self, fitness: Array, best: int) -> None:
+        """Put the next generation in its place: copies of the best, then children of the wheel."""
+        s = self.settings
+        self._genes, self._values = next_generation(
+            self._coding, self._genes, fitness, best, s.crossover, s.mutation, s.tries, self.rng
+        )
 
     def _tell(self, fitness: float) -> None:
         self.figures.update({f'L{i}': gain for i, gain in enumerate(self._gains.tolist(), 1)})
         self.figures.update(generation=float(self._generation), frozen=float(self._frozen))
         self.figures.pop('best_fitness', None)
-        if np.isfinite(fitness):
+        if math.isfinite(fitness):
             self.figures['best_fitness'] = fitness
