@@ -177,6 +177,8 @@ def pursue(t, dt, u, y, known, weight, measured, lower, upper, x0, p, squares, e
     q = np.empty(max(1, N_PARAMETERS) * N_LANES)
     total = np.empty(N_LANES)
     for chunk in range(squares.size // N_LANES):
+        # As many as there are lanes: of that number the compiler would make single steps.
+        count = count_of(squares.size, chunk)
         load(p, chunk, q)
         for i in range(N_STATES):
             for lane in range(N_LANES):
@@ -185,9 +187,9 @@ def pursue(t, dt, u, y, known, weight, measured, lower, upper, x0, p, squares, e
         for k in range(dt.size):
             for i in range(N_OUTPUTS):
                 if k > 0 and known[k, i]:
-                    row = np.uint64(measured[i]) * LANES
-                    for lane in range(LANES):
-                        x[row + lane] = y[k, i]
+                    row, value = np.uint64(measured[i]) * LANES, y[k, i]
+                    for lane in range((count + REST) & WHOLE):
+                        x[row + lane] = value
             uk = inputs_at(u, k)
             for lane in range(LANES):
                 xs = gather_x(x, lane)
@@ -195,9 +197,9 @@ def pursue(t, dt, u, y, known, weight, measured, lower, upper, x0, p, squares, e
                 scatter_x(x, lane, clipped(axpy(xs, dt[k], rates), lower, upper))
             for i in range(N_OUTPUTS):
                 if known[k + 1, i]:
-                    row = np.uint64(measured[i]) * LANES
-                    for lane in range(LANES):
-                        error = weight[i] * (y[k + 1, i] - x[row + lane])
+                    row, value, scale = np.uint64(measured[i]) * LANES, y[k + 1, i], weight[i]
+                    for lane in range((count + REST) & WHOLE):
+                        error = scale * (value - x[row + lane])
                         total[lane] += error * error
         for lane in range(LANES):
             squares[np.uint64(chunk) * LANES + lane] = total[lane]

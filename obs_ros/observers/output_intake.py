@@ -65,10 +65,12 @@ class OutputIntake:
 
     def taken(self, y: Array, expected: Callable[[], Array], *, first: bool) -> Array:
         """Return outputs (r,) as they may be taken; NaN = not measured. The first ones pass."""
-        y, expected = self._continuous.taken(y), cache(expected)
+        y = self._continuous.taken(y)
+        judged = self._admission.judges and not first
         if self._saturated.needed:
+            expected = cache(expected)
             y = self._saturated.told(y, expected)
-        if self._admission.judges and not first:
+        if judged:
             self._admission.admit(y, expected(), filled=self._filled)
         return y
 

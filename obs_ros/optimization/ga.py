@@ -16,7 +16,7 @@ from obs_ros.optimization import real_coded
 from obs_ros.optimization.acceptance import Acceptance
 from obs_ros.optimization.decimal_coding import Base10
 from obs_ros.optimization.differential_evolution import check_count
-from obs_ros.optimization.genetic_operators import among_best, offspring
+from obs_ros.optimization.genetic_operators import among_best
 from obs_ros.optimization.initial_population import BLOCKS, costs_in_time, first_population
 from obs_ros.optimization.levenberg_marquardt import (
     LM_DEFAULTS,
@@ -26,6 +26,7 @@ from obs_ros.optimization.levenberg_marquardt import (
 )
 from obs_ros.optimization.problem import Problem
 from obs_ros.optimization.result import Effort, Found
+from obs_ros.optimization.trait_breeding import offspring
 
 Coding = Literal['base10', 'real']
 

@@ -87,6 +87,7 @@ class GeneticAdaptiveObserver(RecursiveObserver):
             for gains in (self.settings.least_gains, self.settings.most_gains)
         )
         self._coding = Base10.of(lower, upper, self.settings.digits, signed=True)
+        self._names_of_gains = [f'L{i}' for i in range(1, n + 1)]
 
     @classmethod
     def suits(cls, model: Model) -> None:
@@ -165,7 +166,7 @@ class GeneticAdaptiveObserver(RecursiveObserver):
         )
 
     def _tell(self, fitness: float) -> None:
-        self.figures.update({f'L{i}': gain for i, gain in enumerate(self._gains.tolist(), 1)})
+        self.figures.update(zip(self._names_of_gains, self._gains.tolist(), strict=True))
         self.figures.update(generation=float(self._generation), frozen=float(self._frozen))
         self.figures.pop('best_fitness', None)
         if math.isfinite(fitness):

@@ -28,7 +28,7 @@ from obs_ros.observers.recursive import RecursiveObserver
 from obs_ros.observers.settings import Settings, setting
 from obs_ros.optimization.decimal_coding import Base10
 from obs_ros.optimization.ga import check_breeding
-from obs_ros.optimization.genetic_operators import offspring
+from obs_ros.optimization.trait_breeding import offspring
 
 
 @dataclass(frozen=True)
@@ -76,7 +76,7 @@ class GeneticAdaptiveStateEstimator(RecursiveObserver):
         super().__init__(model, **arguments)
         n = len(self.model.states)
         self._estimated: IntArray = self.unknowns.index[self.unknowns.index >= n]
-        self._rows = self._estimated - n
+        self._rows = compact(self._estimated - n)
         if not self._estimated.size:
             raise ValueError(f'{type(self).__name__} needs a parameter to estimate')
         lower, upper = self.lower[self._estimated], self.upper[self._estimated]
@@ -84,6 +84,7 @@ class GeneticAdaptiveStateEstimator(RecursiveObserver):
             if not np.isfinite([low, high]).all():
                 name = self.model.variables[i].name
                 raise ValueError(f'{name} needs finite bounds, not {low} to {high}')
+        self._limits = self.lower[:n], self.upper[:n]
         self._coding = Base10.of(lower, upper, self.settings.digits)
         outputs = names(self.model.outputs)
         weight = np.array([1.0 / self.noise.get(name, 1.0) for name in outputs])
@@ -127,12 +128,12 @@ class GeneticAdaptiveStateEstimator(RecursiveObserver):
         elite, stretch = self.settings.elite, self._window.whole(self._steps.measured)
         costs = self._costs(self._values, *stretch)
         for _ in range(self.settings.generations - 1):
-            order = np.argsort(costs, kind='stable')
+            order = costs.argsort(kind='stable')
             self._breed(order)
             # The elite come first now, best first; what they cost is known.
             costs[:elite] = costs[order[:elite]]
             costs[elite:] = self._costs(self._values[elite:], *stretch)
-        order = np.argsort(costs, kind='stable')
+        order = costs.argsort(kind='stable')
         found = self._values[order[0]], float(costs[order[0]])
         self._breed(order)
         return found
@@ -153,8 +154,7 @@ class GeneticAdaptiveStateEstimator(RecursiveObserver):
         return np.where(np.isfinite(squares), squares, np.inf)
 
     def _pursue(self, stretch: Stretch, x0: Array, p: Array) -> tuple[Array, Array]:
-        n = self.x.size
-        return self._steps.pursue(stretch, self.lower[:n], self.upper[:n], x0, p)
+        return self._steps.pursue(stretch, *self._limits, x0, p)
 
 
 class _Window:
@@ -208,3 +208,9 @@ class _Window:
     def _measure(self, y: Array) -> None:
         self._known[-1] = np.isfinite(y)
         self._y[-1] = np.where(self._known[-1], y, 0.0)
+
+
+def compact(rows: IntArray) -> IntArray | slice:
+    """Return rising rows as a slice where none is left out: that takes a third of the time."""
+    first, last = int(rows[0]), int(rows[-1])
+    return slice(first, last + 1) if rows.size == last + 1 - first else rows
