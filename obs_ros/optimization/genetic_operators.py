@@ -1,9 +1,9 @@
 """Selection, crossover, mutation and elitism on chromosomes of decimal digits.
 
 Porter & Passino 1995 select by roulette wheel and cross whole strings at one site; Gremling &
-Passino 2000 take parents from the best D, cross every trait and put a random value where a trait
-leaves its range. All work on a population at once, and every random number comes in as a draw,
-uniform on [0, 1): the same draws give the same genes.
+Passino 2000 take parents from the best D and cross every trait. All work on a population at once,
+and every random number comes in as a draw, uniform on [0, 1): the same draws give the same genes.
+`roulette_breeding` and `trait_breeding` make generations of them.
 """
 
 import numpy as np

@@ -76,9 +76,9 @@ class GeneticAdaptiveStateEstimator(RecursiveObserver):
         super().__init__(model, **arguments)
         n = len(self.model.states)
         self._estimated: IntArray = self.unknowns.index[self.unknowns.index >= n]
-        self._rows = compact(self._estimated - n)
         if not self._estimated.size:
             raise ValueError(f'{type(self).__name__} needs a parameter to estimate')
+        self._rows = compact(self._estimated - n)
         lower, upper = self.lower[self._estimated], self.upper[self._estimated]
         for i, low, high in zip(self._estimated, lower, upper, strict=True):
             if not np.isfinite([low, high]).all():

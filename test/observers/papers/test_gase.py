@@ -11,7 +11,7 @@ from passino import PERIOD, follow, played
 from obs_ros import Sample
 from obs_ros.models import load_model
 from obs_ros.models.three_tank import THREE_TANK
-from obs_ros.observers.papers.gase import GeneticAdaptiveStateEstimator
+from obs_ros.observers.papers.gase import GeneticAdaptiveStateEstimator, compact
 from plant_sim.simulation import Instant
 
 LINEAR = 'observer_form_third_order'
@@ -118,6 +118,17 @@ def test_numpy_and_numba_breed_the_same_candidates(linear: list[Instant]) -> Non
     )
     assert a[-1].parameters == b[-1].parameters
     assert a[-1].state == pytest.approx(b[-1].state, rel=1e-9)
+
+
+def test_parameters_between_which_others_are_given_are_estimated(linear: list[Instant]) -> None:
+    assert compact(np.array([1, 2, 3])) == slice(1, 4)
+    model = load_model(LINEAR)
+    wanted = ('a2', 'a0', 'b0')
+    observer = GeneticAdaptiveStateEstimator(model, parameters=wanted, seed=1, **SMALL)
+    estimate = follow(observer, linear[:60])[-1]
+    nominal = {variable.name: variable.nominal for variable in model.parameters}
+    moved = {name for name, value in estimate.parameters.items() if value != nominal[name]}
+    assert moved == set(wanted)
 
 
 def test_missing_outputs_are_bridged(linear: list[Instant]) -> None:
