@@ -11,7 +11,6 @@ import numpy as np
 from benchmarks.papers.base_2 import Base2
 from obs_ros.core.typing import Array
 from obs_ros.observers.papers.gao import GeneticAdaptiveObserver
-from obs_ros.optimization.decimal_coding import Genes
 from obs_ros.optimization.genetic_operators import copies_of_best, roulette, string_crossover
 
 BITS = 24  # for a gain: 19.8 / 2^24 is about the last of six decimals
