@@ -6,7 +6,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from benchmarks.judge import SAME_OPTIMUM, Judge
-from benchmarks.zoo import CASES, Case, draw
+from benchmarks.zoo import CASES, MANY_UNKNOWNS, Case, draw
 from benchmarks.zoo.windows import FINER
 from obs_ros import Model, Record
 from obs_ros.core.typing import Array
@@ -46,7 +46,7 @@ class Problem:
     @classmethod
     def of(cls, name: str, seed: int) -> 'Problem':
         """Return the window of that seed."""
-        case = CASES[name]
+        case = {**CASES, **MANY_UNKNOWNS}[name]
         drawn = draw(case, seed)
         truth = np.array(list(drawn.truth.values()))
         noise = np.array(list(drawn.noise.values()))
@@ -93,7 +93,7 @@ class Problem:
         names = self.objective.unknowns.names
         judge = Judge(self.model, self.record, names, {})
         truth = dict(zip(names, self.truth.tolist(), strict=True))
-        # The judge weights all outputs equally; in both cases they have the same noise.
+        # The judge weights all outputs equally; in all cases they have the same noise.
         return judge.optimum(truth, starts, seed) / float(self.noise[0]) ** 2
 
 

@@ -5,7 +5,7 @@ against 1 cm, as in the paper, of the others against each output's own standard 
 `experiments` has plants under poor and rich inputs, with noise in the outputs' units.
 """
 
-from benchmarks.zoo.cases import CASES, Case
+from benchmarks.zoo.cases import CASES, MANY_UNKNOWNS, Case
 from benchmarks.zoo.windows import Drawn, draw
 
-__all__ = ['CASES', 'Case', 'Drawn', 'draw']
+__all__ = ['CASES', 'MANY_UNKNOWNS', 'Case', 'Drawn', 'draw']

@@ -11,6 +11,7 @@ from benchmarks.zoo.glycolysis import GLYCOLYSIS
 from benchmarks.zoo.jet import JET
 from benchmarks.zoo.lorenz63 import LORENZ63
 from benchmarks.zoo.lotka_volterra import LOTKA_VOLTERRA
+from benchmarks.zoo.networks import STEP, masses, rooms
 from benchmarks.zoo.pendulum import PENDULUM
 from benchmarks.zoo.quarter_car import QUARTER_CAR
 from benchmarks.zoo.tank_chain import tank_chain
@@ -115,4 +116,31 @@ CASES = {
         Case('tumbling pendulum', PENDULUM, 500, 0.04, 40.0, inputs=wander(3.0, 0.5)),
         Case('quarter car', QUARTER_CAR, 1000, 0.005, 40.0, inputs=wander(0.3, 0.02)),
     )
+}
+
+
+def pushed(unknowns: int) -> Case:
+    """Masses in a row, of so many unknowns, for 10 s."""
+    return Case(
+        f'masses, {unknowns} unknowns', masses(unknowns // 4), 500, STEP, 40.0, NEAR_MIDDLE,
+        inputs=wander(10.0, 0.2), unit_power=True,
+    )  # fmt: skip
+
+
+def heated(unknowns: int) -> Case:
+    """Rooms in a row, of so many unknowns, for 500 s."""
+
+    def inputs(rng: np.random.Generator, t: Array) -> Array:
+        return 1.0 + np.hstack([wander(0.5, 20.0)(rng, t) for _ in range(2)])
+
+    return Case(
+        f'rooms, {unknowns} unknowns', rooms(unknowns // 2), 500, 1.0, 20.0, NEAR_MIDDLE,
+        inputs=inputs, unit_power=True,
+    )  # fmt: skip
+
+
+# Nothing leaves its bounds within the window.
+NEAR_MIDDLE = (0.35, 0.65)
+MANY_UNKNOWNS = {
+    case.name: case for count in (20, 40, 60) for case in (pushed(count), heated(count))
 }

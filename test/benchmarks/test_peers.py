@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 from extras import needs
 
+from benchmarks.peers import many
 from benchmarks.peers import run as peers
 from benchmarks.peers.__main__ import main as measure_peers
 from benchmarks.peers.problem import Oracle, Problem, Stopped
@@ -62,6 +63,41 @@ def test_the_truth_at_a_windows_end_is_where_the_true_start_leads():
     found = problem.at_end(z)
     np.testing.assert_allclose(found.state, problem.end, atol=1e-2)
     np.testing.assert_allclose(found.parameters, problem.truth[3:])
+
+
+def one_of(case, peer, seconds, *, reached=True):
+    return peers.Measured(case, 1, peer, seconds, 2.0, 0.0, 0.0, reached, 0.1, 0.1)
+
+
+def test_of_many_unknowns_ratios_times_and_solutions_are_asked():
+    case = 'rooms, 60 unknowns'
+    results = [
+        *(one_of(case, OURS, 2.0, reached=reached) for reached in (True, False)),
+        *(one_of(case, many.SCIPY, seconds) for seconds in (9.0, 10.0, 12.0)),
+        one_of(case, many.CASADI, 99.0, reached=False),
+    ]
+    rows = {row.asked: row for row in many.acceptance(results, 1e-8)}
+    scipy = rows[f'{case}: {many.SCIPY} >= 5 x our time']
+    assert scipy.met and scipy.measured == '5 (4.5 to 6), 3 of 3 solved'
+    casadi = rows[f'{case}: {many.CASADI} >= 50 x our time']
+    assert not casadi.met and casadi.measured == '49.5 (49.5 to 49.5), 0 of 1 solved'
+    assert not rows[f'{case}: all solved'].met
+    steps = rows[f'{case}: <= 1.3e+08 candidate-steps in C']
+    assert not steps.met and steps.measured == '2e+08'
+    assert len(rows) == 4
+    fewer = [one._replace(case='rooms, 20 unknowns') for one in results[:1]]
+    assert [row.met for row in many.acceptance(fewer, 1e-8)] == [True]
+
+
+@pytest.mark.slow
+def test_the_report_on_many_unknowns_is_written(tmp_path):
+    case = 'masses, 20 unknowns'
+    where = ['--many', '--results', str(tmp_path), '--windows', '1', '--cases', case]
+    quick = 'scipy least_squares, 1 start, batched'
+    found = measure_peers([*where, '--starts', '0', '--peers', quick])
+    assert {one.peer for one in found} == {OURS, quick} and found[0].reached
+    text = (tmp_path / 'peers_many.md').read_text()
+    assert f'{case}: all solved | 1 of 1 | yes' in text
 
 
 @pytest.mark.slow
