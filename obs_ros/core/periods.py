@@ -86,7 +86,7 @@ def nearest(values: Array, to: Array, period: Array) -> Array:
 
     NaN and infinite values stay, and so do values where `to` is NaN.
     """
-    if not np.any(period):  # a number, too
+    if not np.any(period):
         return values
     known = (period > 0.0) & np.isfinite(values) & np.isfinite(to)
     off = np.divide(values - to, period, out=np.zeros(known.shape), where=known)
@@ -98,7 +98,7 @@ def within(values: Array, period: Array) -> Array:
 
     A value that lies there already keeps its bits.
     """
-    if not np.any(period):  # a number, too
+    if not np.any(period):
         return values
     half = np.where(period > 0.0, 0.5 * period, np.inf)
     inside = nearest(values, np.zeros_like(values), period)
