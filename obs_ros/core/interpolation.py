@@ -55,6 +55,25 @@ def segments(t: Array, u: Array, kinds: Sequence[Interpolation]) -> tuple[Array,
     return values, slopes
 
 
+def values_from(t: Array, u: Array, kinds: Sequence[Interpolation], time: float) -> Array:
+    """Return samples (m,) with which a record may begin at a `time` (s): inputs go on as before.
+
+    Samples u (K, m) at t (K,) are NaN at nodes without one. Of an input on straight lines it is the
+    value then, of others the last sample; before the first one, that.
+    """
+    found = np.empty(len(kinds))
+    for i, kind in enumerate(kinds):
+        known = np.flatnonzero(np.isfinite(u[:, i]))
+        row = max(int(np.searchsorted(t[known], time, side='right')) - 1, 0)
+        first = known[row]
+        found[i] = u[first, i]
+        if kind == 'linear' and time > t[first] and row + 1 < known.size:
+            last = known[row + 1]
+            gap, after = t[last] - t[first], time - t[first]
+            found[i], _ = segment(kind, u[first, i], u[last, i], gap, after)
+    return found
+
+
 def check_kinds(kinds: Sequence[str] | None, n_inputs: int) -> tuple[Interpolation, ...]:
     """Return one kind for each input, by default `hold`.
 

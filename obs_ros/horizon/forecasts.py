@@ -8,7 +8,7 @@ of a window and over a whole one, and the least sum over outputs and horizons of
 """
 
 from collections import deque
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from enum import StrEnum
 from functools import cached_property
@@ -16,6 +16,8 @@ from typing import NamedTuple
 
 import numpy as np
 
+from obs_ros.core.interpolation import values_from
+from obs_ros.core.model import Interpolation
 from obs_ros.core.periods import shortest
 from obs_ros.core.record import Record
 from obs_ros.core.typing import Array
@@ -122,7 +124,7 @@ class Forecasts:
         """Run the forecasts on to the end of a record."""
         if not self._pending:
             return
-        part = self._since_then(record)
+        part = self._since_then(record, [each.interpolation for each in kernels.model.inputs])
         if part is None:
             return
         grid = Grid.of(kernels.model, part, np.ones(part.y.shape[1]), float(record.t[0]))
@@ -196,7 +198,7 @@ class Forecasts:
         sure = np.std(saved) / np.sqrt(max(1.0, min(apart, len(newest))))
         return float(np.mean(saved) - self.settings.deviations * sure)
 
-    def _since_then(self, record: Record) -> Record | None:
+    def _since_then(self, record: Record, kinds: Sequence[Interpolation]) -> Record | None:
         """Return the record from where forecasts have come, to its last output; None if nothing.
 
         Forecasts across more than some samples that no record covers are dropped.
@@ -212,7 +214,7 @@ class Forecasts:
         rest = slice(max(first, 0) + (first >= 0), last + 1)
         return Record(
             np.append(self._time, t[rest]),
-            np.vstack([record.u[[max(first, 0)]], record.u[rest]]),
+            np.vstack([values_from(record.t, record.u, kinds, self._time), record.u[rest]]),
             np.vstack([np.full((1, record.y.shape[1]), np.nan), record.y[rest]]),
         )
 

@@ -2,6 +2,7 @@
 
 from collections.abc import Callable, Mapping
 
+import rclpy
 from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus, KeyValue
 from rclpy.clock import Clock, ClockType
 from rclpy.node import Node
@@ -28,7 +29,8 @@ def publish_health(node: GuardedNode, hardware_id: str, examine: Callable[[], He
             # A figure that cannot be shown has to fail here.
             health = Health(health.level, health.message, _texts(health.figures))
         except Exception as error:
-            if examinations.add('diagnostics', error):
+            # While ROS shuts down whatever is under way may fail.
+            if rclpy.ok(context=node.context) and examinations.add('diagnostics', error):
                 node.get_logger().error(f'{examinations.last}; the node goes on')
             health = Health(Level.ERROR, examinations.last)
         figures = dict(health.figures)

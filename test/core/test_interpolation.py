@@ -6,7 +6,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 from plants import NAN
 
-from obs_ros.core.interpolation import check_kinds, segment, segments
+from obs_ros.core.interpolation import check_kinds, segment, segments, values_from
 from obs_ros.core.model import Interpolation
 
 T = np.array([0.0, 1.0, 2.0, 4.0, 5.0, 8.0])
@@ -72,3 +72,27 @@ def test_kinds_are_one_known_kind_for_each_input() -> None:
         check_kinds(['hold'], 2)
     with pytest.raises(ValueError, match="'cubic' is none of hold, linear, mean"):
         check_kinds(['cubic'], 1)
+
+
+def test_a_record_that_begins_later_goes_on_with_the_same_inputs() -> None:
+    t = np.arange(6.0)
+    u = np.array([[1.0, NAN, 2.0, NAN, NAN, 5.0]] * 3).T
+    kinds: list[Interpolation] = ['hold', 'mean', 'linear']
+    for time, expected in (
+        (-1.0, [1.0, 1.0, 1.0]),
+        (0.5, [1.0, 1.0, 1.25]),
+        (2.0, [2.0, 2.0, 2.0]),
+        (4.0, [2.0, 2.0, 4.0]),
+        (7.0, [5.0, 5.0, 5.0]),
+    ):
+        np.testing.assert_allclose(values_from(t, u, kinds, time), expected)
+        inner = (t > time) & (time >= 0.0)
+        if inner.any():
+            later = np.concatenate([[expected], u[inner]])
+            cut, whole = np.append(time, t[inner]), np.union1d(t, [time])
+            samples = np.full((whole.size, 3), NAN)
+            samples[np.searchsorted(whole, t)] = u
+            for mine, theirs in zip(
+                segments(cut, later, kinds), segments(whole, samples, kinds), strict=True
+            ):
+                np.testing.assert_allclose(mine, theirs[whole >= time])

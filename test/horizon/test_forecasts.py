@@ -20,7 +20,9 @@ KERNELS = kernels_for(LAG, 'numpy')
 def record(first: float, last: float, seed: int = 0) -> Record:
     inside = (first - 1e-9 <= T) & (last + 1e-9 >= T)
     noise = SIGMA * np.random.default_rng(seed).standard_normal(T.size)
-    return Record(T[inside], U[inside], (Y + noise)[inside])
+    u = U[inside]
+    u[0] = square_wave(T)[inside][0]  # every record begins with a value
+    return Record(T[inside], u, (Y + noise)[inside])
 
 
 def ends(time: float, **bases: Array) -> dict[Basis, Ends]:
@@ -50,6 +52,20 @@ def test_the_skill_is_that_of_the_first_horizon() -> None:
     run(wrong, 5.0, 12, PROCESS_NOISE=WRONG)
     found = wrong.skill()
     assert found is not None and found < 0.9
+
+
+def test_inputs_with_samples_of_their_own_are_held_where_a_forecast_goes_on(monkeypatch) -> None:
+    """Every window of a plant whose inputs had stamps of their own failed where it was pushed."""
+    skills = []
+    for sparse in (False, True):
+        # Of a square wave every fifth sample tells as much; windows end between two of them.
+        known = (np.arange(T.size) % 5 == 0) | (np.diff(U, prepend=0.0) != 0.0)
+        if sparse:
+            monkeypatch.setitem(globals(), 'U', np.where(known, U, np.nan))
+        forecasts = Forecasts()
+        run(forecasts, 5.2, 12, PROCESS_NOISE=RIGHT)
+        skills.append(forecasts.skill())
+    assert skills[0] == skills[1] is not None
 
 
 def test_there_is_no_skill_before_forecasts_have_come_true() -> None:

@@ -1,6 +1,8 @@
+import contextlib
 import functools
 
 from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus
+from rclpy.executors import ExternalShutdownException
 from ros import figures
 from rosgraph_msgs.msg import Clock
 
@@ -75,3 +77,16 @@ def test_every_message_is_examined_anew_though_simulated_time_stands_still(ros):
     first, second = (int(array.status[0].message) for array in arrays)
     assert second == first + 1
     assert [array.header.stamp.sec for array in arrays] == [7, 7]
+
+
+def test_what_fails_while_ros_shuts_down_is_not_told(ros, capfd):
+    asked = []
+
+    def examine() -> Health:
+        asked.append(ros.context.try_shutdown())
+        raise RuntimeError('the context is invalid')
+
+    publish_health(ros.start(PROBE), 'x', examine)
+    with contextlib.suppress(ExternalShutdownException):
+        ros.spin_until(lambda: asked)
+    assert asked and 'diagnostics failed' not in capfd.readouterr().err
