@@ -5,6 +5,7 @@ import logging
 import signal
 import warnings
 from collections.abc import Callable, Iterator, Sequence
+from concurrent.futures import CancelledError
 from contextlib import ExitStack, contextmanager
 from dataclasses import dataclass
 from multiprocessing import resource_tracker
@@ -134,9 +135,14 @@ async def _asked(distributed: Any, address: str) -> None:
 
 def _results(distributed: Any, future: Any, count: int, address: str) -> list[Any]:
     """Return the results of a group of runs; raises ValueError or OSError where all must end."""
+    gone = f'the Dask scheduler at {one_line(address)} is gone'
     if future.cancelled():
-        raise OSError(f'the Dask scheduler at {one_line(address)} is gone')
-    error = future.exception()
+        raise OSError(gone)
+    try:
+        error = future.exception()
+        found = future.result() if error is None else None
+    except (OSError, CancelledError) as lost:  # while the result was fetched
+        raise OSError(gone) from lost
     if isinstance(error, distributed.scheduler.KilledWorker):
         return [Failure(f'{error.allowed_failures + 1} workers died of it')] * count
     if error is not None:
@@ -144,7 +150,6 @@ def _results(distributed: Any, future: Any, count: int, address: str) -> list[An
             f'the workers at {one_line(address)} cannot run this, is the same obs_ros installed '
             f'there? {quoted(error)}'
         )
-    found = future.result()
     if isinstance(found, Differs):
         raise ValueError(f'a worker at {one_line(address)} has other versions: {found.words}')
     assert isinstance(found, list)

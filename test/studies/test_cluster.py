@@ -2,13 +2,15 @@
 
 import os
 import signal
+from concurrent.futures import CancelledError
+from unittest.mock import Mock
 
 import pytest
 from dask_processes import cluster, distributed, worker
 from study_runs import GIVEN, bits, deadly, pid_of, recordings
 
 from obs_ros.replay.recording import Source
-from obs_ros.studies.cluster import SETTINGS
+from obs_ros.studies.cluster import SETTINGS, _results
 from obs_ros.studies.runner import Where, carried_out
 from obs_ros.studies.store import Store
 from obs_ros.studies.study import Study
@@ -117,6 +119,19 @@ def test_a_scheduler_that_ends_is_one_line_and_what_is_done_is_kept(tmp_path):
         assert 1 <= len(done) < 10
     left = study(tmp_path, 'gone').left()
     assert len(left) == 10 - len(done) and not {run.key for run in left} & {*done}
+
+
+@pytest.mark.parametrize('lost', [ConnectionResetError('by peer'), CancelledError()])
+@pytest.mark.parametrize('when', ['exception', 'result'])
+def test_a_scheduler_that_ends_while_a_result_is_fetched_is_one_line(lost, when):
+    import distributed as dask
+
+    assert issubclass(dask.comm.CommClosedError, OSError)
+    future = Mock(**{'cancelled.return_value': False, 'exception.return_value': None})
+    getattr(future, when).side_effect = lost
+    with pytest.raises(OSError) as told:
+        _results(dask, future, 1, 'tcp://127.0.0.1:9')
+    assert str(told.value) == 'the Dask scheduler at tcp://127.0.0.1:9 is gone'
 
 
 def test_workers_of_another_version_are_refused_in_one_line(tmp_path):
