@@ -2,16 +2,20 @@
 
 import ctypes
 import subprocess
+import tempfile
 from collections.abc import Callable
 from pathlib import Path
 
 import numpy as np
 
-from benchmarks.runner import gcc_version
+from benchmarks.runner import cpu_seconds, gcc_version, repeats_for
+from benchmarks.tanks import random_window
 from obs_ros.core.typing import Array
 from obs_ros.integration.grid import Grid
+from obs_ros.models.three_tank import THREE_TANK
 
 CHUNK = 16
+LANES, YARDSTICK, SNR = 16, 1000, 20.0  # candidates, samples and dB of a timed rollout
 C_OPTIONS = ('-O3', '-march=native', '-ffast-math')
 
 Rollout = Callable[[Array, Array], Array]  # x0 (3, B), p (3, B) -> squares (2, B)
@@ -41,3 +45,17 @@ def c_rollout(grid: Grid, folder: Path) -> Rollout | None:
         return out
 
     return rollout
+
+
+def c_step() -> Callable[[], float]:
+    """Return a function that measures what a candidate-step takes in C, in s; NaN without gcc."""
+    window = random_window(1, YARDSTICK, SNR)
+    grid = Grid.of(THREE_TANK, window.record, np.ones(2))
+    with tempfile.TemporaryDirectory() as folder:
+        rollout = c_rollout(grid, Path(folder))
+    if rollout is None:
+        return lambda: np.nan
+    rng = np.random.default_rng(1)
+    x0, p = rng.uniform(5.0, 95.0, (3, LANES)), rng.uniform(0.2, 1.0, (3, LANES))
+    count = repeats_for(lambda: rollout(x0, p), 1e-3)
+    return lambda: cpu_seconds(lambda: rollout(x0, p), count) / (LANES * (YARDSTICK - 1))

@@ -5,7 +5,8 @@ from collections.abc import Iterator, Mapping, Sequence
 
 import numpy as np
 
-from benchmarks.fast_windows.run import JUMPING, LANES, PERIOD, SNR, YARDSTICK, Costs, Row
+from benchmarks.c_twin import LANES, SNR, YARDSTICK
+from benchmarks.fast_windows.run import JUMPING, PERIOD, Costs, Row
 from benchmarks.intervals import median_interval
 from benchmarks.report import Requirement, filled, requirements, table
 

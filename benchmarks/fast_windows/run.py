@@ -1,6 +1,5 @@
 """Windows of three tanks in sequence and alone, timed in turn with C rollouts; and with a tree."""
 
-import tempfile
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
 from functools import partial
@@ -9,9 +8,9 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from benchmarks.c_twin import c_rollout
+from benchmarks.c_twin import SNR, YARDSTICK, c_step
 from benchmarks.pairs import Cost, Pair, in_turns
-from benchmarks.runner import cpu_seconds, progress, repeats_for, timed
+from benchmarks.runner import progress, timed
 from benchmarks.tanks import TRUE_STEP, noise_of, random_window
 from obs_ros import Estimate, Record, solve_window
 from obs_ros.core.deadline import Deadline
@@ -25,8 +24,6 @@ from obs_ros.models.three_tank import THREE_TANK
 
 PERIOD = 50  # s between the ends of windows in sequence
 HOLD = 100  # s that an inflow stays
-SNR = 20.0  # dB
-LANES, YARDSTICK = 16, 1000  # candidates and samples of the C rollouts
 JUMPING = 300  # samples of the windows with a jump inside
 REPEATS = 3  # of windows beside another tree, of which the least time counts
 SETTLED = 2  # windows of a sequence, the first ones, that are not counted
@@ -74,20 +71,6 @@ def rows_of(seeds: Sequence[int], windows: int) -> list[Row]:
             alone = partial(solved_alone, YARDSTICK, SNR, windows * seed + i)
             rows.setdefault(f'cold {YARDSTICK}', []).append(measured(alone, yardstick))
     return [Row(kind, found) for kind, found in rows.items()]
-
-
-def c_step() -> Callable[[], float]:
-    """Return a function that measures what a candidate-step takes in C, in s; NaN without gcc."""
-    window = random_window(1, YARDSTICK, SNR)
-    grid = Grid.of(THREE_TANK, window.record, np.ones(2))
-    with tempfile.TemporaryDirectory() as folder:
-        rollout = c_rollout(grid, Path(folder))
-    if rollout is None:
-        return lambda: np.nan
-    rng = np.random.default_rng(1)
-    x0, p = rng.uniform(5.0, 95.0, (3, LANES)), rng.uniform(0.2, 1.0, (3, LANES))
-    count = repeats_for(lambda: rollout(x0, p), 1e-3)
-    return lambda: cpu_seconds(lambda: rollout(x0, p), count) / (LANES * (YARDSTICK - 1))
 
 
 def measured(solve: Callable[[], Estimate], yardstick: Callable[[], float]) -> Window:

@@ -11,7 +11,7 @@ from functools import partial
 from pathlib import Path
 from typing import Any
 
-from benchmarks.fast_windows.run import c_step
+from benchmarks.c_twin import c_step
 from benchmarks.peers import many
 from benchmarks.peers.pictures import draw_times
 from benchmarks.peers.registry import OURS, PEERS
