@@ -22,6 +22,7 @@ from obs_ros.optimization.levenberg_marquardt import levenberg_marquardt
 ITERATIONS = 100  # of Levenberg-Marquardt, at most
 
 
+@np.errstate(all='ignore')  # what diverges is judged, not warned of
 def constant_gain(model: Model, truth: Truth, gains: tuple[float, ...]) -> Array:
     """Run the genetic observer's equation with one gain: forward Euler, y = x1, from 0."""
     p = np.array([variable.nominal for variable in model.parameters])
@@ -33,6 +34,7 @@ def constant_gain(model: Model, truth: Truth, gains: tuple[float, ...]) -> Array
     return x
 
 
+@np.errstate(all='ignore')
 def open_loop(model: Model, truth: Truth) -> Array:
     """Run the model with its parameters in the middle of their ranges, uncorrected, from 0."""
     p = np.array([0.5 * (variable.lower + variable.upper) for variable in model.parameters])

@@ -11,10 +11,12 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from obs_ros.core.jit import accelerated
 from obs_ros.core.typing import Array, BoolArray, IntArray
 
 Genes = NDArray[np.int8]
 
+TEN = np.uint64(10)
 MOST_DIGITS = 15  # that a float64 holds
 ROUNDING = 4.0 * float(np.finfo(np.float64).eps)  # of a product, relative
 
@@ -83,11 +85,6 @@ class Base10:
             signed=low < 0.0 if signed is None else np.full(low.size, signed or (low < 0.0)),
         )
 
-    @property
-    def first_gene(self) -> IntArray:
-        """First gene (T,) of each trait that takes part: 0 where it has a sign, else 1."""
-        return np.where(self.signed, 0, 1)
-
     def encode(self, values: Array) -> Genes:
         """Write values (N, T), rounded to the last digit and moved into their ranges."""
         if np.isnan(values).any():
@@ -102,10 +99,6 @@ class Base10:
     def values(self, whole: IntArray) -> Array:
         """Return the values (N, T) of whole numbers of the last digit that are inside."""
         return np.minimum(np.maximum(whole / self.scale, self.lower), self.upper)
-
-    def inside(self, whole: IntArray) -> BoolArray:
-        """Return which whole numbers (N, T) of the last digit are in their trait's range."""
-        return (whole >= self.lowest) & (whole <= self.highest)
 
     def first_population(self, draws: Array) -> Genes:
         """Return chromosomes uniform in their ranges from draws (N, T) uniform on [0, 1)."""
@@ -129,6 +122,26 @@ def digits_of(whole: IntArray, digits: int) -> Genes:
     for digit in range(digits, 0, -1):
         rest, genes[:, :, digit] = np.divmod(rest, 10)
     return genes
+
+
+@accelerated
+def whole_number(trait: Genes) -> int:
+    """Read one trait (G,), as `whole_numbers` does many."""
+    whole = 0
+    for digit in range(1, len(trait)):
+        whole = 10 * whole + int(trait[digit])
+    return -whole if trait[0] == 1 else whole
+
+
+@accelerated
+def write_digits(whole: int, trait: Genes) -> None:
+    """Write a whole number to the genes of a trait (G,), as `digits_of` does many."""
+    trait[0] = 1 if whole < 0 else 0
+    rest = np.uint64(abs(whole))  # divided faster than a number with a sign
+    for digit in range(len(trait) - 1, 0, -1):
+        tens = rest // TEN
+        trait[digit] = np.int8(rest - tens * TEN)
+        rest = tens
 
 
 def _floor(exact: Array) -> IntArray:

@@ -9,7 +9,14 @@ import numpy as np
 
 from obs_ros.core.jit import accelerated
 from obs_ros.core.typing import Array, BoolArray, IntArray
-from obs_ros.optimization.decimal_coding import Base10, Genes, digits_of, whole_numbers
+from obs_ros.optimization.decimal_coding import (
+    Base10,
+    Genes,
+    digits_of,
+    whole_number,
+    whole_numbers,
+    write_digits,
+)
 from obs_ros.optimization.genetic_operators import (
     chosen_by,
     copies_of_best,
@@ -110,17 +117,10 @@ def _bred_in_loops(
     for n in range(size):
         inside = True
         for i in range(traits):
-            whole = np.int64(0)
-            for j in range(1, count):
-                whole = 10 * whole + new[n, i, j]
-            whole = -whole if new[n, i, 0] == 1 else whole
+            whole = whole_number(new[n, i])
             if last and n >= copies:
                 whole = min(max(whole, lowest[i]), highest[i])
-                new[n, i, 0] = 1 if whole < 0 else 0
-                rest = abs(whole)
-                for j in range(count - 1, 0, -1):
-                    new[n, i, j] = rest % 10
-                    rest //= 10
+                write_digits(whole, new[n, i])
             inside = inside and lowest[i] <= whole <= highest[i]
             values[n, i] = min(max(whole / scale[i], lower[i]), upper[i])
         if not inside:

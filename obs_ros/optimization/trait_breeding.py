@@ -12,12 +12,18 @@ import numpy as np
 
 from obs_ros.core.jit import accelerated
 from obs_ros.core.typing import AnyArray, Array, BoolArray, IntArray
-from obs_ros.optimization.decimal_coding import Base10, Genes, digits_of, whole_numbers
+from obs_ros.optimization.decimal_coding import (
+    Base10,
+    Genes,
+    digits_of,
+    whole_number,
+    whole_numbers,
+    write_digits,
+)
 from obs_ros.optimization.genetic_operators import among_best, mutated, trait_crossover
 
 UNIT = 2.0**-32  # a draw of 32 bits times this is one of [0, 1)
 MANTISSA = np.uint64(11)  # bits of 64 that a float has no room for
-TEN = np.uint64(10)
 
 
 class Draws(NamedTuple):
@@ -158,16 +164,13 @@ def _mended(
     scale: Array, words: AnyArray,
 ) -> Array:  # fmt: skip
     """Replace traits (N, T, G) out of range by values drawn from the words; return all values."""
-    size, traits, count = new.shape
+    size, traits, _ = new.shape
     values = np.empty((size, traits))
     outside, left = np.empty((size * traits, 2), dtype=np.int64), 0
     # First who is outside, which no processor can foretell: one branch each would cost far more.
     for n in range(size):
         for i in range(traits):
-            whole = np.int64(0)
-            for j in range(1, count):
-                whole = 10 * whole + new[n, i, j]
-            whole = -whole if new[n, i, 0] == 1 else whole
+            whole = whole_number(new[n, i])
             values[n, i] = min(max(whole / scale[i], lower[i]), upper[i])
             outside[left, 0], outside[left, 1] = n, i
             left += (whole < lowest[i]) | (whole > highest[i])
@@ -176,12 +179,7 @@ def _mended(
         unit = (words[(n - elite) * traits + i] >> MANTISSA) * 2.0**-53
         whole = lowest[i] + np.int64(unit * (highest[i] - lowest[i] + 1))
         values[n, i] = min(max(whole / scale[i], lower[i]), upper[i])
-        new[n, i, 0] = 1 if whole < 0 else 0
-        rest = np.uint64(abs(whole))  # divided faster than a number with a sign
-        for j in range(count - 1, 0, -1):
-            tens = rest // TEN
-            new[n, i, j] = np.int8(rest - tens * TEN)
-            rest = tens
+        write_digits(whole, new[n, i])
     return values
 
 
