@@ -46,7 +46,7 @@ class Problem:
     @classmethod
     def of(cls, name: str, seed: int) -> 'Problem':
         """Return the window of that seed."""
-        case = {**CASES, **MANY_UNKNOWNS}[name]
+        case = case_of(name)
         drawn = draw(case, seed)
         truth = np.array(list(drawn.truth.values()))
         noise = np.array(list(drawn.noise.values()))
@@ -95,6 +95,11 @@ class Problem:
         truth = dict(zip(names, self.truth.tolist(), strict=True))
         # The judge weights all outputs equally; in all cases they have the same noise.
         return judge.optimum(truth, starts, seed) / float(self.noise[0]) ** 2
+
+
+def case_of(name: str) -> Case:
+    """Return the kind of windows of this name."""
+    return {**CASES, **MANY_UNKNOWNS}[name]
 
 
 def grid_in_steps(model: Model, record: Record, finer: int) -> Grid:

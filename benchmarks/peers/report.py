@@ -5,11 +5,10 @@ from collections.abc import Sequence
 import numpy as np
 
 from benchmarks.judge import SAME_OPTIMUM
+from benchmarks.peers.problem import case_of
 from benchmarks.peers.registry import OURS, PEERS
 from benchmarks.peers.run import Measured
 from benchmarks.report import table
-
-MISSED_EXCESS = 6.0 * SAME_OPTIMUM  # sigma^2; where ours is better by this, the judge has missed
 
 
 def report(results: Sequence[Measured], missing: Sequence[str]) -> dict[str, str]:
@@ -102,7 +101,8 @@ def verdict(results: Sequence[Measured]) -> str:
     if close:
         ratio, name, quicker = min(close)
         lines.append(f'The closest that solves as many is {name}: {ratio:.3g} x, {quicker}.')
-    better = sum(one.excess < -MISSED_EXCESS for one in results)
+    missed = SAME_OPTIMUM * len(case_of(results[0].case).model.variables)
+    better = sum(one.excess < -missed for one in results)
     lines.append(
         f'Ours solves {sum(one.reached for one in ours)} of {len(ours)}; points better than the '
         f"judge's by the target's width: {better}."

@@ -126,18 +126,19 @@ def determined(
         gradient = _gradient(best)
         if parabola_holds(posterior, best.point, gradient, covariance, pinned, level):
             break
-        others = np.empty((0, best.point.size))
-        if isinstance(posterior, Posterior) and movable:
+        optima = None
+        if movable and isinstance(posterior, Posterior):
             optima = _other_optima(posterior, best.point, deadline)
-            others, least = optima.z, float(posterior.costs(best.point[None])[0])
+            least = float(posterior.costs(best.point[None])[0])
             lower = optima.squares[0] < least - PROFILE.better
-            if lower and movable and attempt + 1 < INTERVAL.optima:
+            if lower and attempt + 1 < INTERVAL.optima:
                 best = _polished(best, optima.z[0], deadline)
                 continue
+        others = None if optima is None else optima.z
         ends = _ends(posterior, best, level, deadline, others)
         if ends.better is None or not movable or attempt + 1 == INTERVAL.optima:
             interval = _interval(best, ends)
-            if isinstance(posterior, Posterior) and movable:
+            if optima is not None:
                 interval, ends = _beside_rivals(interval, ends, optima, least, level)
             return Determined(best, enlarged(covariance, ends), interval)
         best = _polished(best, ends.better, deadline)
@@ -211,7 +212,7 @@ def _ends(
     best: Hypothesis,
     level: float,
     deadline: Deadline,
-    others: Array,
+    others: Array | None,
 ) -> Ends:
     unknowns = best.problem.objective.unknowns
     reach = WIDEST * undetermined(unknowns)[unknowns.n_states :]
