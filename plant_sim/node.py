@@ -15,8 +15,7 @@ from sensor_msgs.msg import JointState
 from std_srvs.srv import SetBool, Trigger
 
 from obs_ros.core.model import names
-from obs_ros.interface.bindings import Binding, bindings, signal_parameters
-from obs_ros.interface.sensors import with_sensors
+from obs_ros.interface.bindings import Binding
 from obs_ros.interface.status import Health, Level
 from obs_ros.models import load_model
 from obs_ros.ros.diagnostics import publish_health
@@ -24,9 +23,9 @@ from obs_ros.ros.guarded import GuardedNode
 from obs_ros.ros.info import model_info, publish_info, settings_info
 from obs_ros.ros.message_types import message_type
 from obs_ros.ros.messages import STREAM, named_vector, time_message
-from obs_ros.ros.parameters import Parameters
+from obs_ros.ros.parameters import Parameters, given_at_start
 from obs_ros.ros.run import run
-from obs_ros.ros.streams import check_bindings
+from obs_ros.ros.streams import with_signals
 from plant_sim.fault_settings import (
     actuators,
     check_faults,
@@ -70,14 +69,12 @@ class Simulator(GuardedNode):
             'simulator', automatically_declare_parameters_from_overrides=True, **options
         )
         self._wall_clock = clock
-        parameters = Parameters(self)
+        parameters = Parameters(self, given_at_start(self))
         parameters.declare(CHOICE)
         self.scenario = load_scenario(str(parameters.values['scenario']))
         self.model = load_model(self.scenario.model)
-        parameters.declare((*COMMON, *signal_parameters(self.model)))
-        bound = bindings(self.model, parameters.values, parameters.unknown('signals.'))
-        check_bindings(self, self.model, bound)
-        self.model = with_sensors(self.model, parameters.values)
+        parameters.declare(COMMON)
+        self.model, bound = with_signals(self, self.model, parameters)
         parameters.declare((*fault_parameters(self.model), *instrument_parameters(self.model)))
         self._settings: Mapping[str, Any] = parameters.values
         self._simulates_time = bool(
@@ -106,7 +103,7 @@ class Simulator(GuardedNode):
         self.create_service(Trigger, '~/reset', self._on_reset)
         self.create_service(SetBool, '~/enable', self._on_enable)
         self._examined = time.monotonic(), 0, 0.0
-        publish_health(self, self.model.name, self._examine)
+        publish_health(self, lambda: self.model.name, self._examine)
         self.get_logger().info(
             f'playing {self.scenario.name}: a sample every {self._simulation.period:g} s of plant '
             f'time, {self._settings["speed"]:g} times real time'

@@ -13,6 +13,8 @@ from typing import Any
 
 import yaml
 from ament_index_python.packages import get_package_prefix
+from lifecycle_msgs.msg import Transition
+from lifecycle_msgs.srv import ChangeState, GetState
 from patience import patience
 from rcl_interfaces.msg import Parameter
 from rcl_interfaces.srv import GetParameters, ListParameters, SetParameters
@@ -86,6 +88,8 @@ class Session:
                 [path, *arguments], cwd=self.folder, env=self.environment,
                 stdout=words_of_it, stderr=words_of_it, start_new_session=True,
             )  # fmt: skip
+        if 'managed:=true' in arguments:  # it waits
+            return
         told = self.ros.listen(f'{name}/info', String, LATCHED)
         self.ros.spin_until(lambda: told or self._ended(), timeout=30.0)
         if name.endswith('/estimator'):  # what comes once must not come before it is compiled
@@ -157,6 +161,18 @@ class Session:
         given = yaml.safe_load(fields[0]) if fields else {}
         answer = self.ros.call(name, _class(kind), **given)
         assert getattr(answer, 'success', True), answer
+
+    def transition(self, words: list[str]) -> None:
+        """`ros2 lifecycle set NODE TRANSITION`, and `ros2 lifecycle get NODE`."""
+        node, *asked = words[3:]
+        if not asked:
+            state = self.ros.call(f'{node}/get_state', GetState).current_state
+            assert state.label
+        for label in asked:
+            answer = self.ros.call(
+                f'{node}/change_state', ChangeState, transition=Transition(label=label)
+            )
+            assert answer.success, label
 
     def first_window(self) -> None:
         """Wait until a window has closed, of those that begin from now on."""

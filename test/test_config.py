@@ -62,7 +62,7 @@ def test_the_reference_file_shows_every_part_of_a_binding_as_a_comment(ros):
     node = ros.start(Estimator, **given)
     declared = {f'signals.h1.{part}' for part in node.get_parameters_by_prefix('signals.h1')}
     assert {name for name, _ in flat(signals)} == declared
-    assert 'output./tank1/level/joint_states' in node.streams.subscriptions
+    assert 'output./tank1/level/joint_states' in node.estimation.streams.subscriptions
 
 
 @pytest.mark.parametrize('path', FILES.values(), ids=FILES)
@@ -100,7 +100,7 @@ def test_every_scenario_has_a_file_for_both_nodes(ros, scenario):
         file = ('--ros-args', '--params-file', str(path))
         node = ros.start(NODES[name], *file, '-p', f'{choice}:={wanted}')
         assert node.get_parameter(choice).value == wanted
-        assert node.model.name == model
+        assert getattr(node, 'estimation', node).model.name == model
 
 
 @pytest.mark.parametrize('path', FILES.values(), ids=FILES)
@@ -111,9 +111,9 @@ def test_both_nodes_live_with_every_file_until_there_is_an_estimate(ros, path):
     window = listed(path, 'estimator').get('window.duration', 0.0)
     speed = max(listed(path, 'simulator').get('speed', 1.0), window / WALL)
     told = ros.listen('/diagnostics', DiagnosticArray)
-    ros.spin_until(lambda: estimator.progress.ready, timeout=30.0)
+    ros.spin_until(lambda: estimator.estimation.progress.ready, timeout=30.0)
     simulator = ros.start(Simulator, *file, '-p', f'speed:={speed}')
-    ros.spin_until(lambda: estimator.progress.published, timeout=30.0)
+    ros.spin_until(lambda: estimator.estimation.progress.published, timeout=30.0)
     assert set_parameter(simulator, 'enabled', False).successful  # what follows says nothing new
 
     def judged():
@@ -122,7 +122,7 @@ def test_both_nodes_live_with_every_file_until_there_is_an_estimate(ros, path):
         return statuses.keys() == {'/estimator', '/simulator'} and outcomes & set(Outcome)
 
     ros.spin_until(judged, timeout=30.0)
-    assert estimator.progress.published and not estimator.progress.failed
+    assert estimator.estimation.progress.published and not estimator.estimation.progress.failed
 
 
 def test_the_tanks_give_their_first_estimate_soon():

@@ -91,7 +91,7 @@ def test_the_example_estimates_from_the_messages_of_its_bindings(ros, monkeypatc
     estimator = ros.start(
         Estimator, '--ros-args', '--params-file', str(PARAMETERS), use_sim_time=True, deadline=60.0
     )
-    assert estimator.model is load_model(NAME)
+    assert estimator.estimation.model is load_model(NAME)
     found = ros.listen('/estimator/parameters')
     deviations = ros.listen('/estimator/parameters_stddev')
     publishers = [
@@ -107,7 +107,7 @@ def test_the_example_estimates_from_the_messages_of_its_bindings(ros, monkeypatc
     t, start = 0.02 * np.arange(225), 1000.0
     torque = np.random.default_rng(1).uniform(-3.0, 3.0, 9)
     angles = swing(t, torque) + 0.01 * np.random.default_rng(2).standard_normal(t.size)
-    inputs = estimator.streams.subscriptions['input./drive/torque']
+    inputs = estimator.estimation.streams.subscriptions['input./drive/torque']
     for k, u in enumerate(torque):
         stamp = round((start + 0.5 * k) * 1e9)
         clock(Clock(clock=time_message(stamp)))
@@ -180,7 +180,7 @@ def test_the_tutorial_goes_from_its_files_to_estimates(ros):
     file = ('--ros-args', '--params-file', str(PARAMETERS))
     estimator = ros.start(Estimator, *file)
     told, found = ros.listen('/diagnostics', DiagnosticArray), ros.listen('/estimator/parameters')
-    ros.spin_until(lambda: estimator.progress.ready, timeout=30.0)
+    ros.spin_until(lambda: estimator.estimation.progress.ready, timeout=30.0)
     ros.start(Simulator, *file)
 
     def outcomes():
@@ -188,7 +188,7 @@ def test_the_tutorial_goes_from_its_files_to_estimates(ros):
         return {figures(status)['outcome'] for status in statuses}
 
     ros.spin_until(lambda: found and outcomes() & set(Outcome), timeout=30.0)
-    assert 'collecting' in outcomes() and not estimator.progress.failed
+    assert 'collecting' in outcomes() and not estimator.estimation.progress.failed
     assert vector(found[0]).keys() == TRUTH.keys()
 
 

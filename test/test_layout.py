@@ -15,8 +15,8 @@ FLOORS = (
 )  # fmt: skip
 PACKAGES = ('obs_ros', 'plant_sim', 'demo', 'benchmarks')
 ROS = {
-    'rclpy', 'ament_index_python', 'builtin_interfaces', 'diagnostic_msgs', 'rcl_interfaces',
-    'rosgraph_msgs', 'sensor_msgs', 'std_msgs', 'std_srvs',
+    'rclpy', 'ament_index_python', 'builtin_interfaces', 'diagnostic_msgs', 'lifecycle_msgs',
+    'rcl_interfaces', 'rosgraph_msgs', 'sensor_msgs', 'std_msgs', 'std_srvs',
 }  # fmt: skip
 
 

@@ -111,6 +111,29 @@ def test_no_remote_caller_makes_the_estimator_import(ros, planted, name, value):
     }
 
 
+@pytest.mark.parametrize(('name', 'value'), ATTEMPTS[:6], ids=[name for name, _ in ATTEMPTS[:6]])
+def test_nor_a_managed_one_before_it_is_configured(ros, planted, name, value):
+    """Structure may be mended there; what names code is refused, or configure fails without it."""
+    from lifecycle_msgs.msg import Transition
+    from lifecycle_msgs.srv import ChangeState
+    from rcl_interfaces.srv import SetParameters
+    from rclpy.parameter import Parameter
+
+    from obs_ros.ros.estimator import Estimator
+
+    code = ('model', 'observer', 'signals.h1.type')
+    given = {'signals__h1__topic': '', 'signals__h1__type': '', 'signals__h1__field': '',
+             'signals__Q1__stamp': 'header'}  # fmt: skip
+    ros.start(Estimator, managed=True, **given)
+    change = [Parameter(name, value=value).to_parameter_msg()]
+    answer = ros.call('/estimator/set_parameters', SetParameters, parameters=change).results[0]
+    assert answer.successful == (name not in code), answer.reason
+    configure = Transition(label='configure')
+    configured = ros.call('/estimator/change_state', ChangeState, transition=configure).success
+    assert configured == (name in code), 'a binding that is half given is refused'
+    assert not planted.exists()
+
+
 def test_no_remote_caller_makes_the_simulator_import(ros, planted):
     from ros import set_parameter
 

@@ -144,6 +144,8 @@ TRANSLATIONS: dict[str, Action] = {
     'ros2 param set': Session.set_parameter,
     'ros2 param get': Session.get_parameter,
     'ros2 param dump': Session.dump_parameters,
+    'ros2 lifecycle set': Session.transition,
+    'ros2 lifecycle get': Session.transition,
     'ros2 service call': Session.call,
     'ros2 bag play': _play,
     'ros2 security': _covered('SROS2 is not among the wheels'),

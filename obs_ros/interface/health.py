@@ -54,6 +54,17 @@ def examine(
     return Health(level, message, {'outcome': outcome, **dict(found)})
 
 
+def not_configured(state: str, trouble: str) -> Health:
+    """Return the health of a managed node in a state in which it has nothing to examine.
+
+    `trouble` is why its last transition did not succeed; empty when it did.
+    """
+    if trouble:
+        return Health(Level.ERROR, f'{state}: {trouble}', {'outcome': state})
+    remedy = 'start it anew' if state == 'finalized' else 'call change_state with configure'
+    return Health(Level.WARN, f'{state}: {remedy} to go on', {'outcome': state})
+
+
 @dataclass(frozen=True)
 class _Situation:
     """All that a verdict is made of."""
@@ -67,7 +78,8 @@ class _Situation:
     def verdict(self) -> Verdict:
         """Return the first that holds: what keeps estimates from coming, then the estimate."""
         for check in (
-            self._halted, self._unheard, self._behind, self._stale, self._mixed, self._unsolved,
+            self._inactive, self._halted, self._unheard, self._behind, self._stale, self._mixed,
+            self._unsolved,
         ):  # fmt: skip
             if (found := check()) is not None:
                 return found
@@ -78,6 +90,18 @@ class _Situation:
         """Length of a window in s; None for observers that go sample by sample."""
         duration: float | None = self.settings.get('window.duration')
         return duration
+
+    def _inactive(self) -> Verdict | None:
+        progress = self.progress
+        if progress.active:
+            return None
+        if progress.error:
+            return Verdict(
+                Level.ERROR, f'inactive; the observer failed: {progress.error}', 'inactive'
+            )
+        doing = '' if progress.ready else '; compiling the model'
+        message = f'inactive: call change_state with activate to go on{doing}'
+        return Verdict(Level.WARN, message, 'inactive')
 
     def _halted(self) -> Verdict | None:
         progress = self.progress

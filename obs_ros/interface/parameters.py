@@ -34,6 +34,9 @@ CHOICE = (
         'wall time that samples wait for older ones on other topics: where `signals` name several, '
         'and outputs for inputs that are due, 1 s at most',
         's', lower=0.0, upper=60.0, read_only=True),
+    ParameterSpec('managed', False,
+        'a managed node, which waits for the transitions of its lifecycle: configure, activate',
+        read_only=True),
 )  # fmt: skip
 
 # A change of these needs no new observer. Immediate observers need neither deadline nor prediction.

@@ -13,6 +13,7 @@ class Progress:
     """Counts and moments of an estimator; times in s."""
 
     enabled: bool = True
+    active: bool = True  # it listens
     ready: bool = False
     compiled: bool = False  # what only some windows need too
     compile_time: float = 0.0

@@ -14,9 +14,12 @@ from obs_ros.ros.guarded import Failures, GuardedNode
 PERIOD = 1.0  # s, as diagnostic tools expect
 
 
-def publish_health(node: GuardedNode, hardware_id: str, examine: Callable[[], Health]) -> None:
+def publish_health(
+    node: GuardedNode, hardware: Callable[[], str], examine: Callable[[], Health]
+) -> None:
     """Publish what `examine` returns, every second of wall time: simulated time may stand still.
 
+    `hardware` returns what it is about: the plant, where the node knows it.
     An `examine` that raises is shown instead of its findings, and so is a callback of the node that
     failed since the last time. Texts are in printable characters, and short.
     """
@@ -52,7 +55,7 @@ def publish_health(node: GuardedNode, hardware_id: str, examine: Callable[[], He
             level=health.level.value,
             name=node.get_fully_qualified_name(),
             message=one_line(health.message),
-            hardware_id=one_line(hardware_id),
+            hardware_id=one_line(hardware()),
             values=[KeyValue(key=one_line(k), value=str(v)) for k, v in health.figures.items()],
         )
         message = DiagnosticArray(status=[status])

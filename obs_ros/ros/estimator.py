@@ -1,294 +1,214 @@
-"""The estimator node: samples in, estimates and diagnostics out."""
+"""The estimator node: samples in, estimates and diagnostics out, by itself or as it is managed."""
 
 import sys
-import time
-from collections.abc import Mapping
-from functools import partial
+from collections.abc import Callable
 from typing import Any
 
-import rclpy
-from std_srvs.srv import SetBool, Trigger
+from lifecycle_msgs.srv import ChangeState
+from rclpy.exceptions import ParameterException
+from rclpy.lifecycle import LifecycleNodeMixin, LifecycleState, TransitionCallbackReturn
 
-from obs_ros.core.estimate import Estimate
-from obs_ros.core.record import Sample
-from obs_ros.core.texts import one_line, quoted
-from obs_ros.interface.bindings import bindings, signal_parameters
-from obs_ros.interface.compilation import Compilation
-from obs_ros.interface.fleet import OWN
-from obs_ros.interface.forecast import Forecast
-from obs_ros.interface.health import examine
-from obs_ros.interface.parameters import CHOICE, RENAMED, observer_parameters
+from obs_ros.core.texts import listing, one_line, quoted
+from obs_ros.interface.fleet import OWN, PlantStatus
+from obs_ros.interface.health import not_configured
+from obs_ros.interface.parameters import CHOICE, RENAMED
 from obs_ros.interface.pool import Pool
-from obs_ros.interface.progress import Progress
-from obs_ros.interface.sensors import with_sensors
-from obs_ros.interface.settings import build_observer, differs
 from obs_ros.interface.status import Health
 from obs_ros.interface.terminal import Terminal
-from obs_ros.interface.worker import Finished, Worker
-from obs_ros.models import load_model
-from obs_ros.observers.base import Observer
 from obs_ros.ros.diagnostics import log, publish_health
+from obs_ros.ros.draft import Draft
+from obs_ros.ros.estimation import PATIENCE, Estimation
 from obs_ros.ros.guarded import GuardedNode
-from obs_ros.ros.info import model_info, publish_info, settings_info
-from obs_ros.ros.parameters import Parameters
-from obs_ros.ros.publication import EstimatePublisher
+from obs_ros.ros.parameters import Parameters, given_at_start
 from obs_ros.ros.run import run
-from obs_ros.ros.streams import Streams, check_bindings
 
-PATIENCE = 0.3  # s that the end of the node waits for a solve, which nothing can interrupt
+# What a user, a model or the middleware may have wrong; all else is a defect.
+FAILURES = (ValueError, ParameterException, RuntimeError)
 
 
-class Estimator(GuardedNode):
-    """Hands plant/output and plant/input to an observer and publishes its estimates.
+class Estimator(LifecycleNodeMixin, GuardedNode):
+    """Estimates while it is active; see `Estimation`, which it has from configure to cleanup.
 
-    Parameters `signals.<name>` bind outputs and inputs to fields of other topics.
-    Callbacks only append samples. A thread, of `pool` or its own, has the model compiled and then
-    solves; of windows that close meanwhile it takes the newest, others count as skipped. Immediate
-    observers take their step in the callback instead, and samples are counted until they can.
-    Between windows the state is predicted from sample to sample, in the callback as well.
-
-    Raises ValueError when parameters given at start are wrong.
+    With the parameter `managed` others send it from state to state, by the services of a managed
+    node. Else it has none of those, and configures and activates itself at once: it raises
+    ValueError when parameters given at start are wrong.
     """
 
     def __init__(self, *, pool: Pool | None = None, **options: Any) -> None:
-        super().__init__(
-            'estimator', automatically_declare_parameters_from_overrides=True, **options
+        GuardedNode.__init__(
+            self, 'estimator', automatically_declare_parameters_from_overrides=True, **options
         )
-        self.progress = Progress()
-        self._settings: Mapping[str, Any] = {}
-        self.observer: Observer
-        self._break: str | None = None
-        self._prepared = False  # for the first estimate
-        # Arrival (steady clock, s) of the sample that closed the newest window, until it is solved.
-        self._due: float | None = None
-        self._solving = 0.0  # the same of the window that is being solved
-        self._forecast: Forecast | None = None
+        self._pool = pool
         self._terminal = Terminal()
-        self._guard = self.create_guard_condition(self._collect)
-        self._kernels = Compilation()
-        self._worker = Worker(self._guard.trigger, pool, lambda: self._kernels.of(self._settings))
+        self.estimation: Estimation | None = None
+        self.trouble: Exception | None = None  # why the last transition did not succeed
         try:
-            self._start(Parameters(self, RENAMED, lambda name: pool is None or name not in OWN))
+            given = given_at_start(self, RENAMED, lambda name: pool is None or name not in OWN)
+            (spec,) = (spec for spec in CHOICE if spec.name == 'managed')
+            self.managed = bool(spec.coerce(given.get(spec.name, spec.default)))
+            self._draft = Draft(self, given)
+            LifecycleNodeMixin.__init__(self, enable_communication_interface=self.managed)
+            self._begin()
         except BaseException:
             self.close()
             self.destroy_node()
             raise
 
-    def _start(self, parameters: Parameters) -> None:
-        parameters.declare(CHOICE)
-        self.model = load_model(parameters.values['model'])
-        parameters.declare(signal_parameters(self.model))
-        bound = bindings(self.model, parameters.values, parameters.unknown('signals.'))
-        check_bindings(self, self.model, bound)
-        self.model = with_sensors(self.model, parameters.values)
-        parameters.declare(observer_parameters(self.model, parameters.values['observer']))
-        self._publish_info = publish_info(self)
-        self._publisher = EstimatePublisher(
-            self, self.model, predicting='prediction.enabled' in parameters.values
+    def _begin(self) -> None:
+        if self.managed:
+            self._draft.open()
+            self._guard_transitions()
+        else:
+            own: tuple[Callable[[], TransitionCallbackReturn], ...] = (
+                self.trigger_configure, self.trigger_activate,
+            )  # fmt: skip
+            for transition in own:
+                if transition() is not TransitionCallbackReturn.SUCCESS:
+                    assert self.trouble is not None
+                    raise self.trouble
+        publish_health(self, self._plant, self._examine)
+
+    @property
+    def state(self) -> str:
+        """The state of the managed node, as ROS calls it; rclpy has no word for it."""
+        return str(self._state_machine.current_state[1])
+
+    def status(self) -> PlantStatus:
+        """Return what a fleet shows of it."""
+        if self.estimation is None:
+            return PlantStatus(error=_words(self.trouble))
+        progress, lag = self.estimation.progress, self.estimation.lag
+        return PlantStatus(
+            estimates=progress.published + progress.withheld,
+            skipped=self.estimation.observer.counts.get('skipped', 0),
+            lag=progress.latency if lag is None else max(lag, progress.latency),
+            error=progress.error,
         )
-        parameters.watch(self._propose, self._adopt)
-        self.streams = Streams(
-            self, self.model, bound, parameters.values['merge_wait'], self._absorb
-        )
-        self.create_service(Trigger, '~/reset', self._on_reset)
-        self.create_service(SetBool, '~/enable', self._on_enable)
-        self.watch_clock(lambda _: self._reset('ROS time jumped back'))
-        publish_health(self, self.model.name, self._examine)
 
     def close(self, patience: float = PATIENCE) -> bool:
         """End the worker; False when its solve has not ended within so many s."""
-        self._kernels.close()
-        return self._worker.close(patience)
+        return self.estimation is None or self.estimation.close(patience)
 
-    def _propose(self, values: Mapping[str, Any]) -> tuple[Mapping[str, Any], Observer | None]:
-        new = differs(values, self._settings)
-        return values, build_observer(self.model, values) if new else None
+    def on_configure(self, state: LifecycleState) -> TransitionCallbackReturn:
+        """Make everything from the parameters, and begin to compile."""
+        return self._attempt(self._configure, TransitionCallbackReturn.FAILURE)
 
-    def _adopt(self, proposal: tuple[Mapping[str, Any], Observer | None]) -> None:
-        self._settings, observer = proposal
-        self._predict(observer or self.observer)
-        if observer is None:
-            if not self._prepared:
-                self._proceed()
-            return
-        if self._prepared:
-            self.get_logger().info('parameters changed: the next window is for a new observer')
-            if not observer.inherit(self.observer):
-                self._due = None
-        self._worker.discard()
-        self.observer, self._break = observer, observer.last_break
-        self._prepared = False
-        self.progress.restart()
-        self._publish_info({**model_info(observer.model), **settings_info(self._settings)})
-        self._proceed()
+    def on_activate(self, state: LifecycleState) -> TransitionCallbackReturn:
+        """Listen, and estimate."""
+        return self._attempt(self._activate, TransitionCallbackReturn.FAILURE)
 
-    def _predict(self, observer: Observer) -> None:
-        """Begin to predict, or cease, as the settings say."""
-        if self._settings.get('prediction.enabled') and self._forecast is None:
-            self._forecast = Forecast(self.model, self._publisher.publish_prediction)
-            self._prepared = False
-        elif not self._settings.get('prediction.enabled'):
-            self._forecast = None
-        if self._forecast is not None:
-            self._forecast.follow(self._settings, getattr(observer, 'unknowns', None))
+    def on_deactivate(self, state: LifecycleState) -> TransitionCallbackReturn:
+        """Hear and estimate nothing."""
+        return self._attempt(self._configured.deactivate)
 
-    def _prepare(self) -> float:
-        """Compile or load what is needed, in the worker; return the seconds that it took."""
-        seconds = self.observer.prepare()
-        return seconds if self._forecast is None else seconds + self._forecast.prepare()
+    def on_cleanup(self, state: LifecycleState) -> TransitionCallbackReturn:
+        """Forget everything but the parameters."""
+        return self._attempt(self._clean_up)
 
-    def _absorb(self, sample: Sample, arrival: float) -> None:
-        """Let the observer take a sample that arrived at `arrival` (steady clock, s)."""
-        if not self.progress.enabled:
-            return
-        self.progress.note_lag(time.monotonic() - arrival)
-        if self.observer.immediate:
-            self._step(sample, arrival)
-            return
-        if self.observer.absorb(sample):
-            self._due = arrival
-        self._watch_timeline()
-        if self._forecast is not None:
-            self._forecast.absorb(
-                sample, arrival, silent=lambda: self.streams.alternating or self.stale
-            )
-        if self._due is not None:
-            self._proceed()
+    def on_shutdown(self, state: LifecycleState) -> TransitionCallbackReturn:
+        """Forget everything."""
+        return self._attempt(self._clean_up)
 
-    def _step(self, sample: Sample, arrival: float) -> None:
-        """Let an immediate observer take the sample, and publish its estimate."""
-        if not self._prepared:
-            self.progress.too_early += 1
-            return
+    def on_error(self, state: LifecycleState) -> TransitionCallbackReturn:
+        """Clean up after a transition that failed half way; then the node can be configured."""
+        trouble = self.trouble
+        result = self._attempt(self._clean_up)
+        self.trouble = self.trouble or trouble
+        return result
+
+    def _attempt(
+        self,
+        transition: Callable[[], Any],
+        refused: TransitionCallbackReturn = TransitionCallbackReturn.ERROR,
+    ) -> TransitionCallbackReturn:
+        """Return what has become of a transition: `refused` where others can mend what is wrong.
+
+        rclpy would take an exception for an error, and say nothing of it.
+        """
+        self.trouble = None
         try:
-            due = self.observer.absorb(sample)
-            self._watch_timeline()
-            estimate = self.observer.estimate() if due else None
+            transition()
         except Exception as error:
-            self.observer.reset()
-            self._fail(Finished('estimate', None, error))
-            return
-        if estimate is not None:
-            self._publish(estimate, arrival)
-
-    def _watch_timeline(self) -> None:
-        if self.observer.last_break is not self._break:
-            self._break = self.observer.last_break
-            self._forget_solve()
-            self.get_logger().warning(f'start anew: {one_line(self._break)}')
-
-    def _proceed(self) -> None:
-        """Give the worker what is next, unless it is busy."""
-        if self._worker.running is not None:
-            return
-        if not self._prepared:
-            if not self.progress.compile_time:
-                name = quoted(self.model.name)
-                self.get_logger().info(f'compiling model {name}; the first time it takes seconds')
-            self._worker.start('prepare', self._prepare)
-        elif self._due is not None:
-            deadline = self._settings['deadline']
-            solve = partial(self.observer.estimate, deadline)
-            self._worker.start('estimate', solve, self._due + deadline)
-            self._solving, self._due = self._due, None
-        elif not self.progress.compiled and not self._kernels.under_way:
-            # Like a window, so that none of this plant waits behind it for long.
-            due = time.monotonic() + self._settings.get('deadline', 0.0)
-            self._worker.start('prepare more', self.observer.prepare_more, due)
-
-    def _collect(self) -> None:
-        if (finished := self._worker.collect()) is not None:
-            self._conclude(finished)
-        if rclpy.ok(context=self.context):
-            self._proceed()
-
-    def _conclude(self, finished: Finished) -> None:
-        if finished.error is not None:
-            self._fail(finished)
-        elif finished.kind == 'estimate' and finished.result is not None:
-            self._publish(finished.result, self._solving)
-        if finished.kind != 'estimate':
-            self.progress.compiled = finished.kind == 'prepare more' and not finished.result
-        if finished.kind == 'prepare':
-            self._prepared = self.progress.ready = True
-            if finished.error is None and not self.progress.compile_time:
-                self.progress.compile_time = float(finished.result)
-                self.get_logger().info(f'ready after {finished.result:.1f} s of compilation')
-
-    def _fail(self, finished: Finished) -> None:
-        self.progress.fail(finished)
-        self.get_logger().error(
-            f'cannot {finished.kind}: {self.progress.error}', throttle_duration_sec=5.0
-        )
+            self.trouble = error
+            if self.managed:
+                self.get_logger().error(_words(error))
+            return refused if isinstance(error, FAILURES) else TransitionCallbackReturn.ERROR
+        return TransitionCallbackReturn.SUCCESS
 
     @property
-    def lag(self) -> float | None:
-        """Time (s) since a window closed whose estimate is not published; None if there is none."""
-        closed = self._solving if self._worker.running == 'estimate' else self._due
-        return None if closed is None else time.monotonic() - closed
+    def _configured(self) -> Estimation:
+        assert self.estimation is not None
+        return self.estimation
 
-    @property
-    def idle(self) -> bool:
-        """Whether nothing is compiled or solved, and no sample waits for others."""
-        return self._due is None and self._worker.running is None and not self.streams.waiting
+    def _configure(self) -> None:
+        self._configuration = Parameters(self, self._draft.close(), passing=self.managed)
+        try:
+            self.estimation = Estimation(self, self._configuration, self._pool)
+        except BaseException:
+            self._reopen()
+            raise
 
-    @property
-    def stale(self) -> bool:
-        """Whether a stream has stopped, so that the plant's inputs or outputs are not known."""
-        return self.streams.stale(self._settings['stale_after'])
+    def _activate(self) -> None:
+        try:
+            self._configured.activate()
+        except BaseException:
+            self._configured.deactivate()
+            raise
 
-    def _publish(self, estimate: Estimate, arrival: float) -> None:
-        latency = time.monotonic() - arrival
-        published = not self.streams.alternating and self._publisher.publish(
-            estimate, latency, self.observer.counts['skipped']
-        )
-        self.progress.conclude(estimate, latency, published)
-        if self._forecast is not None:
-            self._forecast.start(estimate)
+    def _clean_up(self) -> None:
+        if self.estimation is not None:
+            self.estimation.close()
+            self.estimation = None
+            self._reopen()
 
-    def _on_reset(self, _: Trigger.Request, response: Trigger.Response) -> Trigger.Response:
-        self._reset('asked to')
-        response.success, response.message = True, 'all samples and estimates forgotten'
-        return response
+    def _reopen(self) -> None:
+        if self.managed:
+            self._draft.open(self._configuration.withdraw())
 
-    def _on_enable(self, request: SetBool.Request, response: SetBool.Response) -> SetBool.Response:
-        if request.data and not self.progress.enabled:
-            # The plant went on unseen meanwhile, so no window may span it.
-            self._reset('enabled')
-            self.streams.rest()
-        self.progress.enabled = request.data
-        response.success = True
-        response.message = 'estimating' if request.data else 'paused: samples are ignored'
-        return response
+    def _guard_transitions(self) -> None:
+        """Let no call of the services of a managed node end it: rclpy raises where none is."""
+        for service in self.services:
+            if service.srv_type is ChangeState:
+                service.callback = self._answering(service.callback)
+        self.guard_services()
 
-    def _reset(self, why: str) -> None:
-        self.get_logger().info(f'reset: {why}')
-        self.streams.clear()
-        self.observer.reset()
-        self._forget_solve()
-        if self._forecast is not None:
-            self._forecast.forget()
+    def _answering(self, change: Callable[..., Any]) -> Callable[..., Any]:
+        def change_state(
+            request: ChangeState.Request, response: ChangeState.Response
+        ) -> ChangeState.Response:
+            possible = {each[0]: each[1] for each in self._state_machine.available_transitions}
+            asked = request.transition
+            if asked.label not in ('', *possible.values()) or (
+                not asked.label and asked.id not in possible
+            ):
+                self.get_logger().error(
+                    f'choose one of {listing([*possible.values()])}: the node is {self.state}, '
+                    f'from where there is no transition {one_line(asked.label or asked.id)}'
+                )
+                response.success = False
+                return response
+            return change(request, response)
 
-    def _forget_solve(self) -> None:
-        self._due = None
-        self.progress.estimate, self.progress.behind = None, 0.0
-        if self._forecast is not None:
-            self._forecast.end()
-        if self._worker.running == 'estimate':
-            self._worker.discard()
+        return change_state
+
+    def _plant(self) -> str:
+        return '' if self.estimation is None else self.estimation.model.name
 
     def _examine(self) -> Health:
-        self.progress.begin_examination(self.observer.counts.get('late', 0))
-        self.progress.collected = self.observer.collected
-        self.progress.solving = self.lag is not None
-        health = examine(
-            self.progress, self.streams.status(), self._settings, self.observer.counts,
-            self._break, self._forecast,
-        )  # fmt: skip
-        for level, line in self._terminal.lines(health):
-            log(self, level, line)
-        self._proceed()  # a child may have ended
-        return health
+        if self.estimation is not None:
+            health = self.estimation.examine()
+            for level, line in self._terminal.lines(health):
+                log(self, level, line)
+        else:
+            health = not_configured(self.state, _words(self.trouble))
+        return Health(health.level, health.message, {**health.figures, 'lifecycle': self.state})
+
+
+def _words(error: Exception | None) -> str:
+    """Return what is wrong in one line: a text for users as it is, of a defect its kind too."""
+    if error is None:
+        return ''
+    return one_line(error) if isinstance(error, FAILURES) else quoted(error)
 
 
 def main() -> int:

@@ -11,7 +11,7 @@ from rclpy.exceptions import ParameterException
 from rclpy.node import Node
 
 from obs_ros.core.texts import one_line
-from obs_ros.interface.fleet import FLEET, OWN, FleetHealth, PlantStatus, plants
+from obs_ros.interface.fleet import FLEET, OWN, FleetHealth, plants
 from obs_ros.interface.pool import Pool
 from obs_ros.interface.status import Health
 from obs_ros.ros.diagnostics import publish_health
@@ -20,7 +20,7 @@ from obs_ros.ros.guarded import GuardedNode
 from obs_ros.ros.info import publish_info, settings_info
 from obs_ros.ros.lean_middleware import lean_middleware
 from obs_ros.ros.paced_executor import PacedExecutor
-from obs_ros.ros.parameters import Parameters
+from obs_ros.ros.parameters import Parameters, given_at_start
 from obs_ros.ros.run import run
 
 # s after which a thread of Python lets another go on. After each kernel a solve waits for its turn:
@@ -44,7 +44,7 @@ class Fleet(GuardedNode):
         self.estimators: dict[str, Estimator] = {}
         self.refused: dict[str, str] = {}  # why plants could not start
         self._wanted: tuple[str, ...] = ()
-        parameters = Parameters(self, ours=OWN.__contains__)
+        parameters = Parameters(self, given_at_start(self, ours=OWN.__contains__))
         parameters.declare(FLEET)
         workers = parameters.values['workers'] or len(os.sched_getaffinity(0))
         self._pool = Pool(workers)
@@ -60,7 +60,7 @@ class Fleet(GuardedNode):
         except BaseException:
             self.close()
             raise
-        publish_health(self, 'fleet', self._examine)
+        publish_health(self, lambda: 'fleet', self._examine)
 
     @property
     def nodes(self) -> list[Node]:
@@ -129,23 +129,13 @@ class Fleet(GuardedNode):
 
     def _examine(self) -> Health:
         before, self._examined = self._examined, time.monotonic()
-        running = {name: _status(each) for name, each in self.estimators.items()}
+        running = {name: each.status() for name, each in self.estimators.items()}
         there = Counter(
             f'{space.rstrip("/")}/{name}' for name, space in self.get_node_names_and_namespaces()
         )
         own = [each.get_fully_qualified_name() for each in self.estimators.values()]
         twice = [name for name in own if there[name] > 1]
         return self._health.examine(running, self.refused, twice, self._examined - before)
-
-
-def _status(estimator: Estimator) -> PlantStatus:
-    progress = estimator.progress
-    return PlantStatus(
-        estimates=progress.published + progress.withheld,
-        skipped=estimator.observer.counts.get('skipped', 0),
-        lag=progress.latency if estimator.lag is None else max(estimator.lag, progress.latency),
-        error=progress.error,
-    )
 
 
 def main() -> int:

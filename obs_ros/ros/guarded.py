@@ -41,7 +41,6 @@ class GuardedNode(Node):
     """
 
     failures: Failures
-    _jump_handle: JumpHandle | None = None
 
     def __init__(self, name: str, **options: Any) -> None:
         self.failures = Failures()  # rclpy makes services and subscriptions of its own
@@ -76,19 +75,25 @@ class GuardedNode(Node):
         """Create a guard condition whose callback is guarded."""
         return super().create_guard_condition(self._guarded(callback), *rest, **more)
 
-    def watch_clock(self, callback: Callable[..., Any]) -> None:
-        """Call `callback(jump)` when the node's time has jumped back."""
+    def guard_services(self) -> None:
+        """Guard the services that rclpy has made without `create_service`."""
+        for service in self.services:
+            if not hasattr(service.callback, '__wrapped__'):
+                service.callback = self._guarded(service.callback, answers=True)
+
+    def watch_clock(self, callback: Callable[..., Any]) -> JumpHandle:
+        """Call `callback(jump)` when the node's time has jumped back, until it is unregistered.
+
+        The handle must be kept: dropping it ends the callback.
+        """
         back = Duration(nanoseconds=-1)
-        # The handle must be kept: dropping it ends the callback.
-        self._jump_handle = self.get_clock().create_jump_callback(
+        return self.get_clock().create_jump_callback(
             JumpThreshold(min_forward=None, min_backward=back, on_clock_change=False),
             post_callback=self._guarded(callback),
         )
 
     def destroy_node(self) -> None:
         """End the node, and all that belongs to it."""
-        if self._jump_handle is not None:
-            self._jump_handle.unregister()
         super().destroy_node()  # type: ignore[no-untyped-call]
 
     def _guarded(self, callback: Callable[..., Any], *, answers: bool = False) -> Any:

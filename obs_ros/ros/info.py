@@ -5,6 +5,7 @@ from typing import Any
 
 import yaml
 from rclpy.node import Node
+from rclpy.publisher import Publisher
 from std_msgs.msg import String
 
 from obs_ros.core.model import Model, Variable
@@ -14,7 +15,11 @@ from obs_ros.ros.messages import LATCHED
 
 def publish_info(node: Node) -> Callable[[Mapping[str, Any]], None]:
     """Return a function that publishes a mapping on the latched topic ~/info."""
-    publisher = node.create_publisher(String, '~/info', LATCHED)
+    return info_on(node.create_publisher(String, '~/info', LATCHED))
+
+
+def info_on(publisher: Publisher) -> Callable[[Mapping[str, Any]], None]:
+    """Return a function that publishes a mapping there."""
     return lambda info: publisher.publish(
         String(data=yaml.safe_dump(dict(info), sort_keys=False, default_flow_style=None))
     )

@@ -13,33 +13,43 @@ from obs_ros.core.texts import one_line
 from obs_ros.interface.parameters import is_foreign
 
 
-class Parameters:
-    """The parameters of one node, which must declare automatically what the user gives.
+def given_at_start(
+    node: Node,
+    renamed: Mapping[str, str] | None = None,
+    ours: Callable[[str], bool] = lambda name: True,
+) -> dict[str, Any]:
+    """Return the values by name that the user gives a node, which must declare them automatically.
 
-    Of those given whose names are not `ours` other nodes of the process take care.
-    Raises ValueError where the user gives one of those that are `renamed` by its old name.
+    They are undeclared again, so that each row declares its own type. Of those whose names are not
+    `ours` other nodes of the process take care. Raises ValueError where the user gives one of those
+    that are `renamed` by its old name.
+    """
+    given = {
+        name: parameter.value  # type: ignore[union-attr]  # annotated as its value
+        for name, parameter in node.get_parameters_by_prefix('').items()
+        if not is_foreign(name)
+    }
+    check_names(given, renamed or {})
+    for name in given:
+        node.undeclare_parameter(name)
+    return {name: value for name, value in given.items() if ours(name)}
+
+
+class Parameters:
+    """The parameters of one node, with the values `given`, which are checked when declared.
+
+    `passing` ones can be withdrawn again; then no row is immutable to rclpy, but those that are
+    set at start only are refused all the same.
     """
 
-    def __init__(
-        self,
-        node: Node,
-        renamed: Mapping[str, str] | None = None,
-        ours: Callable[[str], bool] = lambda name: True,
-    ) -> None:
+    def __init__(self, node: Node, given: Mapping[str, Any], *, passing: bool = False) -> None:
         self._node = node
+        self._passing = passing
         self._specs: dict[str, ParameterSpec] = {}
         self._values: dict[str, Value] = {}
         self._proposed: Any = None
-        # Values given at start, undeclared again so that each row declares its own type.
-        given = {
-            name: parameter.value  # type: ignore[union-attr]  # annotated as its value
-            for name, parameter in node.get_parameters_by_prefix('').items()
-            if not is_foreign(name)
-        }
-        check_names(given, renamed or {})
-        for name in given:
-            node.undeclare_parameter(name)
-        self._given = {name: value for name, value in given.items() if ours(name)}
+        self._given = dict(given)
+        self._unwatch: Callable[[], None] = lambda: None
 
     @property
     def values(self) -> Mapping[str, Any]:
@@ -52,7 +62,7 @@ class Parameters:
         Raises ValueError for a given value that is wrong.
         """
         for spec in specs:
-            value = spec.coerce(self._given.pop(spec.name, spec.default))
+            value = spec.coerce(self._given.get(spec.name, spec.default))
             self._specs[spec.name] = spec
             self._values[spec.name] = value
             self._node.declare_parameter(
@@ -61,14 +71,32 @@ class Parameters:
                 ParameterDescriptor(
                     description=spec.describe(),
                     additional_constraints=spec.range,
-                    read_only=spec.read_only,
+                    read_only=spec.read_only and not self._passing,
                 ),
                 ignore_override=True,
             )
 
     def unknown(self, prefix: str) -> list[str]:
         """Return the names with that prefix that the user gave, but that no row declares."""
-        return sorted(name for name in self._given if name.startswith(prefix))
+        return sorted(name for name in self._unknown if name.startswith(prefix))
+
+    def withdraw(self) -> dict[str, Any]:
+        """Undeclare them all; return the values that were given or have been changed since."""
+        self._unwatch()
+        for name in self._specs:
+            self._node.undeclare_parameter(name)
+        # As tuples: they take a NaN for equal to itself.
+        changed = {
+            name: value
+            for name, value in self._values.items()
+            if name in self._given or (value,) != (self._specs[name].default,)
+        }
+        self._specs.clear()
+        return self._given | changed
+
+    @property
+    def _unknown(self) -> set[str]:
+        return self._given.keys() - self._specs.keys()
 
     def watch(
         self, propose: Callable[[Mapping[str, Value]], Any], adopt: Callable[[Any], None]
@@ -80,15 +108,15 @@ class Parameters:
         change stands. Raises ValueError when the values given at start do not go together.
         """
         adopt(propose(dict(self._values)))
-        if self._given:
-            self._node.get_logger().warning(ignored(self._given, self._specs))
+        if self._unknown:
+            self._node.get_logger().warning(ignored(self._unknown, self._specs))
 
         def check(changes: list[Parameter]) -> SetParametersResult:
             try:
                 values = dict(self._values)
                 for change in changes:
                     if change.name in self._specs:
-                        values[change.name] = self._specs[change.name].coerce(change.value)
+                        values[change.name] = self._coerced(change)
                 self._proposed = values, propose(values) if values != self._values else None
             except ValueError as error:
                 return SetParametersResult(successful=False, reason=one_line(error))
@@ -100,9 +128,25 @@ class Parameters:
                 self._values = values
                 adopt(proposal)
 
+        def unwatch() -> None:
+            self._node.remove_pre_set_parameters_callback(self._widen)
+            self._node.remove_on_set_parameters_callback(check)
+            self._node.remove_post_set_parameters_callback(apply)
+
         self._node.add_pre_set_parameters_callback(self._widen)
         self._node.add_on_set_parameters_callback(check)
         self._node.add_post_set_parameters_callback(apply)
+        self._unwatch = unwatch
+
+    def _coerced(self, change: Parameter) -> Value:
+        """Return the value of a change by its row; raises ValueError for one that must not be."""
+        spec = self._specs[change.name]
+        value = spec.coerce(change.value)
+        if spec.read_only and (value,) != (self._values[change.name],):
+            raise ValueError(
+                f'clean the node up first: {change.name} is set before it is configured'
+            )
+        return value
 
     def _widen(self, changes: list[Parameter]) -> list[Parameter]:
         """Turn integers into floats where floats are meant; other wrong types are refused later."""

@@ -24,7 +24,7 @@ class EstimatePublisher:
     """
 
     def __init__(self, node: Node, model: Model, *, predicting: bool) -> None:
-        self._model = model
+        self._node, self._model = node, model
         rare = {*TOPICS} - {'residual'} if predicting else {*()}  # one for a window, not a sample
         self._publishers = {
             topic: node.create_publisher(
@@ -34,6 +34,11 @@ class EstimatePublisher:
             for topic in (*TOPICS, *(PREDICTED if predicting else ()))
         }  # fmt: skip
         self._outcome = node.create_publisher(String, '~/outcome', LATCHED)
+
+    def destroy(self) -> None:
+        """Publish nothing any more."""
+        for publisher in (*self._publishers.values(), self._outcome):
+            self._node.destroy_publisher(publisher)
 
     def publish_prediction(self, predicted: Predicted) -> None:
         """Publish the states at the newest output, and the residual of that."""

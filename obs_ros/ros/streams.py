@@ -4,6 +4,7 @@ import time
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass
+from functools import partial
 
 from rclpy.clock import Clock, ClockType
 from rclpy.exceptions import InvalidTopicNameException
@@ -12,11 +13,13 @@ from rclpy.validate_topic_name import validate_topic_name
 
 from obs_ros.core.model import Model, names
 from obs_ros.core.record import Sample
-from obs_ros.interface.bindings import HEADER, Binding
+from obs_ros.interface.bindings import HEADER, Binding, bindings, signal_parameters
 from obs_ros.interface.readers import NAMED_VECTOR, topic_readers
+from obs_ros.interface.sensors import with_sensors
 from obs_ros.interface.status import SubscriptionStatus
 from obs_ros.ros.guarded import GuardedNode
 from obs_ros.ros.message_types import fields_of, message_type
+from obs_ros.ros.parameters import Parameters
 from obs_ros.ros.subscription import Subscription
 from obs_ros.samples.merge import Merge, Role
 
@@ -39,7 +42,8 @@ class Streams:
     Outputs and inputs with a binding come from there, all others by name from plant/output and
     plant/input. All that waits on any topic is read before the oldest of it is handed out, so no
     backlog puts one topic before another; on messages that are still under way samples wait up to
-    `wait` s, see `Merge`. The bindings are expected to pass `check_bindings`.
+    `wait` s, see `Merge`. The bindings are expected to pass `check_bindings`. Nothing is subscribed
+    to before `open`, nor after `close`; `destroy` ends all of it.
     """
 
     def __init__(
@@ -53,7 +57,12 @@ class Streams:
     ) -> None:
         self._settings = settings
         self._node = node
-        self._merge = Merge(wait, absorb)
+        self._bound = bound
+        self._roles: dict[Role, Sequence[str]] = {
+            'output': names(model.outputs), 'input': names(model.inputs)
+        }  # fmt: skip
+        self._merged = partial(Merge, wait, absorb)
+        self._merge = self._merged()
         self._guard = node.create_guard_condition(self._serve)
         self._timer = node.create_timer(
             max(wait * settings.tick, settings.shortest_tick),
@@ -61,10 +70,33 @@ class Streams:
             clock=Clock(clock_type=ClockType.STEADY_TIME),
         )
         self._timer.cancel()
-        self.subscriptions = {
-            **self._subscribe('output', names(model.outputs), bound),
-            **self._subscribe('input', names(model.inputs), bound),
-        }
+        self.subscriptions: dict[str, Subscription] = {}
+
+    def open(self) -> None:
+        """Subscribe to every topic."""
+        for role, entries in self._roles.items():
+            default = f'plant/{role}'
+            for topic, reader in topic_readers(
+                entries, self._bound, default, self._node.resolve_topic_name
+            ):
+                name = role if topic == default else f'{role}.{topic}'
+                self.subscriptions[name] = Subscription(
+                    self._node, topic, role, reader, self._merge, self._serve
+                )
+
+    def close(self) -> None:
+        """Hear nothing any more, and forget the samples that wait."""
+        self._timer.cancel()
+        for each in self.subscriptions.values():
+            each.destroy()
+        self.subscriptions.clear()
+        self._merge = self._merged()
+
+    def destroy(self) -> None:
+        """End it."""
+        self.close()
+        self._node.destroy_timer(self._timer)
+        self._node.destroy_guard_condition(self._guard)
 
     @property
     def waiting(self) -> int:
@@ -93,20 +125,6 @@ class Streams:
         """Forget the samples that wait."""
         self._merge.clear()
 
-    def _subscribe(
-        self, role: Role, entries: Sequence[str], bound: Mapping[str, Binding]
-    ) -> dict[str, Subscription]:
-        """Return the subscriptions of one role, by their names in the diagnostics."""
-        default = f'plant/{role}'
-        return {
-            role if topic == default else f'{role}.{topic}': Subscription(
-                self._node, topic, role, reader, self._merge, self._serve
-            )
-            for topic, reader in topic_readers(
-                entries, bound, default, self._node.resolve_topic_name
-            )
-        }
-
     def _serve(self) -> None:
         """Hand out what is complete; after some time, let other callbacks have their turn."""
         for subscription in self.subscriptions.values():
@@ -118,6 +136,19 @@ class Streams:
             self._timer.cancel()
         elif self._timer.is_canceled():
             self._timer.reset()
+
+
+def with_signals(
+    node: Node, model: Model, parameters: Parameters
+) -> tuple[Model, Mapping[str, Binding]]:
+    """Return the model as parameters `signals.<name>` complete it, and what they bind.
+
+    They are declared here. Raises ValueError for those that are wrong.
+    """
+    parameters.declare(signal_parameters(model))
+    bound = bindings(model, parameters.values, parameters.unknown('signals.'))
+    check_bindings(node, model, bound)
+    return with_sensors(model, parameters.values), bound
 
 
 def check_bindings(node: Node, model: Model, bound: Mapping[str, Binding]) -> None:

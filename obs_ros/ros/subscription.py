@@ -109,6 +109,10 @@ class Subscription:
         if self._arrival is not None:
             self._arrival = time.monotonic()
 
+    def destroy(self) -> None:
+        """Hear nothing any more."""
+        self._node.destroy_subscription(self._subscription)
+
     def _subscribe(self, qos: QoSProfile, overriding: QoSOverridingOptions | None = None) -> None:
         self._subscription = self._node.create_subscription(
             message_type(self._reader.type),

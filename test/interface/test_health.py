@@ -3,7 +3,7 @@ from dataclasses import replace
 import pytest
 
 from obs_ros.core.estimate import Estimate, Outcome
-from obs_ros.interface.health import examine
+from obs_ros.interface.health import examine, not_configured
 from obs_ros.interface.progress import Progress
 from obs_ros.interface.status import Level, SubscriptionStatus
 
@@ -45,6 +45,22 @@ def test_all_is_well():
 @pytest.mark.parametrize(
     ('changes', 'expected'),
     [
+        (
+            {'active': False},
+            (Level.WARN, 'inactive', 'inactive: call change_state with activate to go on'),
+        ),
+        (
+            {'active': False, 'ready': False},
+            (
+                Level.WARN,
+                'inactive',
+                'inactive: call change_state with activate to go on; compiling the model',
+            ),
+        ),
+        (
+            {'active': False, 'error': 'no'},
+            (Level.ERROR, 'inactive', 'inactive; the observer failed: no'),
+        ),
         ({'enabled': False}, (Level.WARN, 'paused', 'paused: call ~/enable with true to go on')),
         (
             {'error': 'ValueError: no'},
@@ -245,3 +261,17 @@ REMEDIES = {
 def test_what_to_do_stands_in_what_the_command_shows(case):
     changes, given, remedy = REMEDIES[case]
     assert remedy in judged(**changes, **given)[2][:SEEN]
+
+
+@pytest.mark.parametrize(
+    ('state', 'trouble', 'level', 'message'),
+    [
+        ('unconfigured', '', Level.WARN, 'call change_state with configure to go on'),
+        ('unconfigured', 'no model', Level.ERROR, 'no model'),
+        ('finalized', '', Level.WARN, 'start it anew to go on'),
+    ],
+)
+def test_a_managed_node_that_is_not_configured_says_what_to_do(state, trouble, level, message):
+    health = not_configured(state, trouble)
+    assert (health.level, health.message) == (level, f'{state}: {message}')
+    assert health.figures == {'outcome': state}

@@ -189,24 +189,26 @@ def test_an_immediate_observer_takes_topics_of_two_rates(ros):
         merge_wait=60.0,
         **dict.fromkeys(('noise__h1', 'noise__h2'), 0.01),
     )
-    ros.spin_until(lambda: estimator.progress.ready, timeout=60.0)
+    ros.spin_until(lambda: estimator.estimation.progress.ready, timeout=60.0)
     found = ros.listen('/estimator/state')
     one, two = speak(ros, '/h1', JointState), speak(ros, '/h2', JointState)
     feeds = ros.speak('/plant/input')
     t = np.arange(121.0)
     h = tank_outputs(t, (50.0, 40.0, 45.0), (0.9, 0.7, 0.8))
     feeds(0.0, ['Q1', 'Q2'], [30.0, 30.0])
-    ros.spin_until(lambda: estimator.streams.subscriptions['input'].received)
+    ros.spin_until(lambda: estimator.estimation.streams.subscriptions['input'].received)
     for k in range(t.size):
         one(named_vector(k * 10**9, ['a'], [h[k, 0]]))
-    ros.spin_until(lambda: estimator.streams.subscriptions['output./h1'].received == t.size)
+    ros.spin_until(
+        lambda: estimator.estimation.streams.subscriptions['output./h1'].received == t.size
+    )
     for k in range(0, t.size, 3):
         two(named_vector(k * 10**9, ['a'], [h[k, 1]]))
     ros.spin_until(lambda: len(found) == t.size)
     assert [m.header.stamp.sec for m in found] == t.tolist()
     last = vector(found[-1])
     assert (last['h1'], last['h2']) == pytest.approx(h[-1], abs=0.05)
-    counts = estimator.observer.counts
+    counts = estimator.estimation.observer.counts
     assert counts['late'] == counts['duplicate'] == counts['reset'] == 0
 
 
@@ -254,8 +256,9 @@ def test_no_binding_can_be_changed_from_outside(ros, spec):
 def test_a_sensor_is_declared_without_a_topic(ros):
     given = {'resolution': 0.5, 'range': [0.0, 60.0], 'delay': [0.0, 2.0]}
     estimator, observer = start(ros, {f'signals__h1__{k}': v for k, v in given.items()})
-    h1 = estimator.model.outputs[0]
+    estimation = estimator.estimation
+    h1 = estimation.model.outputs[0]
     assert (h1.resolution, h1.range, h1.delay) == (0.5, (0.0, 60.0), (0.0, 2.0))
-    assert observer.model == estimator.model and set(estimator.streams.subscriptions) == {
+    assert observer.model == estimation.model and set(estimation.streams.subscriptions) == {
         'output', 'input'
     }  # fmt: skip

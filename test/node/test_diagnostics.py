@@ -23,7 +23,7 @@ def test_levels_are_those_of_the_message():
 def test_health_goes_out_as_one_status_of_the_node(ros):
     node = ros.start(PROBE, '--ros-args', '-r', '__ns:=/cell')
     before = node.get_clock().now().nanoseconds
-    publish_health(node, 'three_tank', lambda: Health(Level.STALE, 'as told', {'a': 1}))
+    publish_health(node, lambda: 'three_tank', lambda: Health(Level.STALE, 'as told', {'a': 1}))
     arrays = ros.listen('/diagnostics', DiagnosticArray)
     array = ros.spin_until(lambda: arrays)[0]
     (status,) = array.status
@@ -50,7 +50,7 @@ def test_figures_are_short_texts_in_their_order(ros):
             'none': None,
         },
     )
-    publish_health(ros.start(PROBE), 'x', lambda: health)
+    publish_health(ros.start(PROBE), lambda: 'x', lambda: health)
     assert list(figures(ros.health()).items()) == [
         ('share', '0.333333'),
         ('small', '1.23457e-07'),
@@ -71,7 +71,7 @@ def test_every_message_is_examined_anew_though_simulated_time_stands_still(ros):
     clock.publish(Clock(clock=time_message(7 * 10**9)))
     ros.spin_until(lambda: node.get_clock().now().nanoseconds == 7 * 10**9)
     numbers = iter(range(100))
-    publish_health(node, 'x', lambda: Health(Level.OK, str(next(numbers))))
+    publish_health(node, lambda: 'x', lambda: Health(Level.OK, str(next(numbers))))
     arrays = ros.listen('/diagnostics', DiagnosticArray)
     ros.spin_until(lambda: len(arrays) == 2, timeout=10.0 * PERIOD)
     first, second = (int(array.status[0].message) for array in arrays)
@@ -86,7 +86,7 @@ def test_what_fails_while_ros_shuts_down_is_not_told(ros, capfd):
         asked.append(ros.context.try_shutdown())
         raise RuntimeError('the context is invalid')
 
-    publish_health(ros.start(PROBE), 'x', examine)
+    publish_health(ros.start(PROBE), lambda: 'x', examine)
     with contextlib.suppress(ExternalShutdownException):
         ros.spin_until(lambda: asked)
     assert asked and 'diagnostics failed' not in capfd.readouterr().err

@@ -36,7 +36,9 @@ class Bench:
         self.solver = ros.listen(f'{prefix}/estimator/solver')
         self.output = ros.speak(f'{prefix}/plant/output')
         self.input = ros.speak(f'{prefix}/plant/input')
-        ros.spin_until(lambda: self.estimator.progress.ready and self.estimator.idle)
+        ros.spin_until(
+            lambda: self.estimator.estimation.progress.ready and self.estimator.estimation.idle
+        )
 
     def feed(self, *times: float) -> None:
         for t in times:
@@ -178,7 +180,7 @@ def test_callbacks_run_on_while_it_solves_and_windows_do_not_queue_up(ros, bench
 def test_reset_drops_what_is_being_solved(ros, bench):
     bench.fake.go.clear()
     bench.feed(1, 2)
-    ros.spin_until(lambda: bench.estimator.lag is not None)
+    ros.spin_until(lambda: bench.estimator.estimation.lag is not None)
     assert ros.call('/estimator/reset', Trigger).success
     assert bench.fake.resets == 1
     bench.fake.go.set()
@@ -190,7 +192,7 @@ def test_reset_drops_what_is_being_solved(ros, bench):
 def test_backward_stamps_drop_what_is_being_solved_and_are_named(ros, bench):
     bench.fake.go.clear()
     bench.feed(101, 102)
-    ros.spin_until(lambda: bench.estimator.lag is not None)
+    ros.spin_until(lambda: bench.estimator.estimation.lag is not None)
     bench.feed(1)
     ros.spin_until(lambda: len(bench.fake.outputs) == 1)
     bench.fake.go.set()
@@ -205,7 +207,7 @@ def test_disabled_it_ignores_samples_and_starts_anew_afterwards(ros, bench):
     bench.feed(1, 2)
     status = ros.health(outcome='paused')
     assert status.level == status.WARN
-    ros.spin_until(lambda: bench.estimator.streams.subscriptions['output'].received == 2)
+    ros.spin_until(lambda: bench.estimator.estimation.streams.subscriptions['output'].received == 2)
     assert not bench.fake.outputs
     assert ros.call('/estimator/enable', SetBool, data=True).success
     assert bench.fake.resets == 1
@@ -241,7 +243,7 @@ def test_a_changed_parameter_starts_a_new_observer(ros, bench):
     new = FakeObserver.made[-1]
     assert new is not bench.fake and new.duration == 3.0 and isinstance(new.duration, float)
     assert bench.estimator.get_parameter('window.duration').value == 3.0
-    ros.spin_until(lambda: bench.estimator.progress.ready)
+    ros.spin_until(lambda: bench.estimator.estimation.progress.ready)
     bench.feed(1, 2, 3)
     ros.spin_until(lambda: bench.state)
     assert not bench.fake.outputs and bench.state[0].header.stamp.sec == 3
@@ -272,17 +274,17 @@ def test_a_wrong_value_is_refused_and_nothing_changes(ros, name, value, reason):
     answer = set_parameter(estimator, name, value)
     assert not answer.successful and reason in answer.reason
     assert estimator.get_parameter(name).value == before
-    assert FakeObserver.made[-1] is fake or estimator.observer is fake
+    assert FakeObserver.made[-1] is fake or estimator.estimation.observer is fake
 
 
 def test_several_parameters_change_together_or_not_at_all(ros):
     estimator = ros.start(Estimator, observer=FAKE)
-    fake = estimator.observer
+    fake = estimator.estimation.observer
     answer = estimator.set_parameters_atomically(
         [Parameter('window.duration', value=5.0), Parameter('noise.h1', value=-1.0)]
     )
     assert not answer.successful
-    assert estimator.observer is fake
+    assert estimator.estimation.observer is fake
     assert estimator.get_parameter('window.duration').value == 1000.0
 
 
@@ -328,7 +330,7 @@ def test_best_effort_publishers_are_heard(ros):
     publisher = ros.speak('/plant/output', QoSProfile(depth=5))
     unsure = QoSProfile(depth=5, reliability=ReliabilityPolicy.BEST_EFFORT)
     unsure_publisher = ros.speak('/plant/output', unsure)
-    fake, times = estimator.observer, itertools.count(1)
+    fake, times = estimator.estimation.observer, itertools.count(1)
 
     def heard():
         unsure_publisher(next(times), LEVELS, (7, 7))
@@ -347,7 +349,7 @@ def test_a_backward_jump_of_ros_time_resets(ros):
     for seconds in (100, 50):
         clock.publish(Clock(clock=time_message(seconds * 10**9)))
         ros.spin_until(lambda s=seconds: estimator.get_clock().now().nanoseconds == s * 10**9)
-    assert estimator.observer.resets == 1
+    assert estimator.estimation.observer.resets == 1
 
 
 def test_it_can_start_again_in_the_same_process(ros):

@@ -282,25 +282,25 @@ class Bench:
             **{'window__duration': float(WINDOW), **settings},
         )  # fmt: skip
         self.concluded = []
-        conclude = self.estimator.progress.conclude
+        conclude = self.estimator.estimation.progress.conclude
 
         def spy(estimate, latency, published):
             self.concluded.append((estimate, published))
             conclude(estimate, latency, published)
 
-        monkeypatch.setattr(self.estimator.progress, 'conclude', spy)
+        monkeypatch.setattr(self.estimator.estimation.progress, 'conclude', spy)
         self.parameters = ros.listen('/estimator/parameters')
         self.arrays = ros.listen('/diagnostics', DiagnosticArray)
         self.speakers = {s: ros.speak(f'/plant/{s}', heard=heard) for s in streams}
-        ros.spin_until(lambda: self.estimator.progress.ready, timeout=60.0)
+        ros.spin_until(lambda: self.estimator.estimation.progress.ready, timeout=60.0)
 
     def play(self, messages: Run) -> None:
         """Send the messages, and give the estimator time to solve every window by itself."""
-        self.send(messages, lambda: self.estimator.idle)
+        self.send(messages, lambda: self.estimator.estimation.idle)
 
     def send(self, messages: Run, idle: Callable[[], bool] = lambda: True) -> None:
         """Send a few messages at a time: the streams wait in queues of their own."""
-        heard = self.estimator.streams.subscriptions
+        heard = self.estimator.estimation.streams.subscriptions
         expected = {name: subscription.received for name, subscription in heard.items()}
         for k, message in enumerate(messages, 1):
             self.speakers[message.stream](*message[1:])
@@ -471,7 +471,7 @@ def test_a_best_effort_publisher_is_heard_and_said_to_be_one(ros, monkeypatch):
     bench = Bench(ros, monkeypatch)
     assert bench.told('waiting')[1]['output.reliable'] == 'true'
     unsure = ros.speak('/plant/output', QoSProfile(depth=5, reliability=BEST_EFFORT), heard=False)
-    output = bench.estimator.streams.subscriptions['output']
+    output = bench.estimator.estimation.streams.subscriptions['output']
 
     def heard():
         unsure(1.0, LEVELS, (1.0, 1.0))
@@ -535,7 +535,7 @@ def test_several_parameters_change_at_once_with_the_next_window(ros, monkeypatch
     bench = Bench(ros, monkeypatch, **NOISE)
     messages = run()
     bench.play(messages[:160])
-    before = bench.estimator.observer
+    before = bench.estimator.estimation.observer
     answer = bench.estimator.set_parameters_atomically(
         [
             Parameter('fixed.p1', value=0.6),
@@ -544,8 +544,8 @@ def test_several_parameters_change_at_once_with_the_next_window(ros, monkeypatch
             Parameter('deadline', value=2.0),
         ]
     )
-    assert answer.successful and bench.estimator.observer is not before
-    ros.spin_until(lambda: bench.estimator.progress.ready)
+    assert answer.successful and bench.estimator.estimation.observer is not before
+    ros.spin_until(lambda: bench.estimator.estimation.progress.ready)
     bench.play(messages[160:])
     _, told = bench.told('converged')
     # The very window that was half full is solved with them, and no sample is lost.
@@ -604,7 +604,7 @@ def test_initial_values_are_a_start_of_the_next_window(ros, monkeypatch):
         [Parameter(name, value=value) for name, value in changes.items()]
     )
     assert answer.successful
-    ros.spin_until(lambda: bench.estimator.progress.ready)
+    ros.spin_until(lambda: bench.estimator.estimation.progress.ready)
     bench.play(messages[124:])
     assert starts[1] == pytest.approx([51.0, 42.0, 47.0])
     assert [estimate.t1 for estimate, _ in bench.concluded] == [60.0, 120.0, 180.0]

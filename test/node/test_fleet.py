@@ -76,7 +76,7 @@ class Line:
         self.sent[plant] += 1
 
     def received(self, plant):
-        streams = self.fleet.estimators[plant].streams.subscriptions.values()
+        streams = self.fleet.estimators[plant].estimation.streams.subscriptions.values()
         return min(each.received for each in streams)
 
     def close(self):
@@ -101,7 +101,9 @@ def line(ros):
 
 def fake(line, plants=('/a', '/b'), **more):
     made = line(plants=list(plants), observer=FAKE, window__duration=2.0, **more)
-    made.until(lambda: all(each.progress.ready for each in made.fleet.estimators.values()))
+    made.until(
+        lambda: all(each.estimation.progress.ready for each in made.fleet.estimators.values())
+    )
     return made
 
 
@@ -143,11 +145,11 @@ def test_plants_come_and_go_while_the_others_run(line):
     old = fleet.fleet.estimators['/a']
     fleet.change('/b', '/c/d', '/e')
     assert old.context.ok() and old not in fleet.executor.get_nodes()
-    fleet.until(lambda: fleet.fleet.estimators['/e'].progress.ready)
+    fleet.until(lambda: fleet.fleet.estimators['/e'].estimation.progress.ready)
     fleet.connect('/e')
     for t in (1.0, 2.0):
         fleet.send('/e', t, (t, t))
-    fleet.until(lambda: fleet.fleet.estimators['/e'].progress.published == 1)
+    fleet.until(lambda: fleet.fleet.estimators['/e'].estimation.progress.published == 1)
     fleet.change()
     assert fleet.fleet.nodes == [fleet.fleet]
 
@@ -155,17 +157,19 @@ def test_plants_come_and_go_while_the_others_run(line):
 def test_a_plant_whose_solve_goes_on_can_be_ended(line):
     fleet = fake(line)
     fleet.connect('/a')
-    held = next(f for f in FakeObserver.made[::-1] if f is fleet.fleet.estimators['/a'].observer)
+    held = next(
+        f for f in FakeObserver.made[::-1] if f is fleet.fleet.estimators['/a'].estimation.observer
+    )
     held.go.clear()
     for t in (1.0, 2.0):
         fleet.send('/a', t, (t, t))
-    fleet.until(lambda: fleet.fleet.estimators['/a'].lag is not None)
+    fleet.until(lambda: fleet.fleet.estimators['/a'].estimation.lag is not None)
     fleet.change('/b')
     held.go.set()
     fleet.connect('/b')
     for t in (1.0, 2.0):
         fleet.send('/b', t, (t, t))
-    fleet.until(lambda: fleet.fleet.estimators['/b'].progress.published == 1)
+    fleet.until(lambda: fleet.fleet.estimators['/b'].estimation.progress.published == 1)
 
 
 @pytest.mark.parametrize(
@@ -229,7 +233,7 @@ def test_the_health_of_the_fleet(ros, line):
     told = fleet.until(lambda: newest(plants='2', workers='3'))
     assert told.level == b'\x00' and told.message.startswith('2 plants, the slowest')
     assert {s.name for s in statuses} <= {'/fleet', '/a/estimator', '/b/estimator'}
-    fleet.fleet.estimators['/b'].observer.skipped = 2
+    fleet.fleet.estimators['/b'].estimation.observer.skipped = 2
     told = fleet.until(lambda: newest(skipped='2'))
     assert told.level == b'\x01' and 'windows skipped: give it more workers' in told.message
     assert figures(told)['skipped./b'] == '2'
@@ -245,9 +249,9 @@ def test_plants_that_misbehave_harm_no_other(tmp_path, line):
         window__duration=float(WINDOW), deadline=patience(5.0), stale_after=patience(60.0),
     )  # fmt: skip
     estimators = fleet.fleet.estimators
-    estimators[raising].observer.value = RuntimeError('the number of the beast')
+    estimators[raising].estimation.observer.value = RuntimeError('the number of the beast')
     fleet.connect(*EIGHT)
-    fleet.until(lambda: all(each.progress.ready for each in estimators.values()))
+    fleet.until(lambda: all(each.estimation.progress.ready for each in estimators.values()))
     rng, windows = np.random.default_rng(0), 4
     t = np.arange(0.0, windows * WINDOW + 1.0)
     levels = tank_outputs(t, (50.0, 40.0, 45.0), tuple(TRUTH.values()))
@@ -266,20 +270,27 @@ def test_plants_that_misbehave_harm_no_other(tmp_path, line):
             fleet.send(killed, float(k), level)
         if k and k % WINDOW == 0:
             fleet.until(lambda n=k // WINDOW: all(
-                estimators[p].progress.published == n for p in others
+                estimators[p].estimation.progress.published == n for p in others
             ))  # fmt: skip
     fleet.until(lambda: all(fleet.received(p) == fleet.sent[p] for p in EIGHT))
     for plant in others:
-        progress, counts = estimators[plant].progress, estimators[plant].observer.counts
+        progress, counts = (
+            estimators[plant].estimation.progress,
+            estimators[plant].estimation.observer.counts,
+        )
         assert (progress.published, progress.failed) == (windows, 0)
         assert {name: n for name, n in counts.items() if n} == {}
         found = progress.estimate.parameters
         assert found == pytest.approx(TRUTH, abs=0.2)
-    assert estimators[silent].progress.published == 0
-    assert sum(estimators[silent].observer.counts.values()) == t.size  # one reason for each
-    assert estimators[raising].progress.failed > 0
-    assert estimators[raising].progress.error == "RuntimeError('the number of the beast')"
-    assert estimators[killed].progress.published >= 2
+    assert estimators[silent].estimation.progress.published == 0
+    assert (
+        sum(estimators[silent].estimation.observer.counts.values()) == t.size
+    )  # one reason for each
+    assert estimators[raising].estimation.progress.failed > 0
+    assert (
+        estimators[raising].estimation.progress.error == "RuntimeError('the number of the beast')"
+    )
+    assert estimators[killed].estimation.progress.published >= 2
     assert fleet.received(flooding) == 100 * t.size
 
 

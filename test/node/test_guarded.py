@@ -89,7 +89,7 @@ def test_a_parameter_of_no_known_type_is_refused(ros, kind):
 def test_failures_turn_the_level_for_one_message_and_stay_counted(ros):
     node = ros.start(PROBE)
     guard = node.create_guard_condition(fail)
-    publish_health(node, 'x', lambda: Health(Level.OK, 'all is well'))
+    publish_health(node, lambda: 'x', lambda: Health(Level.OK, 'all is well'))
     assert 'callbacks_failed' not in figures(ros.health())
     guard.trigger()
     ros.spin_until(lambda: node.failures.count)
@@ -114,7 +114,7 @@ def unsayable():
 @pytest.mark.parametrize('examine', [fail, unsayable, lambda: None])
 def test_diagnostics_that_fail_are_shown_and_end_nothing(ros, capfd, examine):
     node = ros.start(PROBE)
-    publish_health(node, 'x', examine)
+    publish_health(node, lambda: 'x', examine)
     status = ros.health()
     assert status.level == status.ERROR
     assert status.message.startswith('diagnostics failed: ')
@@ -127,7 +127,7 @@ def test_diagnostics_that_fail_are_shown_and_end_nothing(ros, capfd, examine):
 
 def test_an_estimator_whose_diagnostics_fail_lives(ros, monkeypatch):
     node = ros.start(Estimator)
-    monkeypatch.setattr('obs_ros.ros.estimator.examine', fail)
+    monkeypatch.setattr('obs_ros.ros.estimation.examine', fail)
     assert ros.health().message.startswith('diagnostics failed: KeyError(')
     monkeypatch.undo()
     assert not ros.health(outcome='waiting').message.startswith('diagnostics')
@@ -156,7 +156,7 @@ def test_a_name_of_a_megabyte_makes_no_megabyte_of_diagnostics(ros, capfd):
 
 def test_whatever_a_health_says_is_one_short_line(ros):
     nasty = 'x\x1b[31m\n' + 100_000 * 'y'
-    publish_health(ros.start(PROBE), nasty, lambda: Health(Level.OK, nasty, {nasty: nasty}))
+    publish_health(ros.start(PROBE), lambda: nasty, lambda: Health(Level.OK, nasty, {nasty: nasty}))
     status = ros.health()
     (figure,) = status.values
     for text in (status.message, status.hardware_id, figure.key, figure.value):

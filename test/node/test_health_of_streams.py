@@ -56,6 +56,7 @@ class Bench:
         self.bound = bindings_of(self.model, (*outputs, *inputs))
         check_bindings(node, self.model, self.bound)
         self.streams = Streams(node, self.model, self.bound, 0.0, lambda sample, arrival: None)
+        self.streams.open()
         self.heard = list(self.streams.subscriptions.values())
         self.publishers = {}
 

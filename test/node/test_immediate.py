@@ -31,13 +31,13 @@ class Bench:
 def bench(ros):
     FakeImmediate.go.set()
     bench = Bench(ros)
-    ros.spin_until(lambda: bench.estimator.progress.ready)
+    ros.spin_until(lambda: bench.estimator.estimation.progress.ready)
     return bench
 
 
 def test_every_output_is_answered_with_an_estimate_and_the_observers_figures(ros, bench):
     bench.input(1, FEEDS, (30, 30))
-    ros.spin_until(lambda: bench.estimator.streams.subscriptions['input'].received)
+    ros.spin_until(lambda: bench.estimator.estimation.streams.subscriptions['input'].received)
     for t in range(1, 21):
         bench.output(t, LEVELS, (t, -t))
     ros.spin_until(lambda: len(bench.state) == 20 and len(bench.solver) == 20)
@@ -54,12 +54,12 @@ def test_samples_that_come_while_it_compiles_are_counted_and_not_taken(ros):
     bench = Bench(ros)
     for t in (1, 2, 3):
         bench.output(t, LEVELS, (t, t))
-    ros.spin_until(lambda: bench.estimator.progress.too_early == 3)
+    ros.spin_until(lambda: bench.estimator.estimation.progress.too_early == 3)
     assert not bench.state
     FakeImmediate.go.set()
-    ros.spin_until(lambda: bench.estimator.progress.ready)
+    ros.spin_until(lambda: bench.estimator.estimation.progress.ready)
     bench.input(4, FEEDS, (30, 30))
-    ros.spin_until(lambda: bench.estimator.streams.subscriptions['input'].received)
+    ros.spin_until(lambda: bench.estimator.estimation.streams.subscriptions['input'].received)
     bench.output(5, LEVELS, (5, 5))
     ros.spin_until(lambda: bench.state)
     assert [m.header.stamp.sec for m in bench.state] == [5]
@@ -68,12 +68,12 @@ def test_samples_that_come_while_it_compiles_are_counted_and_not_taken(ros):
 
 def test_an_exception_in_a_step_is_told_and_survived(ros, bench):
     bench.input(1, FEEDS, (30, 30))
-    ros.spin_until(lambda: bench.estimator.streams.subscriptions['input'].received)
+    ros.spin_until(lambda: bench.estimator.estimation.streams.subscriptions['input'].received)
     bench.output(1, LEVELS, (666, 0))
     status = ros.health(outcome='failed')
     assert 'the number of the beast' in status.message
     bench.input(2, FEEDS, (30, 30))
-    ros.spin_until(lambda: bench.estimator.streams.subscriptions['input'].received == 2)
+    ros.spin_until(lambda: bench.estimator.estimation.streams.subscriptions['input'].received == 2)
     bench.output(2, LEVELS, (2, 0))
     ros.spin_until(lambda: bench.state)
     assert figures(ros.health(outcome='converged'))['failed'] == '1'
@@ -100,7 +100,7 @@ def test_its_settings_are_parameters_and_those_of_windows_are_not(ros, bench):
 
 def test_the_kalman_filter_follows_three_tanks_live(ros):
     bench = Bench(ros, 'ekf', noise__h1=0.01, noise__h2=0.01, fixed__p1=0.6, fixed__p3=0.7)
-    ros.spin_until(lambda: bench.estimator.progress.ready, timeout=60.0)
+    ros.spin_until(lambda: bench.estimator.estimation.progress.ready, timeout=60.0)
     levels = tank_outputs(np.arange(100.0), (50.0, 40.0, 45.0), (0.6, 0.5, 0.7))
     for t, (h1, h2) in enumerate(levels):
         bench.input(t, FEEDS, (30, 30))
@@ -124,10 +124,12 @@ def test_a_model_that_does_not_suit_is_refused_at_start(ros):
 )
 def test_the_genetic_observers_tell_how_their_search_goes(ros, observer, model, figures_of_its_own):
     bench = Bench(ros, observer, model=model)
-    ros.spin_until(lambda: bench.estimator.progress.ready, timeout=60.0)
+    ros.spin_until(lambda: bench.estimator.estimation.progress.ready, timeout=60.0)
     for k in range(1, 4):
         bench.input(k, ('u',), (1.0,))
-        ros.spin_until(lambda k=k: bench.estimator.streams.subscriptions['input'].received == k)
+        ros.spin_until(
+            lambda k=k: bench.estimator.estimation.streams.subscriptions['input'].received == k
+        )
         bench.output(k, ('x1',), (0.5,))
         ros.spin_until(lambda k=k: len(bench.solver) == k)
     told = [vector(message) for message in bench.solver]
@@ -140,15 +142,17 @@ def test_the_genetic_observers_tell_how_their_search_goes(ros, observer, model, 
 def test_a_discrete_model_is_filtered_at_its_nodes_and_counts_what_lies_between(ros, monkeypatch):
     monkeypatch.setenv('OBS_ROS_BACKEND', 'numpy')  # nothing to compile for a few steps
     bench = Bench(ros, observer='ekf', model='arx:ARX', noise__y=0.02, merge_wait=0.0)
-    ros.spin_until(lambda: bench.estimator.progress.ready)
+    ros.spin_until(lambda: bench.estimator.estimation.progress.ready)
     states, y = course(u := pushes(12))
     for k, off in enumerate([0.0, 0.003, -0.004, 0.0, 0.0, 0.03, 0.0, 0.002, 0.0, 0.0, 0.0, 0.0]):
         bench.input(1.0 + 0.1 * k, ('u',), (u[k],))
-        ros.spin_until(lambda k=k: bench.estimator.streams.subscriptions['input'].received == k + 1)
+        ros.spin_until(
+            lambda k=k: bench.estimator.estimation.streams.subscriptions['input'].received == k + 1
+        )
         bench.output(1.0 + 0.1 * k + off, ('y',), (y[k],))
         heard = k + 1
         ros.spin_until(
-            lambda n=heard: bench.estimator.streams.subscriptions['output'].received == n
+            lambda n=heard: bench.estimator.estimation.streams.subscriptions['output'].received == n
         )
     ros.spin_until(lambda: len(bench.state) == 11)
     stamps = [m.header.stamp.sec + 1e-9 * m.header.stamp.nanosec for m in bench.state]

@@ -15,7 +15,7 @@ from obs_ros.core.parameter_spec import ParameterSpec
 from obs_ros.replay.settings import setup
 from obs_ros.ros.estimator import Estimator
 from obs_ros.ros.messages import LATCHED
-from obs_ros.ros.parameters import Parameters
+from obs_ros.ros.parameters import Parameters, given_at_start
 from plant_sim.node import Simulator
 
 GAIN = ParameterSpec('gain', 1.0, 'loop gain', 'V/cm', lower=0.0, upper=5.0)
@@ -50,7 +50,7 @@ def make_node(**options):
 
 def test_what_the_user_gives_is_declared_with_the_type_of_its_row(ros):
     node = ros.start(make_node, gain=3, label='y')
-    parameters = Parameters(node)
+    parameters = Parameters(node, given_at_start(node))
     parameters.declare([GAIN, WORD, LIMITS, LABEL])
     assert parameters.values == {'gain': 3.0, 'word': '', 'limits': (0.0, 1.0), 'label': 'y'}
     assert isinstance(node.get_parameter('gain').value, float)
@@ -62,7 +62,7 @@ def test_what_the_user_gives_is_declared_with_the_type_of_its_row(ros):
 
 def test_changes_are_proposed_first_and_adopted_once_they_stand(ros):
     node = ros.start(make_node)
-    parameters, adopted = Parameters(node), []
+    parameters, adopted = Parameters(node, given_at_start(node)), []
 
     def propose(values):
         if values['gain'] > 4.0 and values['word'] != 'stay':
@@ -84,7 +84,7 @@ def test_changes_are_proposed_first_and_adopted_once_they_stand(ros):
 
 def test_a_misspelt_parameter_is_named_with_what_may_have_been_meant(ros, capfd):
     node = ros.start(make_node, gian=3.0)
-    parameters = Parameters(node)
+    parameters = Parameters(node, given_at_start(node))
     parameters.declare([GAIN])
     parameters.watch(dict, lambda _: None)
     assert "there are no such parameters: 'gian' (did you mean 'gain'?)" in capfd.readouterr().err
@@ -175,7 +175,7 @@ def test_walks_and_priors_change_live_and_are_shown(ros):
         'name': 'stiffness', 'unit': '1', 'bounds': [1.0, 30.0], 'prior': [8.0, 1.0]
     }  # fmt: skip
     assert info['states'][0]['walk'] == 2.0 and info['settings']['walk.stiffness'] == 0.0
-    assert node.observer.model.parameters[0].prior == (8.0, 1.0)
+    assert node.estimation.observer.model.parameters[0].prior == (8.0, 1.0)
 
 
 def test_priors_of_observers_that_take_none_are_ignored_with_a_word(ros, capfd):

@@ -85,7 +85,7 @@ def test_the_rate_of_predictions_and_whether_there_are_any_change_live(ros, monk
     ros.spin_until(lambda: len(states) == 2)
     assert set_parameter(bench.estimator, 'prediction.enabled', True).successful
     assert set_parameter(bench.estimator, 'prediction.rate', 0).successful
-    ros.spin_until(lambda: bench.estimator.idle)
+    ros.spin_until(lambda: bench.estimator.estimation.idle)
     bench.play(tanks(126, 190)[0])
     # Begun anew, it waits for the next estimate, which did not take another observer.
     ros.spin_until(lambda: len(states) == 3 and predictions[-1].header.stamp.sec == 190)
@@ -97,7 +97,7 @@ def test_a_stream_that_stops_ends_predictions(ros, monkeypatch):
     predictions, states = ros.listen('/estimator/prediction'), ros.listen('/estimator/state')
     bench.play(tanks(0, 60)[0])
     ros.spin_until(lambda: states)
-    ros.spin_until(lambda: bench.estimator.stale)
+    ros.spin_until(lambda: bench.estimator.estimation.stale)
     bench.send([m for m in tanks(61, 80)[0] if m.stream == 'output'])
     _, told = bench.told('stale_input')
     assert told['predicted'] == '0' and not predictions

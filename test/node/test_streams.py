@@ -69,7 +69,7 @@ def test_a_stall_costs_a_filter_nothing(ros, monkeypatch, observer, first):
     estimator = ros.start(
         Estimator, observer=observer, merge_wait=60.0, noise__h1=0.01, noise__h2=0.01
     )
-    ros.spin_until(lambda: estimator.progress.ready, timeout=60.0)
+    ros.spin_until(lambda: estimator.estimation.progress.ready, timeout=60.0)
     states = ros.listen('/estimator/state')
     output, given = ros.speak('/plant/output'), ros.speak('/plant/input')
     for k in range(20):

@@ -30,18 +30,18 @@ class Wall:
 def test_latency_and_lag_count_from_when_the_middleware_had_the_message(ros, monkeypatch):
     FakeImmediate.go.set()
     estimator = ros.start(Estimator, observer='node.fakes:FakeImmediate')
-    ros.spin_until(lambda: estimator.progress.ready)
+    ros.spin_until(lambda: estimator.estimation.progress.ready)
     solver = ros.listen('/estimator/solver')
     output, given = ros.speak('/plant/output'), ros.speak('/plant/input')
     given(1, FLOWS, (30, 30))
-    ros.spin_until(lambda: estimator.streams.subscriptions['input'].received)
+    ros.spin_until(lambda: estimator.estimation.streams.subscriptions['input'].received)
     monkeypatch.setattr(subscription, 'time', Wall(ahead=1000.0))
     began = time.time()
     output(1, LEVELS, (1, 1))
     ros.spin_until(lambda: solver)
     passed = time.time() - began
     assert 1000.0 <= vector(solver[0])['latency_s'] <= 1000.0 + passed
-    assert 1000.0 <= estimator.progress.behind <= 1000.0 + passed
+    assert 1000.0 <= estimator.estimation.progress.behind <= 1000.0 + passed
 
 
 def test_a_pause_is_no_silence(ros):
@@ -49,7 +49,9 @@ def test_a_pause_is_no_silence(ros):
     estimator = ros.start(Estimator, observer='node.fakes:FakeObserver', window__duration=1.0)
     output = ros.speak('/plant/output')
     output(1, LEVELS, (1, 1))
-    heard, never = (estimator.streams.subscriptions[role] for role in ('output', 'input'))
+    heard, never = (
+        estimator.estimation.streams.subscriptions[role] for role in ('output', 'input')
+    )
     ros.spin_until(lambda: heard.received)
     before = time.monotonic()
     ros.spin_until(lambda: heard.silence > time.monotonic() - before)

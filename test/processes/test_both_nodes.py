@@ -18,12 +18,12 @@ def started(ros, plant, settings):
     estimator = ros.start(Estimator, **settings)
 
     def behind():
-        taken = min(heard.received for heard in estimator.streams.subscriptions.values())
-        return taken < simulator.sent - 5 or not estimator.idle
+        taken = min(heard.received for heard in estimator.estimation.streams.subscriptions.values())
+        return taken < simulator.sent - 5 or not estimator.estimation.idle
 
     for stream in ('output', 'input'):
         ros.spin_until(lambda topic=f'plant/{stream}': simulator.count_subscribers(topic))
-    ros.spin_until(lambda: estimator.progress.ready, timeout=90.0)
+    ros.spin_until(lambda: estimator.estimation.progress.ready, timeout=90.0)
     clock.behind = behind
     return simulator, estimator
 

@@ -65,7 +65,7 @@ def test_the_live_node_estimates_what_the_replay_does(ros, tmp_path, recorded):
     heard = {topic: ros.listen(f'/estimator/{topic}') for topic in topics}
     jumps = ros.listen('/estimator/jump')
     intervals = ros.listen('/estimator/parameters_interval')
-    ros.spin_until(lambda: estimator.progress.ready, timeout=90.0)
+    ros.spin_until(lambda: estimator.estimation.progress.ready, timeout=90.0)
     play(ros, samples(path), [estimate.stamp for estimate in taken], heard['state_stddev'])
     ros.spin_until(lambda: all(len(messages) >= len(taken) for messages in heard.values()))
     for k, estimate in enumerate(taken):
@@ -88,7 +88,7 @@ def test_the_live_node_estimates_what_the_replay_does(ros, tmp_path, recorded):
         assert list(message.velocity) == pytest.approx(
             [jump.probability] * len(jump.sizes), rel=0, abs=0, nan_ok=True
         )
-    assert estimator.progress.failed == 0
+    assert estimator.estimation.progress.failed == 0
     if recorded == 'made up':
         assert len(taken) == 6 and announced
 
