@@ -7,8 +7,9 @@ package_name = 'obs_ros'
 
 data_files = [
     ('share/ament_index/resource_index/packages', [f'resource/{package_name}']),
-    (f'share/{package_name}', ['package.xml', 'docs/plotjuggler.xml']),
+    (f'share/{package_name}', ['package.xml']),
     (f'share/{package_name}/config', sorted(glob('config/*.yaml'))),
+    (f'share/{package_name}/layouts', sorted(glob('layouts/*'))),
 ]
 # `ros2 run` looks in lib/obs_ros. colcon puts the executables there because of setup.cfg; pip
 # ignores that and fills bin/, so what pip builds carries launchers that lead from one to the other.

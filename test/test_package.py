@@ -65,12 +65,12 @@ def test_executable_lies_where_ros2_run_looks(prefix, name):
     assert os.access(executable, os.X_OK)
 
 
-def test_share_holds_manifest_layout_and_parameter_files(prefix):
+def test_share_holds_manifest_layouts_and_parameter_files(prefix):
     share = prefix / 'share' / 'obs_ros'
-    for file in (ROOT / 'package.xml', ROOT / 'docs' / 'plotjuggler.xml'):
-        assert (share / file.name).read_text() == file.read_text()
-    installed = {file.name: file.read_text() for file in (share / 'config').glob('*.yaml')}
-    assert installed == {file.name: file.read_text() for file in (ROOT / 'config').glob('*.yaml')}
+    assert (share / 'package.xml').read_text() == (ROOT / 'package.xml').read_text()
+    for folder in ('config', 'layouts'):
+        ours = {file.name: file.read_text() for file in (ROOT / folder).iterdir()}
+        assert ours and ours == {f.name: f.read_text() for f in (share / folder).iterdir()}
 
 
 @pytest.mark.parametrize('package', ['obs_ros', 'plant_sim'])

@@ -140,6 +140,8 @@ TRANSLATIONS: dict[str, Action] = {
     'ros2 run obs_ros replay': _replay,
     'ros2 run rqt_plot': _plot,
     'ros2 run plotjuggler': _layout,
+    'ros2 run foxglove_bridge': _covered('the bridge is not among the wheels'),
+    'sudo apt install': _covered('only who administers the machine can'),
     'ros2 topic echo': Session.echo,
     'ros2 param set': Session.set_parameter,
     'ros2 param get': Session.get_parameter,

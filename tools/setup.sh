@@ -172,7 +172,7 @@ fi
 # Installed, not linked: an editable install has no data files, so it is not in the ament index.
 # Built in .venv, since modules deleted here would live on in build/, which colcon uses as well.
 mapfile -t sources < <(
-  find setup.* pyproject.toml package.xml resource tools/launchers config docs/plotjuggler.xml \
+  find setup.* pyproject.toml package.xml resource tools/launchers config layouts \
     obs_ros plant_sim -type f -not -name '*.pyc' | LC_ALL=C sort
 )
 rm -rf "$steps/build"

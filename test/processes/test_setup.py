@@ -14,7 +14,7 @@ from patience import patience
 ROOT = Path(__file__).resolve().parents[2]
 SOURCES = (
     'Makefile', 'setup.py', 'setup.cfg', 'pyproject.toml', 'package.xml', 'resource', 'tools',
-    'config', 'docs', 'obs_ros', 'plant_sim', 'requirements',
+    'config', 'docs', 'layouts', 'obs_ros', 'plant_sim', 'requirements',
 )  # fmt: skip
 PATIENCE = patience(20.0)  # s
 # Writes down what it is called for. A file `hang` in $NOTES holds the step in which it sits and
