@@ -24,6 +24,7 @@ setup(
     maintainer_email='maintainers@obs-ros.org',
     license='Apache-2.0',
     packages=find_packages(include=['obs_ros', 'obs_ros.*', 'plant_sim', 'plant_sim.*']),
+    package_data={'obs_ros.pages': ['*.css', '*.html', '*.js']},
     data_files=data_files,
     python_requires='>=3.11',
     install_requires=['numpy>=1.26', 'pyyaml', 'scipy>=1.11'],
@@ -44,6 +45,7 @@ setup(
             'fleet = obs_ros.cli.start:fleet',
             'replay = obs_ros.cli.start:replay',
             'simulator = obs_ros.cli.start:simulator',
+            'view = obs_ros.cli.start:view',
         ],
     },
 )

@@ -11,7 +11,8 @@ ROOT = Path(__file__).resolve().parents[1]
 FLOORS = (
     'core', 'models', 'integration', 'optimization', 'samples', 'inference', 'inference.jumps',
     'inference.assessment', 'horizon', 'observers', 'observers.kalman_filters',
-    'observers.papers', 'observers.papers.design', 'interface', 'replay', 'studies', 'cli', 'ros',
+    'observers.papers', 'observers.papers.design', 'interface', 'pages', 'replay',
+    'studies', 'cli', 'ros',
 )  # fmt: skip
 PACKAGES = ('obs_ros', 'plant_sim', 'demo', 'benchmarks')
 ROS = {

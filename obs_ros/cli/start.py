@@ -22,6 +22,11 @@ def simulator() -> int:
     return _node('plant_sim.node', 'plant_sim.settings')
 
 
+def view() -> int:
+    """Run the live page's node."""
+    return _node('obs_ros.ros.view', 'obs_ros.pages.settings')
+
+
 def check_model() -> int:
     """Look at a model, without ROS."""
     return _run('obs_ros.cli.check_model')

@@ -32,7 +32,8 @@ def node_usage(
         default = plain(spec.default)
         text = str(default).lower() if isinstance(default, bool) else f'{default!r}'
         lines += [f'  {spec.name} ({text})', *_indented(spec.describe())]
-    lines += ['', "and by the model's names:"]
+    if families:
+        lines += ['', "and by the model's names:"]
     for family, text in families.items():
         lines += [f'  {family}', *_indented(text)]
     for paragraph in more:

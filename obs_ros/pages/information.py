@@ -1,0 +1,79 @@
+"""~/info of an estimator, read with care: anybody on the network may have written it."""
+
+import math
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import Any
+
+import yaml
+
+from obs_ros.core.texts import LONGEST_NAME, one_line
+
+LONGEST_INFO = 200_000  # characters
+MOST_NAMES = 24  # variables of a kind that are shown: each costs memory and a panel
+KINDS = ('states', 'inputs', 'outputs', 'parameters')
+
+
+@dataclass(frozen=True)
+class Shown:
+    """A variable: its `name` as in messages, unit, and the period of an angle or 0."""
+
+    name: str
+    unit: str = ''
+    period: float = 0.0
+
+
+@dataclass(frozen=True)
+class Information:
+    """Model, observer and variables of an estimator; `left_out` counts variables not shown."""
+
+    model: str
+    observer: str
+    states: tuple[Shown, ...] = ()
+    inputs: tuple[Shown, ...] = ()
+    outputs: tuple[Shown, ...] = ()
+    parameters: tuple[Shown, ...] = ()
+    left_out: int = 0
+
+
+def information(text: str) -> Information:
+    """Return what a text in YAML says.
+
+    Raises ValueError for one that no estimator writes.
+    """
+    if len(text) > LONGEST_INFO:
+        raise ValueError(f'~/info of {len(text)} characters: {LONGEST_INFO} at most are read')
+    try:
+        found = yaml.safe_load(text)
+    except (yaml.YAMLError, RecursionError, ValueError) as error:
+        raise ValueError(f'~/info is no YAML: {one_line(error)}') from error
+    settings = found.get('settings') if isinstance(found, Mapping) else None
+    if not isinstance(settings, Mapping) or 'observer' not in settings:
+        raise ValueError('~/info names no observer: it is not that of an estimator')
+    variables = {kind: _variables(found.get(kind)) for kind in KINDS}
+    return Information(
+        model=one_line(found.get('model', ''), LONGEST_NAME),
+        observer=one_line(settings['observer'], LONGEST_NAME),
+        left_out=sum(max(0, len(each) - MOST_NAMES) for each in variables.values()),
+        **{kind: each[:MOST_NAMES] for kind, each in variables.items()},
+    )
+
+
+def _variables(found: Any) -> tuple[Shown, ...]:
+    entries = found if isinstance(found, list) else []
+    named = [each for each in entries if isinstance(each, Mapping) and 'name' in each]
+    return tuple(
+        Shown(str(each['name']), _unit(each.get('unit')), _period(each.get('period')))
+        for each in named
+        if len(str(each['name'])) <= LONGEST_NAME
+    )
+
+
+def _unit(found: Any) -> str:
+    text = '' if found is None else one_line(found, LONGEST_NAME)
+    return '' if text == '1' else text
+
+
+def _period(found: Any) -> float:
+    number = isinstance(found, int | float) and not isinstance(found, bool)
+    return float(found) if number and math.isfinite(found) and found > 0 else 0.0

@@ -1,0 +1,186 @@
+"""One estimator as heard on its topics, kept in bounded memory. Knows no ROS."""
+
+import math
+from collections import deque
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import dataclass, replace
+
+from obs_ros.core.texts import LONGEST_LINE, LONGEST_NAME, one_line
+from obs_ros.interface.vectors import Vector
+from obs_ros.pages.information import Information, Shown
+from obs_ros.pages.thinning import SETTINGS, Thinned, ThinningSettings
+
+FIGURES = ('solve_time_s', 'latency_s', 'forecast_skill', 'residual_rms')
+MOST_JUMPS = 200
+MOST_SPELLS = 500  # runs of estimates with the same outcome
+WAITING = 2000  # values that wait for their standard deviations, which come on another topic
+SAME_TIME = 1000  # ns between a jump and its retraction
+# Of vectors with standard deviations each variable has a value and the ends of value +- 2 sd.
+BANDS = {'state': 'states', 'parameters': 'parameters', 'prediction': 'states'}
+PLAIN = {
+    'measured': 'outputs', 'applied': 'inputs', 'true_state': 'states',
+    'true_parameters': 'parameters',
+}  # fmt: skip
+
+
+@dataclass(frozen=True)
+class HeardJump:
+    """A jump as published: stamp (ns), sizes and their standard deviations by name."""
+
+    stamp: int
+    sizes: Mapping[str, float]
+    stddev: Mapping[str, float]
+    probability: float
+    retracted: bool = False
+
+
+@dataclass(frozen=True)
+class Spell:
+    """So many estimates in a row with one outcome, from stamp `begin` to `end` (ns)."""
+
+    begin: int
+    end: int
+    outcome: str
+    message: str
+    count: int = 1
+
+
+class Observed:
+    """What was heard of the estimator `name`, whose ~/info says `info`.
+
+    A stamp that goes far back begins anew: the plant was started again.
+    """
+
+    def __init__(self, name: str, info: Information, settings: ThinningSettings = SETTINGS) -> None:
+        self.name, self.info = name, info
+        self.begun_anew = 0  # how often
+        self._variables: dict[str, tuple[Shown, ...]] = {
+            **{topic: getattr(info, kind) for topic, kind in (*BANDS.items(), *PLAIN.items())},
+            'residual': info.outputs,
+            'solver': tuple(Shown(figure) for figure in FIGURES),
+        }
+        width = {**dict.fromkeys(BANDS, 3), 'residual': 2}
+        self.traces = {
+            topic: Thinned(width.get(topic, 1) * len(each), settings)
+            for topic, each in self._variables.items()
+        }
+        self.clear()
+
+    def clear(self) -> None:
+        """Forget all that was heard."""
+        for trace in self.traces.values():
+            trace.clear()
+        self.jumps: deque[HeardJump] = deque(maxlen=MOST_JUMPS)
+        self.spells: deque[Spell] = deque(maxlen=MOST_SPELLS)
+        self._values: dict[tuple[str, int], Sequence[float]] = {}
+        self._deviations: dict[tuple[str, int], Sequence[float]] = {}
+
+    @property
+    def newest(self) -> int | None:
+        """The newest stamp (ns) of all; None before anything was heard."""
+        return max((t.newest for t in self.traces.values() if t.newest is not None), default=None)
+
+    @property
+    def oldest(self) -> int | None:
+        """The oldest stamp (ns) that is kept; None before anything was heard."""
+        kept = [trace.oldest for trace in self.traces.values()]
+        return min((stamp for stamp in kept if stamp is not None), default=None)
+
+    def variables(self, topic: str) -> tuple[Shown, ...]:
+        """Return the variables of a trace, in the order of its columns."""
+        return self._variables[topic]
+
+    def hear(self, vector: Vector) -> None:
+        """Take a vector from one of the estimator's topics, or its plant's (see `PLAIN`).
+
+        Names that the info lacks are left alone, those that are missing are NaN; topics that are
+        not shown are ignored.
+        """
+        topic = vector.topic
+        if topic == 'jump':
+            self._jump(vector)
+        elif topic in BANDS:
+            self._join(topic, vector.stamp, self._ordered(topic, vector.values), None)
+        elif topic.removesuffix('_stddev') in BANDS:
+            topic = topic.removesuffix('_stddev')
+            self._join(topic, vector.stamp, None, self._ordered(topic, vector.values))
+        elif topic == 'residual':
+            spread = dict(zip(vector.values, vector.effort, strict=False))
+            pairs = zip(
+                self._ordered(topic, vector.values), self._ordered(topic, spread), strict=True
+            )
+            self._add(topic, vector.stamp, [value for pair in pairs for value in pair])
+        elif topic in self.traces:
+            self._add(topic, vector.stamp, self._ordered(topic, vector.values))
+
+    def conclude(self, stamp: int, outcome: str, message: str) -> None:
+        """Take the outcome of an estimate, whose stamp is in ns."""
+        outcome, message = one_line(outcome, LONGEST_NAME), one_line(message, LONGEST_LINE)
+        last = self.spells[-1] if self.spells else None
+        if last is not None and last.outcome == outcome and stamp >= last.begin:
+            if stamp > last.end:
+                self.spells[-1] = replace(last, end=stamp, message=message, count=last.count + 1)
+        elif last is None or stamp != last.end:
+            self.spells.append(Spell(stamp, stamp, outcome, message))
+
+    def _ordered(self, topic: str, values: Mapping[str, float]) -> list[float]:
+        return [values.get(each.name, math.nan) for each in self._variables[topic]]
+
+    def _join(
+        self,
+        topic: str,
+        stamp: int,
+        values: Sequence[float] | None,
+        deviations: Sequence[float] | None,
+    ) -> None:
+        """Join values and standard deviations of one stamp, whichever came first."""
+        key = topic, stamp
+        if values is None:
+            values = self._values.pop(key, None)
+            if values is None:
+                self._deviations[key] = deviations or ()
+        elif deviations is None:
+            deviations = self._deviations.pop(key, None)
+            if deviations is None:
+                self._values[key] = values
+        if values is not None and deviations is not None:
+            self._add(topic, stamp, _with_band(values, deviations))
+        while len(self._deviations) > WAITING:
+            del self._deviations[next(iter(self._deviations))]
+        while len(self._values) > WAITING:
+            (topic, stamp), values = next(iter(self._values.items()))
+            del self._values[topic, stamp]
+            self._add(topic, stamp, _with_band(values, [math.nan] * len(values)))
+
+    def _add(self, topic: str, stamp: int, row: Iterable[float]) -> None:
+        trace = self.traces[topic]
+        if not trace.width:
+            return
+        if trace.goes_back(stamp):
+            self.clear()
+            self.begun_anew += 1
+        trace.add(stamp, row)
+
+    def _jump(self, vector: Vector) -> None:
+        names = [each.name for each in self.info.parameters]
+        sizes = {name: size for name, size in vector.values.items() if name in names}
+        if not sizes:
+            return
+        if all(size == 0.0 for size in sizes.values()):
+            for place, jump in enumerate(self.jumps):
+                same = abs(jump.stamp - vector.stamp) <= SAME_TIME
+                if same and set(jump.sizes) <= set(sizes):
+                    self.jumps[place] = replace(jump, retracted=True)
+            return
+        stddev = dict(zip(vector.values, vector.effort, strict=False))
+        probability = vector.velocity[0] if len(vector.velocity) else math.nan
+        self.jumps.append(HeardJump(vector.stamp, sizes, stddev, probability))
+
+
+def _with_band(values: Sequence[float], deviations: Sequence[float]) -> list[float]:
+    """Return each value with the ends of value +- 2 sd."""
+    return [
+        number
+        for value, sd in zip(values, deviations, strict=True)
+        for number in (value, value - 2.0 * sd, value + 2.0 * sd)
+    ]
