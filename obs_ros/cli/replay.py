@@ -17,14 +17,15 @@ from obs_ros.replay.engine import Account, replay
 from obs_ros.replay.extras import MissingPackageError
 from obs_ros.replay.parameter_file import parse_assignment, read_parameters
 from obs_ros.replay.recording import Recording, Source, open_recording
+from obs_ros.replay.report import Report
 from obs_ros.replay.settings import Setup, setup
 from obs_ros.replay.summary import summary
 from obs_ros.replay.writers import Take, bag_writer, table_writer
 from obs_ros.studies.runner import Where
 
-TABLE, BAG, SUMMARY = 'estimates.csv', 'estimates', 'summary.md'
+TABLE, BAG, SUMMARY, REPORT = 'estimates.csv', 'estimates', 'summary.md', 'report.html'
 PICTURES = ('parameters.png', 'states.png', 'misfit.png')
-OUR_FILES = (TABLE, SUMMARY, *PICTURES, f'{BAG}/{BAG}.mcap', f'{BAG}/metadata.yaml')
+OUR_FILES = (TABLE, SUMMARY, REPORT, *PICTURES, f'{BAG}/{BAG}.mcap', f'{BAG}/metadata.yaml')
 NO_COMPARISON = f'--compare {NONE}'
 REFRESH = 0.2  # s from one progress line to the next
 
@@ -82,21 +83,24 @@ def single(options: argparse.Namespace, given: Mapping[str, Any], source: Source
     for remark in (*chosen.remarks, *recording.remarks):
         print(f'replay: {one_line(remark)}', file=sys.stderr)
     print(f'compiling model {quoted(chosen.model.name)}; the first time it takes several seconds')
+    report = Report(chosen)
     summarise = partial(summary, name, chosen, deadline=options.deadline)
     with ExitStack() as files:
-        takers = [files.enter_context(table_writer(folder / TABLE, chosen.model))]
+        takers = [report.take, files.enter_context(table_writer(folder / TABLE, chosen.model))]
         try:
             takers.append(files.enter_context(bag_writer(folder / BAG, chosen.model)))
         except MissingPackageError as error:
             _warn(error, BAG)
         account = replay(
             chosen,
-            recording,
+            report.heard(recording),
             deadline=options.deadline,
             take=_all(takers),
             watch=_progress(name, recording),
         )
     _write(folder, summarise(account, recording))
+    text = report.text(name, account, recording.remarks)
+    (folder / REPORT).write_text(text, encoding='utf-8')
     _draw(account, chosen, folder)
     if compared is not None and len(account.history):
         print(f'once more with {one_line(compared)}, to compare ({NO_COMPARISON} to leave it out)')

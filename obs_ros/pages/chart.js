@@ -56,7 +56,7 @@ function drawAxes(context, frame, view, range, colours) {
   }
   context.textAlign = 'right';
   context.fillText('s', frame.right, frame.bottom + 5);
-  const up = ticks(range[0], range[1], (frame.bottom - frame.top) / 30);
+  const up = ticks(range[0], range[1], (frame.bottom - frame.top) / 24);
   context.textBaseline = 'middle';
   for (const v of up.found) {
     context.moveTo(frame.left, Math.round(frame.y(v)) + 0.5);

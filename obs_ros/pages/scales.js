@@ -26,6 +26,11 @@ function label(value, step) {
   return value.toFixed(Math.min(Math.max(0, -Math.floor(Math.log10(step) + 1e-9)), 8));
 }
 
+/* From one time to another, or one where they are the same. */
+function stretch(from, to) {
+  return to > from ? `${from.toFixed(2)} to ${to.toFixed(2)}` : from.toFixed(2);
+}
+
 function figure(value, digits = 4) {
   if (value === null || value === undefined) return '?';
   const size = Math.abs(value);

@@ -47,7 +47,8 @@ function card(shown, k) {
         textContent: `${SIGNS[good]} ${shown.outcome.outcome.replaceAll('_', ' ')}` }),
       `: ${shown.outcome.message}`));
   }
-  if (shown.words) {
+  const twice = shown.well && shown.outcome && shown.words.endsWith(shown.outcome.message);
+  if (shown.words && !twice) {
     made.append(element('p', { className: shown.well ? 'soft' : 'unwell',
       textContent: shown.words }));
   }
@@ -98,7 +99,7 @@ function outcomeTable(shown) {
   const several = shown.length > 1;
   const head = ['time (s)', 'outcome', 'estimates', 'what it says', ...(several ? ['of'] : [])];
   const body = rows.slice(0, 30).map(spell => [
-    `${spell.from.toFixed(2)} to ${spell.to.toFixed(2)}`,
+    stretch(spell.from, spell.to),
     `${SIGNS[spell.good]} ${spell.outcome.replaceAll('_', ' ')}`, String(spell.count),
     spell.message, ...(several ? [spell.by] : []),
   ]);
