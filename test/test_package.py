@@ -11,7 +11,7 @@ from ament_index_python.packages import get_package_prefix
 from catkin_pkg.package import parse_package
 
 ROOT = Path(__file__).resolve().parents[1]
-EXECUTABLES = ('check_model', 'estimator', 'fleet', 'replay', 'simulator', 'view')
+EXECUTABLES = ('check_model', 'estimator', 'fleet', 'init', 'replay', 'simulator', 'view')
 ROS_SIDE = ('obs_ros.ros', 'plant_sim.node')
 # Text that generated modules are made of: read, never imported.
 TEMPLATES = {

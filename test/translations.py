@@ -32,7 +32,9 @@ def perform(session: Session, block: Sequence[Command]) -> None:
 
 def translation(command: Command) -> Action:
     """Return what is done for a command; raises UntranslatableError where nothing is known."""
-    line = re.sub(r'^(python -m benchmarks)\.\w+', r'\1', ' '.join(command.words)).split()
+    line = re.sub(
+        r'^(python -m (?:benchmarks|obs_ros\.cli))\.\w+', r'\1', ' '.join(command.words)
+    ).split()
     for length in range(len(line), 0, -1):
         if found := TRANSLATIONS.get(' '.join(line[:length])):
             return found
@@ -54,6 +56,12 @@ def _covered(reason: str) -> Action:
     """Stand for what cannot run here, and why; or what other tests run."""
     assert reason
     return lambda session, words: None
+
+
+def _cd(session: Session, words: list[str]) -> None:
+    """Go into a folder that an earlier command has made; others are the reader's."""
+    if (session.folder / words[1]).is_dir():
+        session.folder /= words[1]
 
 
 def _make(session: Session, words: list[str]) -> None:
@@ -124,14 +132,17 @@ def _layout(session: Session, words: list[str]) -> None:
 CONDITIONS = {'once the first window is full': Session.first_window}
 TRANSLATIONS: dict[str, Action] = {
     'make': _make,
-    'cd': _covered('paths of the reader'),
+    'cd': _cd,
     'git clone': _covered('the reader has done so'),
     'colcon build': _colcon_build,
+    'source .venv/bin/activate': _covered('these tests run in it'),
     'source install/setup.bash': _covered('AMENT_PREFIX_PATH names the prefixes here'),
     'export': _export,
     'pip install': _pip_install,
     'python -m benchmarks': _benchmark,
+    'python -m obs_ros.cli': Session.python,
     'python -m obs_ros.replay': _replay,
+    'python -m pytest': Session.python,
     'python -m obs_ros.interface.usage': Session.python,
     'python -m obs_ros.observers.papers.design.h_infinity': _covered(
         'CVXPY is not among what tests need: `make test-design` runs it'

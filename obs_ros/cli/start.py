@@ -32,6 +32,11 @@ def check_model() -> int:
     return _run('obs_ros.cli.check_model')
 
 
+def init() -> int:
+    """Write a package for a plant, without ROS."""
+    return _run('obs_ros.cli.init')
+
+
 def replay() -> int:
     """Run the observer over recordings, without ROS."""
     return _run('obs_ros.cli.replay')

@@ -44,12 +44,8 @@ class Table:
         self.refused: Counter[str] = Counter()
         self.done = 0.0
         self._path = path
-        with path.open('rb') as file:
-            _, head = next(_rows(file, path), (0, b''))
+        header, self._delimiter = read_header(path)
         try:
-            text = head.decode('utf-8-sig')
-            self._delimiter = max(DELIMITERS, key=text.count)
-            header = [name.strip() for name in _fields(text, self._delimiter)]
             self._time, self._inputs, self._outputs = _places(header, dict(columns), model)
             if period is not None:
                 _check_period(period, None if self._time is None else header[self._time])
@@ -58,7 +54,7 @@ class Table:
                     f'no column is called {", ".join(TIMES)} (in s) or {TIMES[0]}_ns: name it '
                     'with --column t=NAME, or give the time from row to row with --period'
                 )
-        except (ValueError, csv.Error) as error:
+        except ValueError as error:
             raise ValueError(f'{path}:1: {error}') from error
         self._period = None if period is None else Decimal(repr(period)) * 10**9
         self._unit = UNITS[''] if self._time is None else _unit(header[self._time])
@@ -105,6 +101,21 @@ class Table:
                 f'the time {time:g} is outside what a ROS stamp can be, 0 to {LAST_STAMP / unit:g}'
             )
         return round(time * unit)
+
+
+def read_header(path: Path) -> tuple[list[str], str]:
+    """Return the names of a table's columns, and the character between them.
+
+    Raises ValueError, with file and line, for a first row that cannot be read.
+    """
+    with path.open('rb') as file:
+        _, head = next(_rows(file, path), (0, b''))
+    try:
+        text = head.decode('utf-8-sig')
+        delimiter = max(DELIMITERS, key=text.count)
+        return [name.strip() for name in _fields(text, delimiter)], delimiter
+    except (ValueError, csv.Error) as error:
+        raise ValueError(f'{path}:1: {error}') from error
 
 
 def _rows(file: BinaryIO, path: Path) -> Iterator[tuple[int, bytes]]:

@@ -18,7 +18,7 @@ SPECS = {
     'estimator': (*estimator.CHOICE, *estimator.LIVE, *estimator.COMMON),
     'simulator': (*simulator.CHOICE, *simulator.COMMON),
 }
-COMMANDS = ('estimator', 'simulator', 'replay', 'check_model')
+COMMANDS = ('estimator', 'simulator', 'replay', 'check_model', 'init')
 
 
 @pytest.fixture
