@@ -24,7 +24,7 @@ from obs_ros.ros.guarded import GuardedNode
 from obs_ros.ros.lean_middleware import lean_middleware
 from obs_ros.ros.messages import LATCHED
 from obs_ros.ros.paced_executor import PacedExecutor
-from obs_ros.ros.parameters import Parameters
+from obs_ros.ros.parameters import Parameters, given_at_start
 from obs_ros.ros.publication import PREDICTED
 from obs_ros.ros.run import run
 
@@ -44,7 +44,7 @@ class View(GuardedNode):
 
     def __init__(self, settings: BoardSettings = SETTINGS, **options: Any) -> None:
         super().__init__('view', automatically_declare_parameters_from_overrides=True, **options)
-        parameters = Parameters(self)
+        parameters = Parameters(self, given_at_start(self))
         parameters.declare(VIEW)
         parameters.watch(lambda values: values, lambda values: None)
         self._wanted, self._most = parameters.values['estimators'], settings.most
