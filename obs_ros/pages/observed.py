@@ -5,6 +5,7 @@ from collections import deque
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
 
+from obs_ros.core.estimate import SAME_TIME
 from obs_ros.core.texts import LONGEST_LINE, LONGEST_NAME, one_line
 from obs_ros.interface.vectors import Vector
 from obs_ros.pages.information import Information, Shown
@@ -14,7 +15,6 @@ FIGURES = ('solve_time_s', 'latency_s', 'forecast_skill', 'residual_rms')
 MOST_JUMPS = 200
 MOST_SPELLS = 500  # runs of estimates with the same outcome
 WAITING = 2000  # values that wait for their standard deviations, which come on another topic
-SAME_TIME = 1000  # ns between a jump and its retraction
 # Of vectors with standard deviations each variable has a value and the ends of value +- 2 sd.
 BANDS = {'state': 'states', 'parameters': 'parameters', 'prediction': 'states'}
 PLAIN = {
@@ -168,7 +168,7 @@ class Observed:
             return
         if all(size == 0.0 for size in sizes.values()):
             for place, jump in enumerate(self.jumps):
-                same = abs(jump.stamp - vector.stamp) <= SAME_TIME
+                same = abs(jump.stamp - vector.stamp) <= SAME_TIME * 1e9
                 if same and set(jump.sizes) <= set(sizes):
                     self.jumps[place] = replace(jump, retracted=True)
             return

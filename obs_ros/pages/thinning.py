@@ -9,6 +9,7 @@ import numpy as np
 from obs_ros.core.typing import Array, BoolArray, IntArray
 
 FACTOR = 4  # rows of a level that become one of the next
+BLOCK = 64  # rows of a level that do so at once, which costs hardly more than four
 
 
 @dataclass(frozen=True)
@@ -18,7 +19,7 @@ class ThinningSettings:
     With 600 rows and 10 levels the coarsest holds 1.6e8 samples or more, 43 h at 1 kHz.
     """
 
-    rows: int = 600  # kept of each level at least, and less than twice as many
+    rows: int = 600  # kept of each level at least, and up to twice as many; at least BLOCK
     levels: int = 10
     # Steps of the newest rows that a stamp may lie back: further, and it is of a new timeline.
     late: float = 100.0
@@ -30,13 +31,16 @@ SETTINGS = ThinningSettings()
 class Extremes(NamedTuple):
     """Buckets of rows: least and largest of each column (K, w), NaN where there was no number.
 
-    `low_at` and `high_at` (K, w) are the stamps (ns) at which these were.
+    `low_at` and `high_at` (K, w) are the stamps (ns) at which these were; all rows of a bucket are
+    from `begin` to `end` (K, 1).
     """
 
     low: Array
     high: Array
     low_at: IntArray
     high_at: IntArray
+    begin: IntArray
+    end: IntArray
 
     def merged(self, size: int) -> 'Extremes':
         """Return buckets of `size` of these each, the last one with what is left."""
@@ -51,19 +55,21 @@ class Extremes(NamedTuple):
             np.take_along_axis(high, most, axis=1)[:, 0],
             np.take_along_axis(low_at, least, axis=1)[:, 0],
             np.take_along_axis(high_at, most, axis=1)[:, 0],
+            _filled(self.begin, count, room).min(axis=1),
+            _filled(self.end, count, room).max(axis=1),
         )
 
     def part(self, kept: 'slice | BoolArray') -> 'Extremes':
         """Return some of the buckets."""
-        low, high, low_at, high_at = self
-        return Extremes(low[kept], high[kept], low_at[kept], high_at[kept])
+        low, high, low_at, high_at, begin, end = self
+        return Extremes(low[kept], high[kept], low_at[kept], high_at[kept], begin[kept], end[kept])
 
     def column(self, place: int) -> tuple[IntArray, Array]:
         """Return stamps (P,), which rise, and values (P,) of one column: two of a bucket at most.
 
         A bucket without numbers gives one NaN, so that a line is interrupted there.
         """
-        low, high, low_at, high_at = (each[:, place] for each in self)
+        low, high, low_at, high_at = (each[:, place] for each in self[:4])
         second = high_at != low_at
         stamps = np.concatenate([low_at, high_at[second]])
         values = np.concatenate([low, high[second]])
@@ -78,24 +84,41 @@ class _Level:
         self.count = 0  # rows that came so far
         self.size = 0
         self._most = most
+        shape, column = (8, width), (8, 1)
         self._kept = Extremes(
-            np.empty((8, width)), np.empty((8, width)),
-            np.empty((8, width), dtype=np.int64), np.empty((8, width), dtype=np.int64),
+            np.empty(shape), np.empty(shape), _stamps(shape), _stamps(shape), _stamps(column),
+            _stamps(column),
         )  # fmt: skip
 
-    def add(self, row: tuple[Array, Array, IntArray | int, IntArray | int]) -> None:
-        """Take a row of extremes, or one whose values are both."""
-        if self.size == 2 * self._most:
-            for each in self._kept:
-                each[: self._most] = each[self._most :]
-            self.size = self._most
-        elif self.size == len(self._kept.low):
-            more = min(self.size, 2 * self._most - self.size)
-            self._kept = _joined([self._kept, self._kept.part(slice(more))])
-        low, high, low_at, high_at = self._kept
-        low[self.size], high[self.size], low_at[self.size], high_at[self.size] = row
+    def add(self, stamp: int, values: Array) -> None:
+        """Take a row as it came."""
+        self._make_room(1)
+        low, high, *stamps = self._kept
+        low[self.size] = high[self.size] = values
+        for each in stamps:
+            each[self.size] = stamp
         self.size += 1
         self.count += 1
+
+    def extend(self, buckets: Extremes) -> None:
+        """Take some rows, fewer than are kept."""
+        count = len(buckets.low)
+        self._make_room(count)
+        for each, new in zip(self._kept, buckets, strict=True):
+            each[self.size : self.size + count] = new
+        self.size += count
+        self.count += count
+
+    def _make_room(self, count: int) -> None:
+        """See that so many rows can be written, where need be in place of the oldest."""
+        if self.size + count > 2 * self._most:
+            for each in self._kept:
+                each[: self._most] = each[self.size - self._most : self.size]
+            self.size = self._most
+        while self.size + count > len(self._kept.low):
+            there = len(self._kept.low)
+            more = min(there, 2 * self._most - there)
+            self._kept = _joined([self._kept, self._kept.part(slice(more))])
 
     def last(self, count: int) -> Extremes:
         """Return the newest rows."""
@@ -130,25 +153,23 @@ class Thinned:
         values = np.fromiter(row, dtype=np.float64, count=self.width)
         self.newest = stamp if self.newest is None else max(self.newest, stamp)
         self.last = values
-        self._levels[0].add((values, values, stamp, stamp))
+        self._levels[0].add(stamp, values)
         for place, level in enumerate(self._levels):
-            if level.count % FACTOR or place + 1 == self._settings.levels:
+            if level.count % BLOCK or place + 1 == self._settings.levels:
                 break
             if place + 1 == len(self._levels):
                 self._levels.append(_Level(self.width, self._settings.rows))
-            bucket = level.last(FACTOR).merged(FACTOR)
-            self._levels[place + 1].add((bucket[0][0], bucket[1][0], bucket[2][0], bucket[3][0]))
+            self._levels[place + 1].extend(level.last(BLOCK).merged(FACTOR))
 
     @property
     def oldest(self) -> int | None:
         """The stamp (ns) of the oldest row that is kept, alone or in a bucket; None before any."""
         coarsest = self._levels[-1]
-        rows = coarsest.last(coarsest.size).low_at
-        return int(rows[0].min()) if rows.size else None
+        return int(coarsest.last(coarsest.size).begin[0, 0]) if coarsest.size else None
 
     def goes_back(self, stamp: int) -> bool:
         """Whether a stamp lies so far before the newest one that it is no late sample."""
-        raw = self._levels[0].last(self._levels[0].size).low_at[:, :1]
+        raw = self._levels[0].last(self._levels[0].size).begin
         if self.newest is None or len(raw) < 2:
             return self.newest is not None and stamp < self.newest
         step = (self.newest - int(raw.min())) / (len(raw) - 1)
@@ -158,7 +179,7 @@ class Thinned:
         """Return stamps (K,) and rows (K, w), as they came, of the newest ones in begin to end."""
         level = self._levels[0]
         rows = level.last(level.size)
-        stamps = rows.low_at[:, 0] if self.width else np.zeros(0, dtype=np.int64)
+        stamps = rows.begin[:, 0]
         kept = (stamps >= begin) & (stamps <= end)
         return stamps[kept], rows.low[kept]
 
@@ -168,10 +189,7 @@ class Thinned:
         They are the finest that reach back so far; the first and the last may reach beyond.
         """
         found = self._tiled(begin)
-        first = np.minimum(found.low_at, found.high_at).min(axis=1, initial=2**62)
-        last = np.maximum(found.low_at, found.high_at).max(axis=1, initial=-(2**62))
-        inside = (last >= begin) & (first <= end)
-        found = found.part(inside)
+        found = found.part((found.end[:, 0] >= begin) & (found.begin[:, 0] <= end))
         return found.merged(-(-len(found.low) // most)) if len(found.low) > most else found
 
     def _tiled(self, begin: int) -> Extremes:
@@ -183,11 +201,11 @@ class Thinned:
         for place, level in enumerate(self._levels):
             whole = level.size == level.count
             rows = level.last(level.size)
-            if whole or (self.width and level.size and rows.low_at[0].min() <= begin):
+            if whole or rows.begin[0, 0] <= begin:
                 chosen = place
                 break
         parts = [self._levels[chosen].last(self._levels[chosen].size)]
-        parts += [level.last(level.count % FACTOR) for level in self._levels[:chosen][::-1]]
+        parts += [level.last(level.count % BLOCK) for level in self._levels[:chosen][::-1]]
         return _joined(parts)
 
 
@@ -198,13 +216,23 @@ def _joined(parts: Sequence[Extremes]) -> Extremes:
         np.concatenate([part.high for part in parts]),
         np.concatenate([part.low_at for part in parts]),
         np.concatenate([part.high_at for part in parts]),
+        np.concatenate([part.begin for part in parts]),
+        np.concatenate([part.end for part in parts]),
     )
+
+
+def _stamps(shape: tuple[int, int]) -> IntArray:
+    return np.empty(shape, dtype=np.int64)
 
 
 def _blocks(values: Array, stamps: IntArray, count: int, room: int) -> tuple[Array, IntArray]:
     """Return both as blocks (count, size, w): the last one is filled up with NaN."""
-    width = values.shape[1]
     if room:
-        values = np.concatenate([values, np.full((room, width), np.nan)])
-        stamps = np.concatenate([stamps, np.repeat(stamps[-1:], room, axis=0)])
-    return values.reshape(count, -1, width), stamps.reshape(count, -1, width)
+        values = np.concatenate([values, np.full((room, values.shape[1]), np.nan)])
+    return values.reshape(count, -1, values.shape[1]), _filled(stamps, count, room)
+
+
+def _filled(stamps: IntArray, count: int, room: int) -> IntArray:
+    """Return stamps as blocks (count, size, w): the last one is filled up with its last stamp."""
+    whole = np.concatenate([stamps, np.repeat(stamps[-1:], room, axis=0)]) if room else stamps
+    return whole.reshape(count, -1, stamps.shape[1])

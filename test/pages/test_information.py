@@ -1,0 +1,50 @@
+import pytest
+import yaml
+
+from obs_ros.pages.information import LONGEST_INFO, MOST_NAMES, Shown, information
+
+INFO = {
+    'model': 'tank',
+    'states': [{'name': 'h', 'unit': 'cm', 'bounds': [0.0, 1.0]},
+               {'name': 'angle', 'unit': '1', 'period': 360.0}],
+    'inputs': [], 'outputs': [{'name': 'h', 'unit': 'cm'}], 'parameters': [{'name': 'p'}],
+    'settings': {'observer': 'ekf', 'seed': 0},
+}  # fmt: skip
+
+
+def told(**changes):
+    return information(yaml.safe_dump(INFO | changes))
+
+
+def test_variables_are_read():
+    found = told()
+    assert (found.model, found.observer) == ('tank', 'ekf')
+    assert found.states == (Shown('h', 'cm'), Shown('angle', '', 360.0))
+    assert found.outputs == (Shown('h', 'cm'),) and found.parameters == (Shown('p'),)
+    assert found.inputs == () and found.left_out == 0
+
+
+def test_names_are_bounded_and_what_is_left_out_is_counted():
+    many = [{'name': f'x{k}'} for k in range(MOST_NAMES + 5)]
+    found = told(states=many, parameters=[{'name': 'n' * 101}, {'name': 'q'}])
+    assert len(found.states) == MOST_NAMES and found.left_out == 5
+    assert found.parameters == (Shown('q'),)
+
+
+@pytest.mark.parametrize('text', [
+    '', '[', 'a: !!python/object:os.system {}', '- 1', 'settings: {}', 'settings: {plants: []}',
+    'x' * (LONGEST_INFO + 1), '[' * 2000,
+])  # fmt: skip
+def test_what_no_estimator_writes_is_refused(text):
+    with pytest.raises(ValueError):
+        information(text)
+
+
+@pytest.mark.parametrize('wrong', [None, 3, 'h', {'name': 'h'}, [3, None, {'unit': 'cm'}]])
+def test_variables_of_another_form_are_none(wrong):
+    assert told(states=wrong).states == ()
+
+
+@pytest.mark.parametrize('period', ['round', True, -1.0, float('inf'), float('nan'), [1]])
+def test_a_period_that_is_none_is_left_alone(period):
+    assert told(states=[{'name': 'h', 'period': period}]).states == (Shown('h'),)
