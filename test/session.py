@@ -25,7 +25,7 @@ from std_msgs.msg import String
 
 from obs_ros.ros.messages import LATCHED
 
-NODES = ('estimator', 'fleet', 'simulator')
+NODES = ('estimator', 'fleet', 'simulator', 'view')
 TROUBLE = ('Traceback', '[ERROR]', '[FATAL]')  # in the words of a node that ends in peace
 
 
@@ -89,6 +89,9 @@ class Session:
                 stdout=words_of_it, stderr=words_of_it, start_new_session=True,
             )  # fmt: skip
         if 'managed:=true' in arguments:  # it waits
+            return
+        if name.endswith('/view'):  # it publishes nothing, but says where it is to be found
+            self.ros.spin_until(lambda: 'open http' in self._told(name) or self._ended(), 30.0)
             return
         told = self.ros.listen(f'{name}/info', String, LATCHED)
         self.ros.spin_until(lambda: told or self._ended(), timeout=30.0)

@@ -1,3 +1,6 @@
+from pathlib import Path
+
+from obs_ros.core.parameter_spec import markdown_table
 from obs_ros.pages.settings import VIEW, usage, wanted
 
 
@@ -19,3 +22,8 @@ def test_the_help_names_every_parameter():
     assert text.startswith('usage: ros2 run obs_ros view')
     assert all(f'  {spec.name} (' in text for spec in VIEW)
     assert "by the model's names" not in text
+
+
+def test_the_page_of_the_documentation_has_every_parameter():
+    text = (Path(__file__).parents[2] / 'docs' / 'view.md').read_text()
+    assert markdown_table(VIEW) in text

@@ -1,0 +1,176 @@
+"""The live page's node: which estimators it finds, what it hears of them, and what it leaves."""
+
+import dataclasses
+import json
+import urllib.parse
+import urllib.request
+from functools import partial
+
+import pytest
+from interface.test_vectors import ESTIMATE, TANKS
+from patience import patience
+from rclpy.node import Node
+from rclpy.parameter import Parameter
+from sensor_msgs.msg import JointState
+from std_msgs.msg import String
+
+from obs_ros.pages.board import BoardSettings
+from obs_ros.ros.info import model_info, publish_info, settings_info
+from obs_ros.ros.messages import LATCHED, STREAM
+from obs_ros.ros.publication import EstimatePublisher
+from obs_ros.ros.view import View
+
+SECOND = 10**9
+OWN_SERVICES = ('rcl_interfaces/', 'type_description_interfaces/')  # rclpy's, of parameters
+
+
+class Stand(Node):
+    """Stands for an estimator: the same topics, and it says what a test tells it to."""
+
+    def __init__(self, namespace, **options):
+        super().__init__('estimator', namespace=namespace, **options)
+        told = {**model_info(TANKS), **settings_info({'observer': 'sliding_window'})}
+        publish_info(self)(told)
+        self._publisher = EstimatePublisher(self, TANKS, predicting=True)
+        self.create_subscription(JointState, 'plant/output', lambda message: None, STREAM)
+
+    def say(self, t):
+        estimate = dataclasses.replace(ESTIMATE, stamp=t * SECOND, message=f'at {t}')
+        self._publisher.publish(estimate, latency=0.25, skipped=0)
+
+
+def start(ros, namespace):
+    return ros.start(partial(Stand, namespace))
+
+
+@pytest.fixture
+def view(ros):
+    return ros.start(View, port=0)
+
+
+def asked(view, **query):
+    """Return what the server says, as a browser gets it."""
+    text = urllib.parse.urlencode(query, doseq=True)
+    address = f'{view.server.address}data?{text}'
+    with urllib.request.urlopen(address, timeout=patience(5.0)) as response:
+        return json.load(response)
+
+
+def curve(view, name, kind, variable, role):
+    """Return times and values of one curve, none where there is none."""
+    for shown in asked(view, of=name)['shown']:
+        for panel in shown['panels']:
+            if (panel['kind'], panel['name']) == (kind, variable):
+                for each in panel['curves']:
+                    if each['role'] == role:
+                        return each['t'], each['v']
+    return [], []
+
+
+def is_well(view, name):
+    return {each['name']: each['well'] for each in asked(view)['estimators']}.get(name)
+
+
+def test_estimators_are_found_and_heard_side_by_side(ros, view):
+    stands = {f'{space}/estimator': start(ros, space) for space in ('/a', '/b')}
+    ros.spin_until(lambda: view.board.names == [*stands])
+    for k, stand in enumerate(stands.values()):
+        ros.spin_until(
+            lambda stand=stand: stand.count_subscribers(f'{stand.get_namespace()}/estimator/state')
+        )
+        for t in (4, 10 + k):
+            stand.say(t)
+    for k, name in enumerate(stands):
+        t, values = ros.spin_until(
+            lambda name=name, k=k: (found := curve(view, name, 'parameter', 'p3', 'estimate'))
+            and found[0] == [0.0, 6.0 + k] and found
+        )  # fmt: skip
+        assert values == [ESTIMATE.parameters['p3']] * 2
+    found = asked(view, of=[*stands])
+    assert [shown['outcome']['message'] for shown in found['shown']] == ['at 10', 'at 11']
+    ros.spin_until(lambda: asked(view)['shown'][0]['jumps'])
+    (jump, *_) = asked(view)['shown'][0]['jumps']
+    assert jump['names'] == ['p3', 'p2'] and jump['probability'] == 0.96
+
+
+def test_measurements_and_truth_are_those_beside_the_estimator(ros, view):
+    stand = start(ros, '/a')
+    truth, output = ros.speak('/a/plant/parameters', heard=False), ros.speak('/a/plant/output')
+    ros.spin_until(lambda: stand.count_subscribers('/a/plant/parameters'))
+    ros.spin_until(lambda: stand.count_subscribers('/a/plant/output') == 2)
+    output(1.0, ['h1', 'h2'], [20.0, 15.0])
+    truth(1.0, ['p1', 'p2', 'p3'], [1.0, 0.9, 0.8])
+    for kind, name, role, value in (
+        ('state', 'h2', 'measured', 15.0), ('parameter', 'p3', 'truth', 0.8),
+    ):  # fmt: skip
+        sought = partial(curve, view, '/a/estimator', kind, name, role)
+        assert ros.spin_until(lambda sought=sought: sought()[1]) == [value]
+
+
+def test_a_restart_is_told_and_outlived(ros, view):
+    for t in (9, 11):
+        stand = start(ros, '/a')
+        ros.spin_until(lambda stand=stand: stand.count_subscribers('/a/estimator/state'))
+        ros.spin_until(lambda stand=stand: stand.count_subscribers('/a/estimator/state_stddev'))
+        stand.say(t)
+        ros.spin_until(lambda: is_well(view, '/a/estimator'))
+        if t == 9:
+            ros.stop(stand)
+            ros.spin_until(lambda: is_well(view, '/a/estimator') is False)
+            (told,) = asked(view)['estimators']
+            assert told['words'].startswith('gone for')
+    t, _ = ros.spin_until(
+        lambda: (found := curve(view, '/a/estimator', 'state', 'h1', 'estimate'))
+        and len(found[0]) == 2 and found
+    )  # fmt: skip
+    assert t == [0.0, 2.0]
+
+
+def test_it_reads_only(ros, view):
+    name = view.get_name()
+    published = dict(view.get_publisher_names_and_types_by_node(name, '/'))
+    assert {*published} == {'/parameter_events', '/rosout'}
+    assert view.get_client_names_and_types_by_node(name, '/') == []
+    services = dict(view.get_service_names_and_types_by_node(name, '/'))
+    assert all(kinds[0].startswith(OWN_SERVICES) for kinds in services.values())
+
+
+def test_more_than_fit_are_named_and_follow_when_there_is_room(ros):
+    first = start(ros, '/a')
+    view = ros.start(partial(View, BoardSettings(most=1)), port=0)
+    ros.spin_until(lambda: view.board.names == ['/a/estimator'])
+    start(ros, '/b')
+    (note,) = ros.spin_until(lambda: asked(view)['notes'])
+    assert '/b/estimator' in note and '-p estimators' in note
+    ros.stop(first)
+    ros.spin_until(lambda: view.board.names == ['/b/estimator'])
+    ros.spin_until(lambda: asked(view)['notes'] == [])
+
+
+def test_only_those_named_are_shown(ros):
+    start(ros, '/a')
+    start(ros, '/b')
+    view = ros.start(View, port=0, estimators=['/b/estimator'])
+    ros.spin_until(lambda: view.board.names)
+    assert view.board.names == ['/b/estimator']
+
+
+def test_what_strangers_write_is_counted_and_ends_nothing(ros, view):
+    node = ros.node
+    info = node.create_publisher(String, '/x/info', LATCHED)
+    outcome = node.create_publisher(String, '/x/outcome', LATCHED)
+    node.create_publisher(JointState, '/x/solver', STREAM)
+    for text, failures in (('[', 2), ('{a: 1}', 3)):  # an outcome without a stamp is none
+        info.publish(String(data=text))
+        outcome.publish(String(data=text))
+        ros.spin_until(lambda failures=failures: view.failures.count >= failures)
+    stand = start(ros, '/a')
+    ros.spin_until(lambda: view.board.names == ['/a/estimator'])
+    stand.say(9)
+    ros.spin_until(lambda: is_well(view, '/a/estimator'))
+
+
+def test_a_port_that_is_taken_is_told_with_the_way_out(ros, view):
+    taken = [Parameter('port', value=view.server.port)]
+    with pytest.raises(ValueError, match='give another port, such as -p port:=0'):
+        View(context=ros.context, parameter_overrides=taken)
