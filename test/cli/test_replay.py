@@ -75,6 +75,8 @@ def test_a_table_gives_estimates_summary_and_pictures(table, capsys):
     line = next(line for line in page.splitlines() if line.startswith('| a |'))
     assert '| m/s2 |' in line and line.endswith('| 5 of 5 |')
     assert next(line for line in page.splitlines() if line.startswith('| y |')).count('?') == 0
+    report = (folder / command.REPORT).read_text()
+    assert '<title>Replay of rig.csv</title>' in report and f'{COUNT} estimates' in report
     for name in command.PICTURES:
         picture = (folder / name).read_bytes()
         assert picture.startswith(b'\x89PNG') and len(picture) > 10_000
