@@ -7,7 +7,7 @@ Where the model lacks something, a jump in nearly every window stands for it: th
 """
 
 from collections import Counter
-from collections.abc import Iterable, Iterator, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from enum import StrEnum
 from typing import NamedTuple
@@ -89,6 +89,15 @@ class _Event:
     barred: bool = False
 
 
+@dataclass(frozen=True)
+class AnnouncementMemory:
+    """The jumps and windows of late, and the walks of what drifts; see `Announcements`."""
+
+    events: tuple[_Event, ...]
+    windows: tuple[_Window, ...]
+    rates: Mapping[str, float]
+
+
 class Announcements:
     """The jumps of the latest windows, announced or not yet."""
 
@@ -98,6 +107,17 @@ class Announcements:
         self._windows: list[_Window] = []
         # Variances per s of the walks of parameters that drift, in boxes, by name.
         self.rates: dict[str, float] = {}
+
+    @property
+    def memory(self) -> AnnouncementMemory:
+        """All that is known; nothing changes it later."""
+        events = tuple(replace(event) for event in self._events)
+        return AnnouncementMemory(events, tuple(self._windows), dict(self.rates))
+
+    def recall(self, memory: AnnouncementMemory) -> None:
+        """Know what another one knew."""
+        self._events = [replace(event) for event in memory.events]
+        self._windows, self.rates = list(memory.windows), dict(memory.rates)
 
     def announced(
         self,

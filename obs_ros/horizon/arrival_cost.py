@@ -13,33 +13,16 @@ from functools import partial
 import numpy as np
 
 from obs_ros.core.changes import replace
-from obs_ros.core.chi_square import exceeds
-from obs_ros.core.linear_algebra import log_determinant, scaled_inverse
+from obs_ros.core.linear_algebra import log_determinant
 from obs_ros.core.typing import Array
 from obs_ros.horizon.found_jumps import JumpFound
 from obs_ros.horizon.gaussian_sum import SUM, Component, Lineage, normalised
-from obs_ros.inference.assessment.informed_subspace import marginal_information
-from obs_ros.inference.jumps.hypothesis import Hypothesis
 from obs_ros.inference.jumps.settings import JUMP_SETTINGS, JumpSettings
 from obs_ros.inference.parameterisation import Unknowns
 from obs_ros.inference.prior import Prior
 
 KEPT = 1000  # windows at most, a bound on memory; overlapping ones end close to each other
 FORGOTTEN = 1e6  # times the box's variance: a walk of infinite speed
-
-
-@dataclass(frozen=True)
-class ArrivalSettings:
-    """Limits of what earlier windows say.
-
-    - `contradiction`: probability of a prior as far off as this one, were it right, below which it
-      is dropped.
-    """
-
-    contradiction: float = 1e-4
-
-
-ARRIVAL = ArrivalSettings()
 
 
 @dataclass(frozen=True)
@@ -87,6 +70,15 @@ class KnownJump:
 
 
 @dataclass(frozen=True)
+class ArrivalMemory:
+    """The windows and jumps of an arrival cost, with the variances (q,) of what drifts."""
+
+    entries: tuple[WindowPosterior, ...]
+    jumps: tuple[KnownJump, ...]
+    drifts: Array
+
+
+@dataclass(frozen=True)
 class Lineal:
     """One lineage: its probability, its jumps, and the function that tells its prior."""
 
@@ -108,6 +100,16 @@ class ArrivalCost:
         self.jumps: list[KnownJump] = []
         # Variances (q,) per s of parameters that drift, in boxes.
         self.drifts = np.zeros(unknowns.dimension - unknowns.n_states)
+
+    @property
+    def memory(self) -> ArrivalMemory:
+        """All that is known; nothing changes it later."""
+        return ArrivalMemory(tuple(self._entries), tuple(self.jumps), self.drifts.copy())
+
+    def recall(self, memory: ArrivalMemory) -> None:
+        """Know what another one knew, of the same unknowns."""
+        self._entries, self.jumps = list(memory.entries), list(memory.jumps)
+        self.drifts = memory.drifts.copy()
 
     def add(self, entry: WindowPosterior) -> None:
         """Remember an accepted window, unless what it says is not finite."""
@@ -275,26 +277,3 @@ class ArrivalCost:
             oldest = newest.end - duration
             self._entries = [entry for entry in self._entries if entry.end > oldest]
             self.jumps = [jump for jump in self.jumps if jump.time > oldest]
-
-
-def contradicts_prior(
-    best: Hypothesis, known: Prior | None = None, settings: ArrivalSettings = ARRIVAL
-) -> bool:
-    """Whether a window's own optimum is better than a right prior would let it be.
-
-    Without the prior of the parameters, of mean m and precision P, -2 log p falls by o' P o +
-    o' P (I + B)^-1 P o with o = p - m, I the window's information and B that of the boxes: for a
-    right prior a chi-square of as many degrees of freedom as there are parameters. A prior that is
-    `known` without any window is the user's, and stays.
-    """
-    problem = best.problem
-    n, q = problem.objective.unknowns.n_states, best.layout.dimension
-    given = problem.prior
-    B = (known or Prior.box(problem.objective.unknowns)).precision[n:, n:]
-    P = given.precision[n:, n:]
-    if problem.events or q == n or np.allclose(P, B):
-        return False
-    off = best.point[n:q] - given.mean[n:]
-    own = scaled_inverse(marginal_information(best, n) - given.information(q - n) + B)
-    gain = off @ P @ off + off @ P @ own @ P @ off
-    return exceeds(float(gain), q - n, settings.contradiction)

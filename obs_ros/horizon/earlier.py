@@ -5,11 +5,15 @@ from dataclasses import dataclass
 import numpy as np
 
 from obs_ros.core.changes import replace
+from obs_ros.core.chi_square import exceeds
 from obs_ros.core.deadline import Deadline
+from obs_ros.core.linear_algebra import scaled_inverse
 from obs_ros.core.typing import Array
 from obs_ros.horizon.cleaning import refitted
 from obs_ros.horizon.disturbance import fit_of
+from obs_ros.horizon.found_jumps import Explained
 from obs_ros.horizon.stages import Explanation, continued_jumps, explain
+from obs_ros.inference.assessment.informed_subspace import marginal_information
 from obs_ros.inference.jumps.hypothesis import Hypothesis
 from obs_ros.inference.jumps.outlying import beside
 from obs_ros.inference.outliers import left_out, outliers_in
@@ -17,6 +21,20 @@ from obs_ros.inference.prior import Prior
 from obs_ros.inference.process_noise import ProcessNoise
 from obs_ros.inference.window_state import WindowState
 from obs_ros.optimization.result import Found
+
+
+@dataclass(frozen=True)
+class ContradictionSettings:
+    """Limits of what earlier windows say.
+
+    - `contradiction`: probability of a prior as far off as this one, were it right, below which it
+      is dropped.
+    """
+
+    contradiction: float = 1e-4
+
+
+CONTRADICTION = ContradictionSettings()
 
 
 @dataclass(frozen=True)
@@ -30,7 +48,7 @@ class Earlier:
     """
 
     warm: Array | None
-    explained: Hypothesis | None
+    explained: Explained | None
     noise: ProcessNoise | None
     settled: bool = False
     level: float | None = None
@@ -50,8 +68,7 @@ class Earlier:
     @property
     def alone(self) -> 'Earlier':
         """Return this without jumps found beside process noise, which alone mean nothing."""
-        explained = self.explained
-        if explained is None or explained.problem.objective.grid.injection is None:
+        if self.explained is None or not self.explained.pushed:
             return self
         return replace(self, explained=None)
 
@@ -98,3 +115,26 @@ def explained(
     known = None if continued is None else earlier_jumps(window, earlier, deadline)
     own, explanation = explain(window, found, known, deadline)
     return own, found, explanation
+
+
+def contradicts_prior(
+    best: Hypothesis, known: Prior | None = None, settings: ContradictionSettings = CONTRADICTION
+) -> bool:
+    """Whether a window's own optimum is better than a right prior would let it be.
+
+    Without the prior of the parameters, of mean m and precision P, -2 log p falls by o' P o +
+    o' P (I + B)^-1 P o with o = p - m, I the window's information and B that of the boxes: for a
+    right prior a chi-square of as many degrees of freedom as there are parameters. A prior that is
+    `known` without any window is the user's, and stays.
+    """
+    problem = best.problem
+    n, q = problem.objective.unknowns.n_states, best.layout.dimension
+    given = problem.prior
+    B = (known or Prior.box(problem.objective.unknowns)).precision[n:, n:]
+    P = given.precision[n:, n:]
+    if problem.events or q == n or np.allclose(P, B):
+        return False
+    off = best.point[n:q] - given.mean[n:]
+    own = scaled_inverse(marginal_information(best, n) - given.information(q - n) + B)
+    gain = off @ P @ off + off @ P @ own @ P @ off
+    return exceeds(float(gain), q - n, settings.contradiction)

@@ -85,6 +85,11 @@ class Pending:
     count: Array
     judged: list[bool]
 
+    def copy(self) -> 'Pending':
+        """Return one that does not change with this."""
+        sums = self.model.copy(), self.hold.copy(), self.count.copy()
+        return Pending(self.begin, self.duration, self.held, self.noise, *sums, [*self.judged])
+
 
 @dataclass(frozen=True)
 class Judged:
@@ -103,6 +108,19 @@ class Judged:
         return mean_log_errors(self.model, self.hold, self.count, self.noise)
 
 
+@dataclass(frozen=True)
+class ForecastMemory:
+    """The forecasts under way at a `time` (s), those judged, by horizon; see `Forecasts`."""
+
+    basis: Basis
+    begun: bool
+    time: float
+    lanes: tuple[Ends, ...]
+    pending: tuple[Pending, ...]
+    judged: tuple[tuple[Judged, ...], ...]
+    since: int
+
+
 @dataclass(eq=False)
 class Forecasts:
     """The forecasts under way, those judged, and the model that they speak for."""
@@ -119,6 +137,23 @@ class Forecasts:
     def __post_init__(self) -> None:
         remembered = self.settings.remembered
         self._judged = [deque(maxlen=remembered) for _ in self.settings.horizons]
+
+    @property
+    def memory(self) -> ForecastMemory:
+        """All that is known; nothing changes it later."""
+        return ForecastMemory(
+            self.basis, self.begun, self._time, tuple(self._lanes),
+            tuple(map(Pending.copy, self._pending)), tuple(map(tuple, self._judged)), self._since,
+        )  # fmt: skip
+
+    def recall(self, memory: ForecastMemory) -> None:
+        """Go on with the forecasts of another one, of the same model."""
+        self.basis, self.begun, self._time = memory.basis, memory.begun, memory.time
+        self._lanes, self._pending = list(memory.lanes), [*map(Pending.copy, memory.pending)]
+        for known, told in zip(self._judged, memory.judged, strict=True):
+            known.clear()
+            known.extend(told)
+        self._since = memory.since
 
     def advance(self, kernels: Kernels, record: Record) -> None:
         """Run the forecasts on to the end of a record."""

@@ -8,6 +8,7 @@ import numpy as np
 
 from obs_ros.core.typing import Array
 from obs_ros.inference.jumps.hypothesis import Hypothesis
+from obs_ros.inference.jumps.layout import Layout
 from obs_ros.inference.jumps.piecewise import interval_of
 from obs_ros.inference.parameterisation import Unknowns
 
@@ -57,6 +58,28 @@ class JumpFound:
     def clear(self, deviations: float) -> bool:
         """Whether any size differs from none by more than so many standard deviations."""
         return any(size.clear(deviations) for size in self.sizes.values())
+
+
+@dataclass(frozen=True)
+class Explained:
+    """A window from `start` to `end` (s) that its hypothesis explains, at a point (D,).
+
+    `pushed`: beside process noise.
+    """
+
+    start: float
+    end: float
+    layout: Layout
+    point: Array
+    pushed: bool
+
+    @classmethod
+    def by(cls, hypothesis: Hypothesis) -> 'Explained':
+        """Return what later windows need of a window's hypothesis."""
+        grid = hypothesis.problem.objective.grid
+        pushed = grid.injection is not None
+        start, end = float(grid.t[0]), float(grid.t[-1])
+        return cls(start, end, hypothesis.layout, hypothesis.point, pushed)
 
 
 def jumps_of(best: Hypothesis, covariance: Array) -> Iterator[JumpFound]:

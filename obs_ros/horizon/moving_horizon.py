@@ -15,76 +15,36 @@ import numpy as np
 from obs_ros.core.changes import replace
 from obs_ros.core.deadline import Deadline
 from obs_ros.core.estimate import Estimate, Outcome
-from obs_ros.core.model import names
 from obs_ros.core.record import Record
 from obs_ros.core.residual_tests import inflation
-from obs_ros.core.typing import Array
-from obs_ros.horizon.announcements import Announcements
-from obs_ros.horizon.arrival_cost import ArrivalCost, WindowPosterior
+from obs_ros.horizon.arrival_cost import WindowPosterior
 from obs_ros.horizon.beliefs import Beliefs, believed, jumps_shown
 from obs_ros.horizon.comparison import by_forecasts, compared, figures_of
 from obs_ros.horizon.disturbance import assessed
 from obs_ros.horizon.earlier import Earlier
-from obs_ros.horizon.forecasts import Forecasts
+from obs_ros.horizon.found_jumps import Explained
 from obs_ros.horizon.gaussian_sum import SUM, Component, moments, reduced
 from obs_ros.horizon.intervals import with_intervals
-from obs_ros.horizon.probation import Probation, withheld_by_push, without_stuck
+from obs_ros.horizon.knowledge import Knowledge
+from obs_ros.horizon.probation import withheld_by_push, without_stuck
 from obs_ros.horizon.ramps import drift_ahead
-from obs_ros.horizon.scatter import Scatter
 from obs_ros.horizon.solution import SOLUTION, Solution, level_of
-from obs_ros.horizon.solver import Solver
 from obs_ros.horizon.stages import determined_alone, is_uninformative, recall, uncertainty_of
-from obs_ros.horizon.stepped_windows import SteppedWindows
 from obs_ros.horizon.unsolvable import Unsolvable
 from obs_ros.inference.assessment.assemble import empty, report
 from obs_ros.inference.assessment.contradiction import contradictions
 from obs_ros.inference.assessment.deviations import parameters_at_end
 from obs_ros.inference.assessment.informed_subspace import marginal_information
-from obs_ros.inference.assessment.lateness import LateSignals
 from obs_ros.inference.assessment.outcome import is_confirmed, states_at_bound
 from obs_ros.inference.assessment.uncertainty import Uncertainty
-from obs_ros.inference.jumps.hypothesis import Hypothesis
 from obs_ros.inference.jumps.mixture import excess
-from obs_ros.inference.noise import Noise, variances_left
-from obs_ros.inference.outlier_count import OutlierCount
-from obs_ros.inference.process_noise import LearnedProcessNoise
+from obs_ros.inference.noise import variances_left
 from obs_ros.inference.window_state import WindowState
 from obs_ros.samples.range_check import without_absurd
-from obs_ros.samples.resolution import Resolutions
 
 
-class MovingHorizon:
-    """Solves windows in order of time, each with the knowledge of the earlier ones.
-
-    With `learn_noise` the noise that is given is only a starting value.
-    """
-
-    def __init__(self, solver: Solver, *, learn_noise: bool = False) -> None:
-        self._solver = solver
-        self._arrival_cost = ArrivalCost(solver.unknowns)
-        self._noise = Noise(solver.noise, names(solver.model.outputs), learn_noise)
-        self._given = (
-            np.full(len(solver.model.outputs), np.nan) if learn_noise else solver.given_noise
-        )
-        self._stepped = SteppedWindows(solver)
-        self._process_noise = LearnedProcessNoise()
-        self._scatter = Scatter()
-        self._level: float | None = None  # see `Earlier`
-        self._unsearched = 0  # windows since the last search
-        self._plain: Array | None = None  # the last optimum (d,) without process noise
-        self.forecasts = Forecasts()
-        self._announcements = Announcements()
-        self._probation = Probation()
-        self._previous: Estimate | None = None
-        self._first = True  # whether no window has been solved
-        self._contradicted: set[int] = set()  # places of given priors that some window contradicts
-        self._explained: Hypothesis | None = None  # the previous window's
-        # Parameters that some window has determined by itself.
-        self._alone = np.zeros(solver.unknowns.dimension - solver.unknowns.n_states, dtype=np.bool_)
-        self.outliers = OutlierCount(names(solver.model.outputs))
-        self._resolutions = Resolutions(solver.model.outputs)
-        self._lateness = LateSignals()
-        self.stuck, self.huge = 0, 0  # values that repeat, and that no signal of a window can have
+class MovingHorizon(Knowledge):
+    """Solves windows in order of time, each with the knowledge of the earlier ones."""
 
     @np.errstate(all='ignore')  # data or model may overflow: what is not finite says so itself
     def solve(self, record: Record, rng: np.random.Generator, deadline: Deadline) -> Estimate:
@@ -260,7 +220,7 @@ class MovingHorizon:
             left = variances_left(best.trajectory[1], grid, best.point.size)
             wrong_size = fits.too_large or fits.too_small
             (self._noise.doubt if wrong_size else self._noise.accept)(left, fits.colour)
-        self._explained = best if explained and not fits.too_large else None
+        self._explained = Explained.by(best) if explained and not fits.too_large else None
         if not explained or odd:
             return explained
         start, end = float(grid.t[0]), float(grid.t[-1])

@@ -78,6 +78,16 @@ def without_stuck(
     return Sound(sound, int(repeated.sum()), said, steps, stale)
 
 
+@dataclass(frozen=True)
+class ProbationMemory:
+    """Whether a model is trusted, and what it has earned so far; see `Probation`."""
+
+    trusted: bool
+    since: float | None
+    earned: int
+    foretold: int
+
+
 class Probation:
     """Withholds confidence from a model that the very first windows contradict.
 
@@ -91,6 +101,16 @@ class Probation:
         self._trusted = False
         self._since: float | None = None  # the end (s) of the last window that did not fit
         self._earned = self._foretold = 0
+
+    @property
+    def memory(self) -> ProbationMemory:
+        """What was earned so far."""
+        return ProbationMemory(self._trusted, self._since, self._earned, self._foretold)
+
+    def recall(self, memory: ProbationMemory) -> None:
+        """Trust the model as another one did."""
+        self._trusted, self._since = memory.trusted, memory.since
+        self._earned, self._foretold = memory.earned, memory.foretold
 
     def judge(
         self, estimate: Estimate, fits: bool, skill: float | None = None, *, given: bool = True

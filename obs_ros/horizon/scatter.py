@@ -80,6 +80,15 @@ class Scatter:
         self._settings = settings
         self._windows: list[Alone] = []
 
+    @property
+    def memory(self) -> tuple[Alone, ...]:
+        """All windows that are known."""
+        return tuple(self._windows)
+
+    def recall(self, memory: tuple[Alone, ...]) -> None:
+        """Know the windows that another one knew."""
+        self._windows = list(memory)
+
     def add(self, window: Alone) -> None:
         """Remember a window."""
         self._windows.append(window)

@@ -12,7 +12,6 @@ import numpy as np
 from obs_ros.core.changes import replace
 from obs_ros.core.deadline import Deadline
 from obs_ros.core.typing import Array
-from obs_ros.horizon.arrival_cost import contradicts_prior
 from obs_ros.horizon.cleaning import cleaned, plain_fit, without_the_same
 from obs_ros.horizon.disturbance import (
     DisturbedWindow,
@@ -25,7 +24,13 @@ from obs_ros.horizon.disturbance import (
     untried,
     with_noise_of_others,
 )
-from obs_ros.horizon.earlier import Earlier, beside_known_jumps, earlier_jumps, explained
+from obs_ros.horizon.earlier import (
+    Earlier,
+    beside_known_jumps,
+    contradicts_prior,
+    earlier_jumps,
+    explained,
+)
 from obs_ros.horizon.ramps import walked
 from obs_ros.horizon.solver import Solver
 from obs_ros.horizon.stages import Explanation, explain, fit, still_at

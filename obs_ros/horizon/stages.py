@@ -15,6 +15,7 @@ from obs_ros.core.linear_algebra import scaled_inverse
 from obs_ros.core.residual_tests import independent_share, inflation
 from obs_ros.core.typing import Array, BoolArray
 from obs_ros.horizon.cleaning import cleaned, in_own_scale, polished
+from obs_ros.horizon.found_jumps import Explained
 from obs_ros.horizon.solver import Solver
 from obs_ros.inference.assessment.contradiction import contradictions
 from obs_ros.inference.assessment.identifiability import undetermined
@@ -211,7 +212,7 @@ def determined_alone(uncertainty: Uncertainty, known: BoolArray, deadline: Deadl
 
 
 def continued_jumps(
-    window: WindowState, explained: Hypothesis, warm: Array, deadline: Deadline
+    window: WindowState, explained: Explained, warm: Array, deadline: Deadline
 ) -> Hypothesis | None:
     """Return the hypothesis that the jumps of an earlier window are as it `explained` them.
 
@@ -264,21 +265,20 @@ def _believed(window: WindowState) -> float:
 
 
 def _moved(
-    explained: Hypothesis, window: WindowState, warm: Array
+    explained: Explained, window: WindowState, warm: Array
 ) -> tuple[tuple[tuple[int, ...], ...], Array]:
     """Return the events and the point of an earlier window's jumps that lie in this one too.
 
     `warm` (d,) is where this window is expected to begin, but for what has not jumped yet.
     """
-    objective = window.objective
-    old, new = explained.problem.objective.grid.t, objective.grid.t
+    objective, new = window.objective, window.objective.grid.t
     z, events, tail = warm.copy(), [], []
     layout, point = explained.layout, explained.point
     n = objective.unknowns.n_states
     z[n:] = point[n : layout.dimension]
     jumped = layout.jumped(point)
     for event in dict.fromkeys(jump.event for jump in jumped):
-        moment = old[0] + point[layout.times[event]] * (old[-1] - old[0])
+        moment = explained.start + point[layout.times[event]] * (explained.end - explained.start)
         values = [(jump.parameter, point[jump.after]) for jump in jumped if jump.event == event]
         if moment <= new[0]:
             for i, value in values:

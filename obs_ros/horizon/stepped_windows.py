@@ -8,7 +8,7 @@ from obs_ros.horizon.earlier import Earlier
 from obs_ros.horizon.integration_error import Answer
 from obs_ros.horizon.solution import Solution, solved
 from obs_ros.horizon.solver import Solver
-from obs_ros.horizon.stepping import Stepping
+from obs_ros.horizon.stepping import Stepping, SteppingMemory
 from obs_ros.inference.window_state import WindowState
 from obs_ros.integration.backends import Kernels, kernels_for
 
@@ -20,6 +20,16 @@ class SteppedWindows:
         self._solver = solver
         self._before: Stepping | None = None
         self._kernels: tuple[Stepping, Kernels] | None = None  # rollouts after those steps
+
+    @property
+    def memory(self) -> SteppingMemory | None:
+        """The method and steps of the newest window; None if there was none."""
+        return None if self._before is None else self._before.memory
+
+    def recall(self, memory: SteppingMemory | None) -> None:
+        """Begin with the method and steps of another one, of the same model."""
+        model = self._solver.model
+        self._before = None if memory is None else Stepping(model, **vars(memory))
 
     @property
     def kernels(self) -> Kernels:

@@ -33,6 +33,19 @@ from obs_ros.integration.window_steps import (
 SAME = 0.01  # of a step: stamps jitter by some share of the interval
 
 
+@dataclass(frozen=True)
+class SteppingMemory:
+    """Method and steps of a window, without its model; see `Stepping`."""
+
+    method: str
+    t: Array
+    h: Array
+    plain: bool
+    error: float
+    tolerance: float
+    budget: int
+
+
 @dataclass(frozen=True, eq=False)
 class Stepping:
     """Method and steps of one window: h (K - 1,) s in the intervals between t (K,) s.
@@ -61,6 +74,12 @@ class Stepping:
         h = np.diff(grid.t) / grid.steps
         own = grid.tolerance, grid.budget
         return cls(model, objective.kernels.model.method, grid.t, h, plain, answer.error, *own)
+
+    @property
+    def memory(self) -> SteppingMemory:
+        """All of it but the model."""
+        own = self.tolerance, self.budget
+        return SteppingMemory(self.method, self.t, self.h, self.plain, self.error, *own)
 
     @property
     def usual(self) -> float:

@@ -7,6 +7,7 @@ learned too.
 from collections import deque
 from collections.abc import Mapping
 from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 
@@ -33,6 +34,21 @@ class NoiseSettings:
 LEARNING = NoiseSettings()
 
 
+class Leftover(NamedTuple):
+    """Variances (r,) of the residuals of a window, in the outputs' units, and their colour."""
+
+    variances: Array
+    colour: Whiteness
+
+
+@dataclass(frozen=True)
+class NoiseMemory:
+    """The windows that told the noise, and the latest ones in a row that were unlike them."""
+
+    recent: tuple[Leftover, ...]
+    odd: tuple[Leftover, ...]
+
+
 class Noise:
     """Standard deviations of the outputs, learned from accepted windows where they are not given.
 
@@ -42,9 +58,20 @@ class Noise:
     def __init__(self, given: Mapping[str, float], outputs: tuple[str, ...], learned: bool) -> None:
         fixed = [np.nan if learned else given.get(name, np.nan) for name in outputs]
         self._given = np.array(fixed)
-        self._recent: deque[tuple[Array, Whiteness]] = deque(maxlen=LEARNING.remembered)
-        self._odd: list[tuple[Array, Whiteness]] = []
+        self._recent: deque[Leftover] = deque(maxlen=LEARNING.remembered)
+        self._odd: list[Leftover] = []
         self._told: tuple[Array, float] | None = None  # scale and correlation by the recent windows
+
+    @property
+    def memory(self) -> NoiseMemory:
+        """All that was learned."""
+        return NoiseMemory(tuple(self._recent), tuple(self._odd))
+
+    def recall(self, memory: NoiseMemory) -> None:
+        """Know what another one learned, of the same outputs."""
+        self._recent.clear()
+        self._recent.extend(memory.recent)
+        self._odd, self._told = list(memory.odd), None
 
     def scale(self) -> Array | None:
         """Return standard deviations (r,); None as long as one is neither given nor learned."""
@@ -77,7 +104,7 @@ class Noise:
         """Learn from a window that its hypothesis explains, if its residuals have squares."""
         if not np.isfinite(variances).all():
             return
-        self._recent.append((variances, colour))
+        self._recent.append(Leftover(variances, colour))
         self._told = None
         self._odd.clear()
 
@@ -85,7 +112,7 @@ class Noise:
         """Note a window unlike the others; when several in a row are, begin anew with them."""
         if not np.isfinite(variances).all():
             return
-        self._odd.append((variances, colour))
+        self._odd.append(Leftover(variances, colour))
         if len(self._odd) >= LEARNING.patience:
             self._recent.clear()
             self._recent.extend(self._odd)

@@ -105,6 +105,15 @@ class ProcessNoise:
         )
 
 
+@dataclass(frozen=True)
+class ProcessNoiseMemory:
+    """Process noise of windows, whether each was sound, and which of the latest had any."""
+
+    recent: tuple[ProcessNoise, ...]
+    sound: tuple[bool, ...]
+    had: tuple[bool, ...]
+
+
 class LearnedProcessNoise:
     """Process noise of the latest windows that had any: the medians are where the next one begins.
 
@@ -115,6 +124,17 @@ class LearnedProcessNoise:
         self._recent: deque[ProcessNoise] = deque(maxlen=remembered)
         self._sound: deque[bool] = deque(maxlen=remembered)
         self._had: deque[bool] = deque(maxlen=SETTINGS.usual)
+
+    @property
+    def memory(self) -> ProcessNoiseMemory:
+        """All that was learned."""
+        return ProcessNoiseMemory(tuple(self._recent), tuple(self._sound), tuple(self._had))
+
+    def recall(self, memory: ProcessNoiseMemory) -> None:
+        """Know what another one learned, of the same model."""
+        self._recent = deque(memory.recent, self._recent.maxlen)
+        self._sound = deque(memory.sound, self._sound.maxlen)
+        self._had = deque(memory.had, self._had.maxlen)
 
     def add(self, found: ProcessNoise, sound: bool = True) -> None:
         """Remember the process noise of a window; `sound` if nothing else is left to explain."""

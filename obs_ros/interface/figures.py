@@ -63,6 +63,7 @@ def _of_progress(progress: Progress) -> Iterator[Figure]:
     if progress.outlier:
         yield 'last_outlier', progress.outlier
     yield from _of_jumps(progress)
+    yield from progress.checkpoint.items()
 
 
 def _of_jumps(progress: Progress) -> Iterator[Figure]:

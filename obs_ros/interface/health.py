@@ -220,6 +220,8 @@ class _Situation:
         if (late := self.progress.late) and level is Level.OK:
             level = Level.WARN
             message = f'raise merge_wait: {late} samples came late just now; {message}'
+        if (unsaved := self.progress.unsaved) and level is Level.OK:
+            level, message = Level.WARN, f'{unsaved}; {message}'
         return Verdict(level, message, estimate.outcome.value)
 
 

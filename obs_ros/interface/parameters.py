@@ -37,6 +37,9 @@ CHOICE = (
     ParameterSpec('managed', False,
         'a managed node, which waits for the transitions of its lifecycle: configure, activate',
         read_only=True),
+    ParameterSpec('checkpoint', '',
+        'file that what windows have learned survives a restart in, or a folder for one file a '
+        "node; '': none", read_only=True),
 )  # fmt: skip
 
 # A change of these needs no new observer. Immediate observers need neither deadline nor prediction.

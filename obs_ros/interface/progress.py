@@ -1,7 +1,8 @@
 """Progress of an estimator: its counts, its newest estimate, and what keeps it from the next."""
 
 from collections import deque
-from dataclasses import dataclass
+from collections.abc import Mapping
+from dataclasses import dataclass, field
 
 from obs_ros.core.estimate import Estimate, Jump
 from obs_ros.core.texts import quoted
@@ -34,6 +35,8 @@ class Progress:
     outlier: str = ''  # the last one, in words
     collected: float | None = None  # s of the window that is open; None before its first output
     solving: bool = False  # a window is closed, and its estimate under way
+    checkpoint: Mapping[str, object] = field(default_factory=dict)  # figures of its file
+    unsaved: str = ''  # why it could not be written last, with a remedy
 
     def __post_init__(self) -> None:
         # All that were late until each of the last calls.

@@ -30,7 +30,8 @@ class Observer(Protocol):
 
     One thread calls `absorb` and `reset`; another may call `estimate` meanwhile. An `immediate`
     one has its estimate ready when `absorb` returns True: then `estimate` is cheap, and is for the
-    same thread, after each such sample. One with `takes_priors` takes walks and priors by name.
+    same thread, after each such sample. One with `takes_priors` takes walks and priors by name. One
+    that `remembers` has `identity`, `memory` and `recall` besides, see `Remembering`.
     """
 
     immediate: ClassVar[bool]
@@ -74,6 +75,35 @@ class Observer(Protocol):
     @property
     def last_break(self) -> str | None:
         """The last break of the samples' timeline, in words; None if there was none."""
+
+
+class Remembering(Observer, Protocol):
+    """An observer whose knowledge survives a restart."""
+
+    remembers: ClassVar[bool]
+
+    @property
+    def identity(self) -> Mapping[str, str]:
+        """The settings by name, in words, without which what was learned means something else."""
+
+    @property
+    def memory(self) -> Any:
+        """All that was learned, frozen data for `to_plain`; None if that is nothing.
+
+        Not for while `estimate` runs; what it returned nothing changes.
+        """
+
+    def recall(self, plain: Any) -> None:
+        """Go on after the windows of a memory of the same model and settings, before any sample.
+
+        Time since then is a gap. Raises ValueError for what is no such memory; it is as before
+        then.
+        """
+
+
+def remembers(observer: type[Observer]) -> bool:
+    """Whether what an observer class learns can survive a restart."""
+    return getattr(observer, 'remembers', False)
 
 
 def load_observer(name: str) -> type[Observer]:

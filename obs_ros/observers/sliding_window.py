@@ -3,6 +3,7 @@
 import logging
 import threading
 from collections.abc import Mapping
+from dataclasses import dataclass
 from typing import Any, ClassVar
 
 import numpy as np
@@ -11,8 +12,10 @@ from obs_ros.core.deadline import Deadline
 from obs_ros.core.estimate import Estimate
 from obs_ros.core.jit import at_once
 from obs_ros.core.model import Model, names
+from obs_ros.core.plain_data import from_plain
 from obs_ros.core.record import Record, Sample
 from obs_ros.core.rng import random_generator
+from obs_ros.horizon.horizon_memory import HorizonMemory
 from obs_ros.horizon.moving_horizon import MovingHorizon
 from obs_ros.horizon.settings import EstimationSettings
 from obs_ros.horizon.solver import Solver
@@ -22,9 +25,20 @@ from obs_ros.inference.parameterisation import Unknowns
 from obs_ros.models import load_model
 from obs_ros.samples.delay_line import Shifts
 from obs_ros.samples.range_check import limits
+from obs_ros.samples.stream import STAMP_LIMIT
 from obs_ros.samples.window import SlidingWindow
 
 END = object()
+
+
+@dataclass(frozen=True)
+class WindowsMemory:
+    """What windows have learned, with the number solved so far and the last one's end (ns)."""
+
+    end: int
+    solved: int
+    horizon: HorizonMemory
+
 
 log = logging.getLogger(__name__)
 
@@ -43,6 +57,7 @@ class SlidingWindowObserver:
 
     immediate: ClassVar[bool] = False
     takes_priors: ClassVar[bool] = True
+    remembers: ClassVar[bool] = True
 
     def __init__(
         self,
@@ -79,9 +94,9 @@ class SlidingWindowObserver:
         self._outliers = OutlierCount(names(self.model.outputs)).counts
         # Shared by the thread that absorbs and the one that estimates.
         self._lock = threading.Lock()
-        self._due: Record | None = None
+        self._due: tuple[Record, int] | None = None  # with the end (ns) of its window
         self._windows = self._begin()
-        self._solved = 0
+        self._solved, self._end = 0, 0  # windows solved, and the end (ns) of the last one
         self._epoch = 0  # counts resets: what was begun before one is dropped after it
 
     @property
@@ -114,7 +129,7 @@ class SlidingWindowObserver:
             return False
         with self._lock:
             self._skipped += self._due is not None
-            self._due = record
+            self._due = record, self._window.last_end or 0
         return True
 
     def estimate(self, deadline: float | None = None) -> Estimate | None:
@@ -123,11 +138,12 @@ class SlidingWindowObserver:
         None if no window is due, or if everything was reset meanwhile.
         """
         with self._lock:
-            record, self._due = self._due, None
+            due, self._due = self._due, None
             windows, epoch = self._windows, self._epoch
             rng = random_generator(self._seed, self._solved)
-        if record is None:
+        if due is None:
             return None
+        record, end = due
         before = windows.stuck, windows.huge, windows.outliers.counts
         estimate = windows.solve(record, rng, Deadline(deadline))
         self._stuck += windows.stuck - before[0]
@@ -137,8 +153,41 @@ class SlidingWindowObserver:
         with self._lock:
             if epoch != self._epoch:
                 return None
-            self._solved += 1
+            self._solved, self._end = self._solved + 1, end
         return estimate
+
+    @property
+    def identity(self) -> dict[str, str]:
+        """See `Observer.identity`."""
+        unknowns, settings, scale = self.unknowns, self._solver.settings, self.unknowns.scale
+        found = {'window.duration': repr(float(self._geometry[0]))}
+        for name in ('process_noise', 'loss', 'fitness'):
+            found[name] = str(getattr(settings, name))
+        found['learn_noise'] = repr(bool(self._learn_noise))
+        for i, name in enumerate(unknowns.names):
+            box = float(scale.lower[i]), float(scale.upper[i]), *unknowns.limits[:, i].tolist()
+            found[f'bounds.{name}'] = repr(box)
+        for variable, value in zip(self.model.variables, unknowns.given.tolist(), strict=True):
+            if variable.name not in unknowns.names:
+                found[f'fixed.{variable.name}'] = repr(value)
+        return found | {f'noise.{name}': repr(sd) for name, sd in self._solver.noise.items()}
+
+    @property
+    def memory(self) -> WindowsMemory | None:
+        """See `Observer.memory`."""
+        horizon = self._windows.memory if self._solved else None
+        return None if horizon is None else WindowsMemory(self._end, self._solved, horizon)
+
+    def recall(self, plain: Any) -> None:
+        """See `Observer.recall`."""
+        shapes = self._windows.shapes
+        memory: WindowsMemory = from_plain(WindowsMemory, plain, shapes)
+        if not (memory.solved > 0 and abs(memory.end) < STAMP_LIMIT):
+            raise ValueError(f'a window that ended at {memory.end} ns was none')
+        windows = self._begin()
+        windows.recall(memory.horizon)
+        self._windows, self._solved, self._end = windows, memory.solved, memory.end
+        self._window.resume(memory.end)
 
     def inherit(self, other: 'SlidingWindowObserver') -> bool:
         """Go on with the samples and counts of the observer that this one replaces.

@@ -13,6 +13,8 @@ from std_srvs.srv import SetBool, Trigger
 from obs_ros.core.estimate import Estimate
 from obs_ros.core.record import Sample
 from obs_ros.core.texts import one_line, quoted
+from obs_ros.interface.checkpoint import Checkpoint
+from obs_ros.interface.checkpoint_writer import CheckpointWriter
 from obs_ros.interface.compilation import Compilation
 from obs_ros.interface.forecast import Forecast
 from obs_ros.interface.health import examine
@@ -24,6 +26,7 @@ from obs_ros.interface.status import Health
 from obs_ros.interface.worker import Finished, Worker
 from obs_ros.models import load_model
 from obs_ros.observers.base import Observer
+from obs_ros.ros.diagnostics import log
 from obs_ros.ros.guarded import GuardedNode
 from obs_ros.ros.info import info_on, model_info, settings_info
 from obs_ros.ros.messages import LATCHED
@@ -47,7 +50,10 @@ class Estimation:
     Raises ValueError when parameters given are wrong.
     """
 
-    def __init__(self, node: GuardedNode, parameters: Parameters, pool: Pool | None = None) -> None:
+    def __init__(
+        self, node: GuardedNode, parameters: Parameters, pool: Pool | None = None,
+        writer: CheckpointWriter | None = None,
+    ) -> None:  # fmt: skip
         self._node, self._log = node, node.get_logger()
         self.progress = Progress(active=False)
         self._settings: Mapping[str, Any] = {}
@@ -62,16 +68,19 @@ class Estimation:
         self._guard = node.create_guard_condition(self._collect)
         self._closing.callback(node.destroy_guard_condition, self._guard)
         self._kernels = Compilation()
+        self._checkpoint = Checkpoint()
         self._worker = Worker(self._guard.trigger, pool, lambda: self._kernels.of(self._settings))
         try:
-            self._configure(parameters)
+            self._configure(parameters, writer)
         except BaseException:
             self.close()
             raise
 
-    def _configure(self, parameters: Parameters) -> None:
+    def _configure(self, parameters: Parameters, writer: CheckpointWriter | None) -> None:
         node, closing = self._node, self._closing
         parameters.declare(CHOICE)
+        name = node.get_fully_qualified_name()
+        self._checkpoint = Checkpoint.of(parameters.values, name, writer)
         self.model = load_model(parameters.values['model'])
         self.model, bound = with_signals(node, self.model, parameters)
         parameters.declare(observer_parameters(self.model, parameters.values['observer']))
@@ -82,6 +91,8 @@ class Estimation:
         self._publisher = EstimatePublisher(node, self.model, predicting=predicting)
         closing.callback(self._publisher.destroy)
         parameters.watch(self._propose, self._adopt)
+        for level, line in self._checkpoint.take_up(self.observer):
+            log(node, level, line)
         wait = parameters.values['merge_wait']
         self.streams = Streams(node, self.model, bound, wait, self._absorb)
         closing.callback(self.streams.destroy)
@@ -109,7 +120,7 @@ class Estimation:
         self._kernels.close()
         ended = self._worker.close(patience)
         self._closing.close()
-        return ended
+        return self._checkpoint.close() and ended
 
     def _propose(self, values: Mapping[str, Any]) -> tuple[Mapping[str, Any], Observer | None]:
         new = differs(values, self._settings)
@@ -186,6 +197,7 @@ class Estimation:
         if self.observer.last_break is not self._break:
             self._break = self.observer.last_break
             self._forget_solve()
+            self._checkpoint.forget(one_line(self._break))
             self._log.warning(f'start anew: {one_line(self._break)}')
 
     def _proceed(self) -> None:
@@ -218,6 +230,7 @@ class Estimation:
             self._fail(finished)
         elif finished.kind == 'estimate' and finished.result is not None:
             self._publish(finished.result, self._solving)
+            self._checkpoint.keep(self.observer)
         if finished.kind != 'estimate':
             self.progress.compiled = finished.kind == 'prepare more' and not finished.result
         if finished.kind == 'prepare':
@@ -228,6 +241,8 @@ class Estimation:
 
     def _fail(self, finished: Finished) -> None:
         self.progress.fail(finished)
+        if finished.kind == 'estimate' and self._checkpoint.failed():
+            self.observer.reset()
         self._log.error(f'cannot {finished.kind}: {self.progress.error}', throttle_duration_sec=5.0)
 
     @property
@@ -274,6 +289,7 @@ class Estimation:
         self._log.info(f'reset: {why}')
         self.streams.clear()
         self.observer.reset()
+        self._checkpoint.forget(why)
         self._forget_solve()
         if self._forecast is not None:
             self._forecast.forget()
@@ -295,6 +311,7 @@ class Estimation:
         self.progress.begin_examination(self.observer.counts.get('late', 0))
         self.progress.collected = self.observer.collected
         self.progress.solving = self.lag is not None
+        self._checkpoint.tell(self.progress)
         return examine(
             self.progress, self.streams.status(), self._settings, self.observer.counts,
             self._break, self._forecast,

@@ -9,6 +9,7 @@ from rclpy.exceptions import ParameterException
 from rclpy.lifecycle import LifecycleNodeMixin, LifecycleState, TransitionCallbackReturn
 
 from obs_ros.core.texts import listing, one_line, quoted
+from obs_ros.interface.checkpoint_writer import CheckpointWriter
 from obs_ros.interface.fleet import OWN, PlantStatus
 from obs_ros.interface.health import not_configured
 from obs_ros.interface.parameters import CHOICE, RENAMED
@@ -34,11 +35,13 @@ class Estimator(LifecycleNodeMixin, GuardedNode):
     ValueError when parameters given at start are wrong.
     """
 
-    def __init__(self, *, pool: Pool | None = None, **options: Any) -> None:
+    def __init__(
+        self, *, pool: Pool | None = None, writer: CheckpointWriter | None = None, **options: Any
+    ) -> None:
         GuardedNode.__init__(
             self, 'estimator', automatically_declare_parameters_from_overrides=True, **options
         )
-        self._pool = pool
+        self._pool, self._writer = pool, writer
         self._terminal = Terminal()
         self.estimation: Estimation | None = None
         self.trouble: Exception | None = None  # why the last transition did not succeed
@@ -143,7 +146,7 @@ class Estimator(LifecycleNodeMixin, GuardedNode):
     def _configure(self) -> None:
         self._configuration = Parameters(self, self._draft.close(), passing=self.managed)
         try:
-            self.estimation = Estimation(self, self._configuration, self._pool)
+            self.estimation = Estimation(self, self._configuration, self._pool, self._writer)
         except BaseException:
             self._reopen()
             raise

@@ -11,6 +11,7 @@ from rclpy.exceptions import ParameterException
 from rclpy.node import Node
 
 from obs_ros.core.texts import one_line
+from obs_ros.interface.checkpoint_writer import CheckpointWriter
 from obs_ros.interface.fleet import FLEET, OWN, FleetHealth, plants
 from obs_ros.interface.pool import Pool
 from obs_ros.interface.status import Health
@@ -47,7 +48,7 @@ class Fleet(GuardedNode):
         parameters = Parameters(self, given_at_start(self, ours=OWN.__contains__))
         parameters.declare(FLEET)
         workers = parameters.values['workers'] or len(os.sched_getaffinity(0))
-        self._pool = Pool(workers)
+        self._pool, self._writer = Pool(workers), CheckpointWriter()
         self._health, self._examined = FleetHealth(workers), time.monotonic()
         self._guard = self.create_guard_condition(self._change)
         self._publish_info = publish_info(self)
@@ -106,7 +107,9 @@ class Fleet(GuardedNode):
 
     def _begin(self, name: str) -> None:
         try:
-            estimator = Estimator(pool=self._pool, **{**self._options, 'namespace': name})
+            estimator = Estimator(
+                pool=self._pool, writer=self._writer, **{**self._options, 'namespace': name}
+            )
             if estimator.get_namespace() != name:
                 estimator.close(0.0)
                 estimator.destroy_node()

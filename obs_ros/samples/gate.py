@@ -162,7 +162,16 @@ class Gate:
         self.newest: dict[Role, int | None] = {'input': None, 'output': None}  # ns
         self._first, self._outputs = 0, 0  # stamp (ns) of the first, and number, of this timeline
         self._interval = 0.0  # ns, mean over the samples that began this timeline
+        self._over: int | None = None  # ns, until the first output that is newer
         self._times.clear()
+
+    def resume(self, passed: int) -> None:
+        """Take outputs up to `passed` (ns) for over, as an earlier process had them.
+
+        The first one that is newer goes on, whatever the gap; as many as `believed` that are not
+        begin a new timeline.
+        """
+        self._over = passed
 
     def reached(self) -> int | None:
         """Return the time (ns) that outputs and inputs have both reached; None before it."""
@@ -200,6 +209,8 @@ class Gate:
 
     def _place(self, role: Role, stamp: int, values: Array) -> None:
         newest, suspects = self.newest[role], self._suspects[role]
+        if role == 'output' and newest is None and self._over is not None and stamp <= self._over:
+            newest = self._over
         if newest is not None and stamp <= newest:
             self.counts[self._sort_in(role, stamp, newest, values)] += 1
             self._suspect(role, stamp, values, ahead=False)
@@ -216,7 +227,9 @@ class Gate:
         if role == 'output':
             self._first = self._first if self._outputs else stamp
             self._outputs += 1
-        elif (passed := self._passed(role)) is not None:
+            self._over = None
+        # Before the first output, an input is the one in force.
+        elif self._over is None and (passed := self._passed(role)) is not None:
             self.counts['late'] += stamp <= passed
         self._store.keep(role, stamp, values)
 
@@ -291,7 +304,8 @@ class Gate:
     def _start_afresh(self, role: Role, released: Released) -> None:
         """Forget all but the suspects of both streams, which belong to the new timeline."""
         first, last = released[role][0][0], released[role][-1][0]
-        self.last_break = describe_break(role, self._newest_around(role, first), first)
+        before = self._newest_around(role, first if self._over is None else self._over)
+        self.last_break = describe_break(role, before, first)
         self.counts['reset'] += 1
         self.reset()
         self._store.forget()

@@ -69,6 +69,20 @@ def step_of(values: Array, settings: ResolutionSettings = DEFAULT) -> float | No
     return float(f'{found:.6g}') if off <= settings.off * found else None
 
 
+@dataclass(frozen=True)
+class ResolutionMemory:
+    """Values of each output with their counts, steps, noises; which outputs are still looked at.
+
+    `newest` is the time (s) of the newest sample that was looked at, -inf: of none.
+    """
+
+    seen: tuple[Mapping[float, int], ...]
+    steps: tuple[float | None, ...]
+    unknown: tuple[int, ...]
+    noises: tuple[float, ...]
+    newest: float
+
+
 class Resolutions:
     """Steps of the sensors of some outputs: those that are declared, and else those learned."""
 
@@ -84,6 +98,21 @@ class Resolutions:
         self._noises = [0.0] * len(self._outputs)  # as last told from enough values
         self._waiting: list[Array] = []  # what no step was sought in yet
         self._newest = -math.inf  # time (s) of the newest sample of a window noted
+
+    @property
+    def memory(self) -> ResolutionMemory:
+        """All that was learned."""
+        self.learn()
+        seen = tuple(dict(each) for each in self._seen)
+        steps, noises = tuple(self._steps), tuple(self._noises)
+        return ResolutionMemory(seen, steps, tuple(self._unknown), noises, self._newest)
+
+    def recall(self, memory: ResolutionMemory) -> None:
+        """Know what another one learned, of the same outputs."""
+        self._seen = [Counter(each) for each in memory.seen]
+        self._steps, self._noises = list(memory.steps), list(memory.noises)
+        self._unknown, self._newest = list(memory.unknown), memory.newest
+        self._waiting = []
 
     def note(self, y: Array) -> None:
         """Take measured outputs (K, r) or (r,), NaN = not measured, to learn from."""

@@ -129,6 +129,20 @@ class SlidingWindow:
         """Memory taken by the stored samples (bytes)."""
         return self._outputs.nbytes + self._inputs.nbytes
 
+    @property
+    def last_end(self) -> int | None:
+        """End (ns) of the window before the open one; None before the first."""
+        return None if self._edges is None else self._edges[1] - self._period
+
+    def resume(self, last_end: int) -> None:
+        """Open the window after one that ended there (ns), as across a gap; nothing came yet.
+
+        Outputs of the time before it begin a new timeline, as they would without a restart.
+        """
+        end = last_end + self._period
+        self._open((end - self._duration, end))
+        self._gate.resume(min(last_end, end - self._duration))
+
     def push(self, sample: Sample) -> bool:
         """Take a sample; return whether it began a new timeline.
 

@@ -10,6 +10,7 @@ from obs_ros.core.deadline import Deadline
 from obs_ros.core.rng import random_generator
 from obs_ros.horizon import stages
 from obs_ros.horizon.earlier import Earlier, beside_known_jumps, earlier_jumps, explained
+from obs_ros.horizon.found_jumps import Explained
 from obs_ros.horizon.settings import EstimationSettings
 from obs_ros.horizon.solver import Solver
 from obs_ros.inference.jumps.hypothesis import Hypothesis
@@ -56,7 +57,7 @@ def test_outliers_alone_make_no_jump() -> None:
 def test_outliers_beside_a_known_jump_are_left_out_without_a_search() -> None:
     _, best = jumped(window())
     warm = SOLVER.unknowns.point({'x': 0.0, 'k': 1.2, 'tau': 3.0})
-    earlier = replace(NOTHING, warm=warm, explained=best)
+    earlier = replace(NOTHING, warm=warm, explained=Explained.by(best))
     later = window(330, first=50)
     clean, known = beside_known_jumps(later, earlier, Deadline())
     assert [round(outlier.time, 1) for outlier in clean.outliers] == [33.0]

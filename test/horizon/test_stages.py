@@ -11,6 +11,7 @@ from obs_ros.core.deadline import Deadline
 from obs_ros.core.prior_knowledge import with_knowledge
 from obs_ros.core.rng import random_generator
 from obs_ros.horizon import stages
+from obs_ros.horizon.found_jumps import Explained
 from obs_ros.horizon.settings import EstimationSettings
 from obs_ros.horizon.solver import Solver
 from obs_ros.inference.assessment.contradiction import contradictions
@@ -56,7 +57,7 @@ def test_jumps_are_found_and_carry_over_to_a_window_that_holds_them_too() -> Non
     shifted = Record(posed.record.t[50:], posed.record.u[50:], posed.record.y[50:])
     later = SOLVER.pose(shifted, np.array([SIGMA]), noise_known=True)
     warm = SOLVER.unknowns.point({'x': 0.0, 'k': 1.2, 'tau': 3.0})
-    known = stages.continued_jumps(later, best, warm, Deadline())
+    known = stages.continued_jumps(later, Explained.by(best), warm, Deadline())
     assert known is not None and known.problem.events == ((K,),)
     time = known.point[known.layout.times[0]]
     assert time == pytest.approx((T[JUMP] - T[50]) / (T[-1] - T[50]), abs=0.01)
@@ -64,7 +65,7 @@ def test_jumps_are_found_and_carry_over_to_a_window_that_holds_them_too() -> Non
         Record(T[:100], posed.record.u[:100], posed.record.y[:100]), np.array([SIGMA]),
         noise_known=True,
     )  # fmt: skip
-    assert stages.continued_jumps(before, best, warm, Deadline()) is None
+    assert stages.continued_jumps(before, Explained.by(best), warm, Deadline()) is None
 
 
 def test_a_window_at_rest_is_uninformative_and_keeps_its_prior() -> None:

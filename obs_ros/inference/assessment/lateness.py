@@ -78,6 +78,16 @@ class LateSignals:
         self._settings = settings
         self._recent: deque[Late | None] = deque(maxlen=settings.windows)
 
+    @property
+    def memory(self) -> tuple[Late | None, ...]:
+        """What the latest windows said."""
+        return tuple(self._recent)
+
+    def recall(self, memory: tuple[Late | None, ...]) -> None:
+        """Know what another one knew."""
+        self._recent.clear()
+        self._recent.extend(memory)
+
     def told(self, estimate: Estimate, plain: Hypothesis) -> Estimate:
         """Return the estimate with a remark, where its window and those before say the same.
 
