@@ -1,5 +1,6 @@
 """The one gate through which samples enter: measured, in order, and of one timeline."""
 
+from collections import deque
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from operator import index
@@ -163,6 +164,7 @@ class Gate:
         self._first, self._outputs = 0, 0  # stamp (ns) of the first, and number, of this timeline
         self._interval = 0.0  # ns, mean over the samples that began this timeline
         self._over: int | None = None  # ns, until the first output that is newer
+        self._early: deque[tuple[int, Array]] = deque(maxlen=1000)  # inputs until then
         self._times.clear()
 
     def resume(self, passed: int) -> None:
@@ -228,8 +230,10 @@ class Gate:
             self._first = self._first if self._outputs else stamp
             self._outputs += 1
             self._over = None
-        # Before the first output, an input is the one in force.
-        elif self._over is None and (passed := self._passed(role)) is not None:
+            self._early.clear()
+        elif self._over is not None:  # in force when outputs go on, or of a new timeline
+            self._early.append((stamp, values))
+        elif (passed := self._passed(role)) is not None:
             self.counts['late'] += stamp <= passed
         self._store.keep(role, stamp, values)
 
@@ -307,6 +311,7 @@ class Gate:
         before = self._newest_around(role, first if self._over is None else self._over)
         self.last_break = describe_break(role, before, first)
         self.counts['reset'] += 1
+        released = {**released, 'input': [*self._early, *released['input']]}
         self.reset()
         self._store.forget()
         self._interval = (last - first) / (len(released[role]) - 1)

@@ -1,8 +1,9 @@
 """Tests of obs_ros.observers.sliding_window."""
 
+import json
 import re
 import threading
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
@@ -12,6 +13,7 @@ from arx import samples as nodes
 from plants import tank_outputs
 
 from obs_ros import Estimate, Outcome, Record, Sample, solve_window
+from obs_ros.core.plain_data import to_plain
 from obs_ros.observers.sliding_window import SlidingWindowObserver
 from obs_ros.optimization.acceptance import Acceptance
 from obs_ros.optimization.levenberg_marquardt import levenberg_marquardt
@@ -103,6 +105,103 @@ def test_an_estimate_without_values_is_not_inherited() -> None:
     alone = solve_window('three_tank', window(201, 301), noise=NOISE)
     assert 0 < later < 0.6 * alone.evaluations
     assert found[2].stddev['p1'] < 0.7 * alone.stddev['p1']
+
+
+def taken_up(memory: Any, **settings: Any) -> Any:
+    """An observer that goes on after what another one knew, once it has been a text."""
+    observer = make(**settings)
+    observer.recall(json.loads(json.dumps(to_plain(memory), allow_nan=False)))
+    return observer
+
+
+@pytest.mark.parametrize('settings', [
+    {'duration': 100.0, 'noise': NOISE},
+    {'duration': 100.0, 'period': 50.0, 'noise': NOISE, 'learn_noise': True, 'seed': 3},
+])  # fmt: skip
+def test_an_observer_that_is_stopped_and_taken_up_goes_on_with_the_same_bits(
+    settings: dict[str, Any],
+) -> None:
+    period = settings.get('period', settings['duration'])
+    observer, memories, expected = make(**settings), [], []
+    for sample in samples():
+        if observer.absorb(sample):
+            expected.append(observer.estimate())
+            memories.append(observer.memory)
+    for k in (0, len(expected) - 3):
+        resumed = taken_up(memories[k], **settings)
+        left = memories[k].end + (period - settings['duration']) * S
+        found = run(resumed, [sample for sample in samples() if sample.stamp > left])
+        alike = [replace(estimate, solve_time=0.0) for estimate in (*found, *expected[k + 1 :])]
+        texts = [json.dumps(to_plain(vars(estimate))) for estimate in alike]
+        assert texts[: len(found)] == texts[len(found) :] and len(found) == len(expected) - k - 1
+        assert to_plain(resumed.memory) == to_plain(memories[-1])
+
+
+def test_the_first_estimate_after_a_gap_has_the_old_knowledge() -> None:
+    observer = make(duration=100.0, noise=NOISE)
+    run(observer, samples(0, 201))
+    memory = observer.memory
+    # Nobody looked for 35 s of a window: what is left of it tells little of p1 by itself.
+    stream = samples(240, 305)
+    resumed = run(taken_up(memory, duration=100.0, noise=NOISE), stream)[0]
+    whole = run(observer, stream)[0]
+    assert (resumed.t0, resumed.t1) == (240, 300)
+    assert resumed.parameters == whole.parameters
+    assert resumed.stddev == whole.stddev
+    fresh = make(duration=60.0, noise=NOISE)
+    alone = run(fresh, stream)[0]
+    assert np.isnan(alone.stddev['p1']) and resumed.stddev['p1'] < 0.03
+    assert resumed.parameters['p1'] == pytest.approx(0.6, abs=4.0 * resumed.stddev['p1'])
+
+
+def test_a_clock_that_was_set_back_makes_it_begin_anew() -> None:
+    observer = make(noise=NOISE)
+    run(observer, samples(0, 205))
+    resumed = taken_up(observer.memory, noise=NOISE)
+    assert resumed.memory is not None
+    found = run(resumed, samples(0, 102))
+    assert 'output stamps jumped back from' in resumed.last_break
+    assert resumed.memory is not None and len(found) == 1
+    alone = run(make(noise=NOISE), samples(0, 102))
+    assert found[0].parameters == alone[0].parameters
+
+
+@pytest.mark.parametrize(
+    ('changes', 'said'),
+    [
+        ({'solved': 0}, 'was none'),
+        ({'end': 2**63}, 'was none'),
+        ({'end': 1.5}, 'end must be an integer'),
+        ({'horizon': None}, 'horizon must be an object'),
+    ],
+)
+def test_a_memory_that_is_none_leaves_the_observer_as_it_was(
+    changes: dict[str, Any], said: str
+) -> None:
+    observer = make(noise=NOISE)
+    run(observer, samples(0, 102))
+    plain = {**to_plain(observer.memory), **changes}
+    other = make(noise=NOISE)
+    with pytest.raises(ValueError, match=said):
+        other.recall(plain)
+    assert other.memory is None and other.last_break is None
+    assert run(other, samples(0, 102))[0].usable
+
+
+def test_the_identity_has_what_changes_the_meaning_of_what_was_learned() -> None:
+    one = make(noise=NOISE).identity
+    assert make(noise=NOISE, seed=5, capacity=500, period=20.0).identity == one
+    for settings, name in (
+        ({'noise': {'h1': 0.02, 'h2': 0.01}}, 'noise.h1'),
+        ({'noise': NOISE, 'duration': 50.0}, 'window.duration'),
+        ({'noise': NOISE, 'learn_noise': True}, 'learn_noise'),
+        ({'noise': NOISE, 'loss': 'squares'}, 'loss'),
+        ({'noise': NOISE, 'process_noise': 'off'}, 'process_noise'),
+        ({'noise': NOISE, 'bounds': {'p1': (0.1, 0.9)}}, 'bounds.p1'),
+        ({'noise': NOISE, 'fixed': {'p1': 0.5}}, 'fixed.p1'),
+    ):
+        other = make(**settings).identity
+        assert name in {key for key in {*one, *other} if one.get(key) != other.get(key)}
 
 
 def test_only_the_newest_due_window_is_solved_and_the_others_are_counted() -> None:

@@ -344,3 +344,53 @@ class TestGate:
     def test_every_reason_is_explained(self) -> None:
         assert set(gate_of()[0].counts) == set(COUNTS)
         assert all(COUNTS.values())
+
+
+class TestResumed:
+    """A gate that begins where an earlier process has come, at 100 s."""
+
+    def resumed(self) -> tuple[Gate, Kept]:
+        gate, store = gate_of()
+        gate.resume(100 * S)
+        store.passed = 100 * S
+        return gate, store
+
+    @pytest.mark.parametrize('gap', [0.5, 30.0, 1e6])
+    def test_time_goes_on_over_any_gap(self, gap: float) -> None:
+        gate, store = self.resumed()
+        assert outputs(gate, 100.0 + gap, 100.5 + gap) == [False, False]
+        assert store.stamps == [100.0 + gap, 100.5 + gap]
+        assert not any(gate.counts.values())
+
+    def test_stamps_of_the_time_before_begin_a_new_timeline(self) -> None:
+        gate, store = self.resumed()
+        assert outputs(gate, 1, 2, 3, 4, 5) == [False] * 4 + [True]
+        assert gate.last_break == (
+            'output stamps jumped back from 100.0 s to 1.0 s: all samples forgotten'
+        )
+        assert store.stamps == [1, 2, 3, 4, 5]
+        assert (gate.counts['late'], gate.counts['reset']) == (5, 1)
+        # From there on nothing of the time before counts.
+        assert outputs(gate, 6) == [False]
+        assert store.stamps[-1] == 6
+
+    def test_one_old_stamp_ends_nothing(self) -> None:
+        gate, store = self.resumed()
+        outputs(gate, 99.0, 130.0, 130.1)
+        assert store.stamps == [130.0, 130.1]
+        assert (gate.counts['late'], gate.counts['reset']) == (1, 0)
+
+    def test_an_input_of_the_time_before_is_in_force_and_not_late(self) -> None:
+        gate, store = self.resumed()
+        gate.push(sample(('u', 40.0, 1.0)))
+        outputs(gate, 130.0)
+        assert store.stamps == [40.0, 130.0]
+        assert gate.counts['late'] == 0
+
+    def test_an_input_of_a_new_timeline_is_not_lost(self) -> None:
+        """A set point may come once only."""
+        gate, store = self.resumed()
+        gate.push(sample(('u', 0.5, 7.0)))
+        outputs(gate, 1, 2, 3, 4, 5)
+        assert store.stamps == [0.5, 1, 2, 3, 4, 5]
+        assert store.samples[0] == ('input', S // 2, [7.0])

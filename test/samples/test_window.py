@@ -329,6 +329,49 @@ class TestLateAndBrokenSamples:
         assert window.end is None
 
 
+class TestResumed:
+    """A window that goes on after the last one of an earlier process."""
+
+    @pytest.mark.parametrize(('duration', 'period'), [(10.0, None), (10.0, 4.0), (4.0, 10.0)])
+    @pytest.mark.parametrize('gap', [0.0, 7.0, 13.0])
+    def test_it_has_the_windows_that_the_earlier_one_would_have_had(
+        self, duration: float, period: float | None, gap: float
+    ) -> None:
+        rng = random.Random(1)
+        stamps = sorted({round(rng.uniform(0.0, 80.0), 2) for _ in range(200)})
+        stamps = [t + (gap if t > 40.0 else 0.0) for t in stamps]
+        stream = [s for t in stamps for s in (inp(t), out(t + 0.001))]
+        whole = both(duration, period)
+        ends, records = [], []
+        for sample in stream:
+            whole.push(sample)
+            while (record := whole.take()) is not None:
+                records.append(record)
+                ends.append(whole.last_end)
+        assert len(records) > 6
+        for k, end in enumerate(ends[:-1]):
+            assert end is not None
+            step = duration if period is None else period
+            left = end + round((step - duration) * S)
+            resumed = both(duration, period)
+            resumed.resume(end)
+            # The input in force there comes first, as a latched one does.
+            held = max(s.stamp for s in stream if s.u is not None and s.stamp <= left)
+            again = [s for s in stream if s.stamp > left or (s.u is not None and s.stamp == held)]
+            found = feed(resumed, again)
+            assert len(found) == len(records) - k - 1
+            for one, other in zip(found, records[k + 1 :], strict=True):
+                for name in ('t', 'u', 'y'):
+                    np.testing.assert_array_equal(getattr(one, name), getattr(other, name))
+            assert not counted(resumed).keys() & {'late', 'reset', 'ahead', 'before_input'}
+
+    def test_a_clock_that_was_set_back_begins_a_new_timeline(self) -> None:
+        window = outputs_only()
+        window.resume(1000 * S)
+        assert [window.push(out(float(t))) for t in range(5)] == [False] * 4 + [True]
+        assert feed(window, [out(float(t)) for t in range(5, 12)])[0].t[0] == 0.0
+
+
 class TestBreaks:
     @pytest.mark.parametrize('stray', [0.0, 2400.0, 2500.0 + 365 * 86400])
     @pytest.mark.parametrize('make', [out, inp])
