@@ -217,11 +217,11 @@ class _Situation:
         level = LEVELS.get(estimate.outcome, Level.WARN)
         withheld = '' if estimate.usable else ' (withheld: not finite)'
         message = f'{estimate.outcome.value}{withheld}: {estimate.message}'
-        if (late := self.progress.late) and level is Level.OK:
-            level = Level.WARN
-            message = f'raise merge_wait: {late} samples came late just now; {message}'
-        if (unsaved := self.progress.unsaved) and level is Level.OK:
-            level, message = Level.WARN, f'{unsaved}; {message}'
+        late, unsaved = self.progress.late, self.progress.unsaved
+        remarks = [f'raise merge_wait: {late} samples came late just now'] if late else []
+        remarks += [unsaved] if unsaved else []
+        if remarks and level is Level.OK:
+            level, message = Level.WARN, '; '.join([*remarks, message])
         return Verdict(level, message, estimate.outcome.value)
 
 

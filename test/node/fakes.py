@@ -10,6 +10,7 @@ from patience import patience
 
 from obs_ros.core.estimate import Estimate, Outcome
 from obs_ros.core.model import Model, Variable, names
+from obs_ros.core.plain_data import Shapes, from_plain
 from obs_ros.core.record import Sample
 from obs_ros.models import load_model
 from obs_ros.observers.output_intake import Instant
@@ -111,6 +112,34 @@ class FakeObserver:
     @property
     def counts(self) -> Mapping[str, int]:
         return {'late': 3, 'skipped': self.skipped}
+
+
+@dataclass(frozen=True)
+class Seen:
+    """How many outputs a fake had seen."""
+
+    outputs: int
+
+
+class RememberingFake(FakeObserver):
+    """Remembers how many outputs it and those before it have seen."""
+
+    remembers = True
+    identity: Mapping[str, str] = {}
+    before = 0
+
+    @property
+    def memory(self) -> Seen | None:
+        seen = self.before + len(self.outputs)
+        return Seen(seen) if seen else None
+
+    def recall(self, plain: Any) -> None:
+        found: Seen = from_plain(Seen, plain, Shapes())
+        self.before = found.outputs
+
+    def reset(self) -> None:
+        super().reset()
+        self.before = 0
 
 
 @dataclass(frozen=True)

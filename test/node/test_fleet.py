@@ -172,6 +172,34 @@ def test_a_plant_whose_solve_goes_on_can_be_ended(line):
     fleet.until(lambda: fleet.fleet.estimators['/b'].estimation.progress.published == 1)
 
 
+def test_a_folder_has_a_file_for_each_plant_that_it_takes_up_when_it_comes_back(tmp_path, line):
+    fleet = line(
+        plants=['/a', '/b'], observer='node.fakes:RememberingFake', window__duration=2.0,
+        checkpoint=str(tmp_path),
+    )  # fmt: skip
+    estimators = fleet.fleet.estimators
+    fleet.until(lambda: all(each.progress.ready for each in estimators.values()))
+    fleet.connect('/a', '/b')
+    for t in (1.0, 2.0):
+        fleet.send('/a', t, (t, t))
+    fleet.until((tmp_path / 'a.estimator.checkpoint').exists)
+    assert not (tmp_path / 'b.estimator.checkpoint').exists()
+    fleet.change('/b')
+    fleet.change('/a', '/b')
+    assert fleet.fleet.refused == {}
+    assert estimators['/a'].observer.before == 2
+    assert estimators['/b'].observer.before == 0
+
+
+def test_one_file_is_not_for_two_plants(tmp_path, line):
+    fleet = line(
+        plants=['/a', '/b'], observer='node.fakes:RememberingFake', window__duration=2.0,
+        checkpoint=str(tmp_path / 'tank'),
+    )  # fmt: skip
+    assert list(fleet.fleet.estimators) == ['/a']
+    assert 'give each node a file of its own, or name a folder' in fleet.fleet.refused['/b']
+
+
 @pytest.mark.parametrize(
     ('names', 'reason'),
     [
