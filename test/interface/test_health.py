@@ -227,6 +227,19 @@ def test_samples_that_come_late_are_a_warning_for_some_time():
     assert judged(progress)[0] is Level.OK
 
 
+def test_a_checkpoint_that_cannot_be_written_is_a_warning_beside_the_estimate():
+    progress = Progress(ready=True, estimate=estimate())
+    progress.unsaved, progress.checkpoint = 'look at the disk', {'checkpoint.failed': 2}
+    level, outcome, message = judged(progress)
+    assert (level, outcome) == (Level.WARN, 'converged')
+    assert message.startswith('look at the disk; converged') and 'as told' in message
+    progress.begin_examination(0)
+    progress.begin_examination(7)
+    assert judged(progress)[2].startswith('raise merge_wait: 7 samples came late just now; look at')
+    progress.unsaved = ''
+    assert 'disk' not in judged(progress)[2]
+
+
 SEEN = 128  # characters that `ros2 topic echo` shows
 
 

@@ -185,7 +185,7 @@ def test_a_folder_has_a_file_for_each_plant_that_it_takes_up_when_it_comes_back(
     fleet.until((tmp_path / 'a.estimator.checkpoint').exists)
     assert not (tmp_path / 'b.estimator.checkpoint').exists()
     fleet.change('/b')
-    fleet.change('/a', '/b')
+    fleet.change('/b', '/a')
     assert fleet.fleet.refused == {}
     assert estimators['/a'].observer.before == 2
     assert estimators['/b'].observer.before == 0
