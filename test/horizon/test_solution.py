@@ -13,9 +13,8 @@ from obs_ros.core.deadline import Deadline
 from obs_ros.core.estimate import Estimate
 from obs_ros.core.rng import random_generator
 from obs_ros.core.typing import Array
-from obs_ros.horizon.arrival_cost import contradicts_prior
 from obs_ros.horizon.comparison import by_forecasts
-from obs_ros.horizon.earlier import Earlier
+from obs_ros.horizon.earlier import Earlier, contradicts_prior
 from obs_ros.horizon.forecasts import Basis, Ends, Forecasts
 from obs_ros.horizon.moving_horizon import MovingHorizon
 from obs_ros.horizon.settings import EstimationSettings

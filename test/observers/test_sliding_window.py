@@ -1,5 +1,6 @@
 """Tests of obs_ros.observers.sliding_window."""
 
+import hashlib
 import json
 import re
 import threading
@@ -13,8 +14,9 @@ from arx import samples as nodes
 from plants import tank_outputs
 
 from obs_ros import Estimate, Outcome, Record, Sample, solve_window
-from obs_ros.core.plain_data import to_plain
-from obs_ros.observers.sliding_window import SlidingWindowObserver
+from obs_ros.core.plain_data import described, to_plain
+from obs_ros.interface.checkpoint_file import VERSION
+from obs_ros.observers.sliding_window import SlidingWindowObserver, WindowsMemory
 from obs_ros.optimization.acceptance import Acceptance
 from obs_ros.optimization.levenberg_marquardt import levenberg_marquardt
 from obs_ros.optimization.methods import METHODS, Method
@@ -186,6 +188,13 @@ def test_a_memory_that_is_none_leaves_the_observer_as_it_was(
         other.recall(plain)
     assert other.memory is None and other.last_break is None
     assert run(other, samples(0, 102))[0].usable
+
+
+def test_the_layout_of_a_memory_is_that_of_its_version() -> None:
+    """Whoever changes the fields of what is remembered raises the version of the file."""
+    layout = described(WindowsMemory)
+    digest = hashlib.sha256(layout.encode()).hexdigest()[:16]
+    assert {VERSION: digest} == {1: 'a42d1769759c626f'}, layout
 
 
 def test_the_identity_has_what_changes_the_meaning_of_what_was_learned() -> None:
