@@ -14,7 +14,7 @@ jobs := $(shell n=$$(nproc); echo $$((n < 8 ? n + 1 : 8)))
 pytest := $(bin)/python -m pytest -n $(jobs) --dist loadfile -rs --durations=10 \
 	$(if $(ORDER),-p randomly --randomly-seed=$(ORDER))
 
-.PHONY: help setup fleet peers design demo test check test-design test-peers clean
+.PHONY: help setup fleet peers design docs demo test check test-design test-peers clean
 
 help:  ## this list
 	@sed -n 's/^\([a-z-]*\):.*## \(.*\)/make \1\t\2/p' Makefile
@@ -33,6 +33,11 @@ peers:  ## what benchmarks.peers compares with, into .venv
 
 design:  ## what obs_ros.observers.papers.design solves matrix inequalities with, into .venv
 	@tools/setup.sh design
+
+docs:  ## all pages and the API's as HTML in build/docs; a link that leads nowhere is an error
+	@tools/setup.sh docs
+	$(bin)/python -m sphinx --fail-on-warning --keep-going -j auto -q -c docs . build/docs
+	@echo 'docs: build/docs/docs/index.html'
 
 demo:  ## simulator and estimator on the three-tank plant: estimates beside the truth, demo.png
 	@tools/setup.sh runtime

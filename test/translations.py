@@ -78,7 +78,7 @@ def _pip_install(session: Session, words: list[str]) -> None:
     """See that the package is one that set-up installs, or the extra one of setup.py."""
     pinned = (ROOT / 'requirements' / 'pins.txt').read_text().lower()
     extras = (ROOT / 'setup.py').read_text()
-    for word in words[2:]:
+    for word in [each for each in words[2:] if not each.startswith('--')]:
         if match := re.fullmatch(r'\.\[(\w+)\]', word):
             assert f"'{match[1]}': [" in extras, word
         else:
@@ -133,6 +133,8 @@ CONDITIONS = {'once the first window is full': Session.first_window}
 TRANSLATIONS: dict[str, Action] = {
     'make': _make,
     'cd': _cd,
+    'docker run': _covered('there is no Docker here, as the README says'),
+    'rosdep install': _covered('rosdep is not among the wheels'),
     'git clone': _covered('the reader has done so'),
     'colcon build': _colcon_build,
     'source .venv/bin/activate': _covered('these tests run in it'),

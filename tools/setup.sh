@@ -3,6 +3,7 @@
 # setup.sh test: that, the test tools, and what `fleet` installs.
 # setup.sh fleet: runtime, and what shares studies among processes and machines.
 # setup.sh peers: runtime, and what benchmarks.peers compares with.
+# setup.sh docs: runtime, and what `make docs` builds the pages with.
 # setup.sh design: runtime, and what obs_ros.observers.papers.design solves matrix inequalities with.
 # Each finished step leaves a fingerprint of what it was made from in .venv/.steps, so the next run
 # does only what is missing or out of date, and needs no network when nothing is.
@@ -168,6 +169,10 @@ fi
 if [[ $what == design ]]; then
   pip_step design "$(fingerprint requirements/{pins,runtime,design}.txt)" \
     'CVXPY and Clarabel (90 MB, half a minute)' -r requirements/design.txt
+fi
+if [[ $what == docs ]]; then
+  pip_step docs "$(fingerprint requirements/{pins,runtime,docs}.txt)" \
+    'Sphinx and MyST (40 MB, half a minute)' -r requirements/docs.txt
 fi
 # Installed, not linked: an editable install has no data files, so it is not in the ament index.
 # Built in .venv, since modules deleted here would live on in build/, which colcon uses as well.
