@@ -1,6 +1,7 @@
 """The commands that README and docs name: found in their code, and taken apart."""
 
 import ast
+import math
 import re
 import shlex
 import textwrap
@@ -11,9 +12,11 @@ from pathlib import Path
 import yaml
 
 ROOT = Path(__file__).resolve().parents[1]
-PAGES = (ROOT / 'README.md', *sorted((ROOT / 'docs').glob('*.md')))
+RECIPES = tuple(sorted((ROOT / 'docs' / 'recipes').glob('*.md')))
+PAGES = (ROOT / 'README.md', *sorted((ROOT / 'docs').glob('*.md')), *RECIPES)
 # Inline code that begins so is a command, unless it is only the command's name.
 STARTS = ('ros2', 'make', 'python', 'python3', 'pip', 'colcon', 'git', 'source', 'export', 'sudo')
+NUMBER = r'((?<![\w.])-?\d+(?:\.\d+)?(?:e[-+]?\d+)?(?![\w.]))'
 LONGEST_NAME = 3  # words: `ros2 topic echo`
 
 
@@ -58,6 +61,22 @@ def sections(text: str, page: str) -> list[Section]:
                         for c in _inline(' '.join(code.split()), f'{page}:{line}')]  # fmt: skip
             found[-1].blocks += [[command] for command in commands]
     return [section for section in found if section.blocks]
+
+
+def shown_lines(text: str) -> list[str]:
+    """Return the lines that a page shows as printed; `[...]` stands for lines left out."""
+    blocks = re.findall(r'^```text\n(.*?)^```$', text, flags=re.MULTILINE | re.DOTALL)
+    lines = [line.strip() for block in blocks for line in block.splitlines()]
+    return [line for line in lines if line not in ('', '[...]')]
+
+
+def alike(shown: str, printed: str, tolerance: float = 0.05) -> bool:
+    """Whether two lines have the same words, and numbers that differ by a share of them at most."""
+    pairs = [re.split(NUMBER, ' '.join(line.split())) for line in (shown, printed)]
+    if len(pairs[0]) != len(pairs[1]) or pairs[0][::2] != pairs[1][::2]:
+        return False
+    numbers = zip(pairs[0][1::2], pairs[1][1::2])
+    return all(math.isclose(float(a), float(b), rel_tol=tolerance) for a, b in numbers)
 
 
 def python_blocks(text: str) -> list[str]:

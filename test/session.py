@@ -40,6 +40,7 @@ class Session:
         self.nodes: dict[str, subprocess.Popen[bytes]] = {}
         self._lines: dict[str, list[str]] = {}  # that started them
         self._echoes: dict[str, list[Any]] = {}
+        self.printed: list[str] = []  # lines of all that has run to its end
 
     def hear_echoes(self) -> None:
         """Wait until every `echo` has printed something, all nodes being alive."""
@@ -101,6 +102,10 @@ class Session:
     def python(self, words: list[str]) -> None:
         """`python -m MODULE ...`."""
         self._foreground([sys.executable, *words[1:]])
+
+    def tool(self, words: list[str]) -> None:
+        """Run a command of the system as it stands."""
+        self._foreground(words)
 
     def echo(self, words: list[str]) -> None:
         """`ros2 topic echo`: prints what comes from now on, or is there already if latched."""
@@ -194,6 +199,7 @@ class Session:
             timeout=patience(60.0), check=False,
         )  # fmt: skip
         assert done.returncode == 0 and done.stdout.strip(), done.stderr
+        self.printed += done.stdout.splitlines()
 
     def _end(self, name: str) -> None:
         process = self.nodes[name]

@@ -2,6 +2,7 @@
 
 import csv
 import os
+import re
 import shutil
 import subprocess
 import sys
@@ -9,7 +10,18 @@ from collections.abc import Iterator
 from pathlib import Path
 
 import pytest
-from documents import PAGES, ROOT, Command, Section, block_commands, sections
+from documents import (
+    PAGES,
+    RECIPES,
+    ROOT,
+    Command,
+    Section,
+    alike,
+    block_commands,
+    python_blocks,
+    sections,
+    shown_lines,
+)
 from patience import patience
 
 pytest.importorskip('rclpy')
@@ -22,16 +34,17 @@ from plant_sim.scenarios import load_scenario
 from plant_sim.simulation import Simulation
 
 DOCUMENTED = [section for page in PAGES for section in sections(page.read_text(), page.name)]
+SHOWN = {page.name: shown_lines(page.read_text()) for page in RECIPES}
 PARAMETERS = ROOT / 'config' / 'three_tank.yaml'
 
 
 @pytest.fixture(scope='module')
 def workspace(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    """A prefix with the package of the tutorial in it, as colcon would leave it."""
+    """A prefix with the packages of tutorial and recipes in it, as colcon would leave it."""
     folder = tmp_path_factory.mktemp('workspace')
-    shutil.copytree(ROOT / 'examples' / 'my_plant', folder / 'src')
+    shutil.copytree(ROOT / 'examples', folder / 'src')
     pip = [sys.executable, '-m', 'pip', 'install', '--quiet', '--no-deps', '--no-build-isolation',
-           '--no-index', '--prefix', folder / 'install', folder / 'src']  # fmt: skip
+           '--no-index', '--prefix', folder / 'install', *(folder / 'src').iterdir()]  # fmt: skip
     subprocess.run(pip, check=True, timeout=patience(30.0), cwd=folder)
     return folder / 'install'
 
@@ -72,6 +85,8 @@ def test_what_is_documented_works(session: Session, section: Section) -> None:
     for block in section.blocks:
         perform(session, block)
     session.close()
+    for line in SHOWN.get(section.page, ()):
+        assert any(alike(line, printed) for printed in session.printed), line
 
 
 def test_every_documented_command_can_be_tried() -> None:
@@ -97,6 +112,28 @@ def test_a_command_that_is_new_is_not_taken_for_tried(block: str) -> None:
         for command in block_commands(block, 'here:1'):
             translation(command)
             awaited(command)
+
+
+@pytest.mark.parametrize(
+    ('printed', 'same'),
+    [('| r0 | 1.02 (-0.5 to 2) |', True), ('| r0  |  1.0 (-0.49 to 2.05) |', True),
+     ('| r0 | 1.1 (-0.5 to 2) |', False), ('| r0 | 1.02 (0.5 to 2) |', False),
+     ('| r1 | 1.02 (-0.5 to 2) |', False), ('| r0 | 1.02 (-0.5 to 2) | 3 |', False),
+     ('| r0 | 1.02 (-0.5 to ?) |', False)],
+)  # fmt: skip
+def test_printed_figures_are_compared_within_a_tolerance(printed: str, same: bool) -> None:
+    assert alike('| r0 | 1.02 (-0.5 to 2) |', printed) is same
+
+
+@pytest.mark.parametrize('page', RECIPES, ids=lambda page: page.stem)
+def test_a_recipe_fits_a_screen_and_shows_its_model_as_it_is(page: Path) -> None:
+    text = page.read_text()
+    assert len(text.splitlines()) <= 45
+    files = re.findall(r'\]\((\.\./[^)#]+)\)', text)
+    sources = [(page.parent / file).resolve() for file in files]
+    assert all(source.exists() for source in sources), files
+    for block in python_blocks(text):
+        assert any(block.strip() in source.read_text() for source in sources if source.is_file())
 
 
 PAGE = """# First
