@@ -198,7 +198,7 @@ def test_without_rosbags_and_matplotlib_the_rest_is_written(table, capsys, monke
     assert 'no estimates: writing a bag needs the package rosbags' in streams.err
     assert 'drawing needs the package matplotlib' in streams.err
     files = {file.name for file in (table.parent / 'rig.csv_replay').iterdir()}
-    assert files == {'estimates.csv', 'summary.md'}
+    assert files == {'estimates.csv', 'report.html', 'summary.md'}
     (table.parent / 'bag').mkdir()
     assert replay(table.parent / 'bag') == 1
     assert 'reading a bag needs the package rosbags' in capsys.readouterr().err
