@@ -47,9 +47,9 @@ class Section:
 def sections(text: str, page: str) -> list[Section]:
     """Return the sections of a page that have commands."""
     found = [Section(page, 'top')]
-    # Pictures drawn in text hold no commands.
-    text = re.sub(r'^```text\n.*?^```$', lambda drawn: '\n' * drawn[0].count('\n'), text,
-                  flags=re.MULTILINE | re.DOTALL)  # fmt: skip
+    # Pictures drawn in text hold no commands, nor do directives of Sphinx.
+    silent = re.compile(r'^```(?:text|\{[\w-]+\})\n.*?^```$', flags=re.MULTILINE | re.DOTALL)
+    text = silent.sub(lambda drawn: '\n' * drawn[0].count('\n'), text)
     for kind, line, content in _parts(text):
         if kind == 'heading':
             found.append(Section(page, content))

@@ -133,8 +133,8 @@ CONDITIONS = {'once the first window is full': Session.first_window}
 TRANSLATIONS: dict[str, Action] = {
     'make': _make,
     'cd': _cd,
-    'docker run': _covered('there is no Docker here, as the README says'),
-    'rosdep install': _covered('rosdep is not among the wheels'),
+    'docker run --rm -it': _covered('there is no Docker here, as the README says'),
+    'rosdep install --from-paths src': _covered('rosdep is not among the wheels'),
     'git clone': _covered('the reader has done so'),
     'colcon build': _colcon_build,
     'source CLONE/.venv/bin/activate': _covered('these tests run in it'),

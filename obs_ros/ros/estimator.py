@@ -92,6 +92,12 @@ class Estimator(LifecycleNodeMixin, GuardedNode):
         """End the worker; False when its solve has not ended within so many s."""
         return self.estimation is None or self.estimation.close(patience)
 
+    def destroy_node(self) -> None:
+        """End the node; rclpy lets its state machine keep it on the graph."""
+        super().destroy_node()
+        if hasattr(self, '_state_machine'):
+            self._state_machine.destroy_when_not_in_use()
+
     def on_configure(self, state: LifecycleState) -> TransitionCallbackReturn:
         """Make everything from the parameters, and begin to compile."""
         return self._attempt(self._configure, TransitionCallbackReturn.FAILURE)

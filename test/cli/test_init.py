@@ -180,7 +180,7 @@ def test_both_nodes_take_its_parameter_file(ros, tmp_path, monkeypatch):
     file = ('--ros-args', '--params-file', str(tmp_path / 'small_oven' / 'config' / 'plant.yaml'))
     estimator = ros.start(Estimator, *file, use_sim_time=True, deadline=60.0)
     found = ros.listen('/estimator/parameters')
-    ros.spin_until(lambda: estimator.progress.ready, timeout=30.0)
+    ros.spin_until(lambda: estimator.estimation.progress.ready, timeout=30.0)
     ros.start(Simulator, *file, speed=20.0)
     ros.spin_until(lambda: found, timeout=30.0)
     assert vector(found[0]).keys() == {'rest_air', 'gain_air_heat', 'lag_air'}

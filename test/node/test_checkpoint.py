@@ -21,7 +21,7 @@ FEED = (30.0, 30.0)
 
 def ready(ros: Ros, **parameters):
     estimator = ros.start(Estimator, **parameters)
-    ros.spin_until(lambda: estimator.progress.ready and estimator.idle, 60.0)
+    ros.spin_until(lambda: estimator.estimation.progress.ready and estimator.estimation.idle, 60.0)
     return estimator
 
 
@@ -59,8 +59,8 @@ def test_the_first_estimate_after_a_restart_is_that_of_a_run_that_never_stopped(
     expected = [whole.estimate() for sample in stream if whole.absorb(sample)]
     estimator = ready(ros, **settings)
     spoken(ros, *range(31), levels=lambda t: levels[t])
-    ros.spin_until(lambda: estimator.progress.published == 1, 60.0)
-    ros.spin_until(lambda: estimator.idle)
+    ros.spin_until(lambda: estimator.estimation.progress.published == 1, 60.0)
+    ros.spin_until(lambda: estimator.estimation.idle)
     ros.stop(estimator)
     estimator = ready(ros, **settings)
     heard = ros.listen('/estimator/parameters')
@@ -69,7 +69,7 @@ def test_the_first_estimate_after_a_restart_is_that_of_a_run_that_never_stopped(
     ros.spin_until(lambda: heard, 60.0)
     assert len(expected) == 2
     assert vector(heard[0]) == expected[1].parameters
-    assert estimator.progress.estimate.stddev == expected[1].stddev
+    assert estimator.estimation.progress.estimate.stddev == expected[1].stddev
 
 
 def test_a_node_without_a_file_or_with_one_that_is_damaged_begins_anew_and_says_so(
@@ -86,7 +86,7 @@ def test_a_node_without_a_file_or_with_one_that_is_damaged_begins_anew_and_says_
     told = figures(ros.health())['checkpoint']
     assert told.startswith('begun anew: it is damaged: ') and told.endswith(f'{path}.refused')
     assert f'checkpoint {path}: begun anew: it is damaged: ' in capfd.readouterr().err
-    assert second.observer.before == 0
+    assert second.estimation.observer.before == 0
     spoken(ros, 3.0, 4.0)
     written(ros, path, 2)
 
@@ -101,8 +101,8 @@ def test_what_cannot_be_written_is_counted_and_told_and_the_node_goes_on(
         each.unlink()
     folder.rmdir()
     spoken(ros, 1.0, 2.0)
-    ros.spin_until(lambda: estimator.progress.published == 1)
-    ros.spin_until(lambda: estimator._checkpoint.account.failed)
+    ros.spin_until(lambda: estimator.estimation.progress.published == 1)
+    ros.spin_until(lambda: estimator.estimation._checkpoint.account.failed)
     health = ros.spin_until(lambda: ros.health(outcome='converged'))
     assert 'FileNotFoundError' in figures(health)['checkpoint.error']
     assert figures(health)['checkpoint.failed'] == '1'
@@ -146,12 +146,12 @@ def test_a_memory_that_no_window_can_be_solved_with_is_gone_at_the_next_start(
     written(ros, path, 2)
     ros.stop(first)
     second = faked(ros, path)
-    assert second.observer.before == 2
+    assert second.estimation.observer.before == 2
     FakeObserver.made[-1].value = ZeroDivisionError('of the memory')
     spoken(ros, 3.0, 4.0)
-    ros.spin_until(lambda: second.progress.failed)
+    ros.spin_until(lambda: second.estimation.progress.failed)
     ros.spin_until(lambda: not path.exists())
-    assert second.observer.before == 0 and second.observer.resets == 1
+    assert second.estimation.observer.before == 0 and second.estimation.observer.resets == 1
 
 
 def test_an_observer_that_remembers_nothing_is_refused_at_the_start(

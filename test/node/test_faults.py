@@ -571,8 +571,8 @@ def test_every_parameter_that_is_not_read_only_changes_live(ros, monkeypatch):
     assert set_parameter(estimator, 'process_noise', 'auto').successful
     declared = set(estimator.get_parameters_by_prefix(''))
     families = ('bounds.', 'fixed.', 'noise.', 'initial.', 'walk.', 'prior.', 'qos_overrides.',
-                'use_sim_time',
-                'start_type', 'model', 'observer', 'signals.', 'merge_wait')  # fmt: skip
+                'use_sim_time', 'start_type', 'model', 'observer', 'signals.', 'merge_wait',
+                'managed', 'checkpoint')  # fmt: skip
     assert {n for n in declared if not n.startswith(families)} <= set(values)
     answer = estimator.set_parameters_atomically([Parameter(n, value=v) for n, v in values.items()])
     assert answer.successful, answer.reason

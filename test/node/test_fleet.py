@@ -178,7 +178,7 @@ def test_a_folder_has_a_file_for_each_plant_that_it_takes_up_when_it_comes_back(
         checkpoint=str(tmp_path),
     )  # fmt: skip
     estimators = fleet.fleet.estimators
-    fleet.until(lambda: all(each.progress.ready for each in estimators.values()))
+    fleet.until(lambda: all(each.estimation.progress.ready for each in estimators.values()))
     fleet.connect('/a', '/b')
     for t in (1.0, 2.0):
         fleet.send('/a', t, (t, t))
@@ -187,8 +187,8 @@ def test_a_folder_has_a_file_for_each_plant_that_it_takes_up_when_it_comes_back(
     fleet.change('/b')
     fleet.change('/b', '/a')
     assert fleet.fleet.refused == {}
-    assert estimators['/a'].observer.before == 2
-    assert estimators['/b'].observer.before == 0
+    assert estimators['/a'].estimation.observer.before == 2
+    assert estimators['/b'].estimation.observer.before == 0
 
 
 def test_one_file_is_not_for_two_plants(tmp_path, line):
