@@ -52,25 +52,33 @@ def information(text: str) -> Information:
         raise ValueError('~/info names no observer: it is not that of an estimator')
     variables = {kind: _variables(found.get(kind)) for kind in KINDS}
     return Information(
-        model=one_line(found.get('model', ''), LONGEST_NAME),
-        observer=one_line(settings['observer'], LONGEST_NAME),
+        model=one_line(words(found.get('model')), LONGEST_NAME),
+        observer=one_line(words(settings['observer']), LONGEST_NAME),
         left_out=sum(max(0, len(each) - MOST_NAMES) for each in variables.values()),
         **{kind: each[:MOST_NAMES] for kind, each in variables.items()},
     )
 
 
+def words(found: Any) -> str:
+    """Return a text as it is, a number in digits, and nothing of all else.
+
+    By aliases a few characters of YAML may stand for a list whose text no memory holds.
+    """
+    return str(found) if isinstance(found, str | int | float) else ''
+
+
 def _variables(found: Any) -> tuple[Shown, ...]:
     entries = found if isinstance(found, list) else []
-    named = [each for each in entries if isinstance(each, Mapping) and 'name' in each]
+    named = [each for each in entries if isinstance(each, Mapping)]
     return tuple(
-        Shown(str(each['name']), _unit(each.get('unit')), _period(each.get('period')))
+        Shown(words(each['name']), _unit(each.get('unit')), _period(each.get('period')))
         for each in named
-        if len(str(each['name'])) <= LONGEST_NAME
+        if 0 < len(words(each.get('name'))) <= LONGEST_NAME
     )
 
 
 def _unit(found: Any) -> str:
-    text = '' if found is None else one_line(found, LONGEST_NAME)
+    text = one_line(words(found), LONGEST_NAME)
     return '' if text == '1' else text
 
 

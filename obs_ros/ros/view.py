@@ -16,7 +16,7 @@ from obs_ros.core.texts import listing, one_line
 from obs_ros.interface.readers import nanoseconds
 from obs_ros.interface.vectors import TOPICS, Vector
 from obs_ros.pages.board import SETTINGS, Board, BoardSettings
-from obs_ros.pages.information import Information, information
+from obs_ros.pages.information import Information, information, words
 from obs_ros.pages.page import page
 from obs_ros.pages.server import PageServer
 from obs_ros.pages.settings import VIEW, wanted
@@ -169,8 +169,8 @@ class View(GuardedNode):
     def _on_outcome(self, name: str, message: String) -> None:
         told = yaml.safe_load(message.data[:10_000])
         if isinstance(told, Mapping) and isinstance(told.get('stamp_ns'), int):
-            words = (str(told.get(key, '')) for key in ('outcome', 'message'))
-            self.board.conclude(name, told['stamp_ns'], *words)
+            said = (words(told.get(key)) for key in ('outcome', 'message'))
+            self.board.conclude(name, told['stamp_ns'], *said)
 
     def _on_vector(self, name: str, topic: str, message: JointState) -> None:
         self.board.hear(name, _vector(topic, message))

@@ -1,7 +1,13 @@
 import pytest
 import yaml
 
-from obs_ros.pages.information import LONGEST_INFO, MOST_NAMES, Shown, information
+from obs_ros.pages.information import (
+    LONGEST_INFO,
+    MOST_NAMES,
+    Information,
+    Shown,
+    information,
+)
 
 INFO = {
     'model': 'tank',
@@ -48,3 +54,15 @@ def test_variables_of_another_form_are_none(wrong):
 @pytest.mark.parametrize('period', ['round', True, -1.0, float('inf'), float('nan'), [1]])
 def test_a_period_that_is_none_is_left_alone(period):
     assert told(states=[{'name': 'h', 'period': period}]).states == (Shown('h'),)
+
+
+# 10 to the power of 9 texts, were anybody to write them out.
+ALIASES = 'a0: &a0 [x, x, x, x, x, x, x, x, x, x]\n' + ''.join(
+    f'a{k}: &a{k} [{", ".join([f"*a{k - 1}"] * 10)}]\n' for k in range(1, 9)
+)
+
+
+def test_texts_that_only_aliases_make_long_are_nothing():
+    head = 'model: *a8\nstates: [{name: h, unit: *a8}, {name: *a8}]\n'
+    found = information(f'{ALIASES}{head}settings: {{observer: *a8}}\n')
+    assert found == Information('', '', states=(Shown('h'),))
