@@ -12,6 +12,9 @@ project = 'obs_ros'
 author = 'obs_ros maintainers'
 extensions = ['myst_parser', 'sphinx.ext.autodoc', 'sphinx.ext.napoleon']
 html_theme = 'alabaster'
+# Tables have up to six columns.
+html_theme_options = {'page_width': '1200px', 'body_max_width': 'auto'}
+html_show_copyright = False
 myst_heading_anchors = 4
 suppress_warnings = ['toc.not_included']  # README and reports are reached by links
 default_role = 'code'  # docstrings quote with single backticks

@@ -131,3 +131,5 @@ def test_the_pages_build_without_a_warning(tmp_path):
     assert built.returncode == 0, built.stderr
     text = (tmp_path / 'docs' / 'api.html').read_text()
     assert 'solve_window' in text and 'Raises' in text
+    # Napoleon takes what stands before a colon in a property's first line for its type.
+    assert 'Type<span' not in text

@@ -225,12 +225,12 @@ class Model:
 
     @property
     def method(self) -> Method:
-        """Integration method: the one given, RK4 until another is chosen where it is `auto`."""
+        """The integration method that was given, RK4 until another is chosen where it is `auto`."""
         return 'rk4' if self.integrator == 'auto' else self.integrator
 
     @property
     def variables(self) -> tuple[Variable, ...]:
-        """States, then parameters: all that can be estimated, in the order of every vector."""
+        """All that can be estimated, states, then parameters, in the order of every vector."""
         return (*self.states, *self.parameters)
 
     def variable(self, name: str) -> Variable:

@@ -104,7 +104,7 @@ class SlidingWindow:
 
     @property
     def passed(self) -> int | None:
-        """See `Store`: the end of the last window, or the open one's left edge if that overlaps."""
+        """The end of the last window, or the open one's left edge if that overlaps."""
         if self._edges is None:
             return None
         left, end = self._edges
@@ -118,7 +118,7 @@ class SlidingWindow:
 
     @property
     def collected(self) -> float | None:
-        """Time (s) from the start of the next window to where both streams are; None: no start."""
+        """Time (s) from the start of the next window to where both streams are, or None."""
         edges = self._edges or self._first_edges()
         if edges is None:
             return None
