@@ -24,6 +24,7 @@ class Presence:
     present: bool = True  # whether somebody publishes its topics
     since: float = 0.0  # when `present` was what it is
     heard: float | None = None  # the last message of its own
+    lost: int = 0  # messages of its topics, and its plant's, on their way here
     level: int = 0  # of its health, as in DiagnosticStatus
     health: str = ''
 
@@ -87,6 +88,12 @@ class Board:
             if (known := self._all.get(name)) is not None:
                 known.level, known.health = level, one_line(message, LONGEST_LINE)
 
+    def miss(self, name: str, count: int) -> None:
+        """Note messages that were lost on their way, for an estimator that is known."""
+        with self._lock:
+            if (known := self._all.get(name)) is not None:
+                known.lost += count
+
     def attend(self, name: str, *, present: bool) -> None:
         """Note whether somebody publishes the topics of an estimator that is known."""
         with self._lock:
@@ -126,6 +133,7 @@ class Board:
                 'shown': [
                     payload(each.observed, seen)
                     | dict(zip(('words', 'well'), self._words(each), strict=True))
+                    | {'lost': each.lost}
                     for each in shown
                 ],
             }

@@ -52,6 +52,10 @@ function card(shown, k) {
     made.append(element('p', { className: shown.well ? 'soft' : 'unwell',
       textContent: shown.words }));
   }
+  if (shown.lost) {
+    made.append(element('p', { className: 'unwell',
+      textContent: `messages lost on their way to this page: ${shown.lost}` }));
+  }
   if (shown.left_out) {
     made.append(element('p', { className: 'soft',
       textContent: `${shown.left_out} more variables are not shown` }));

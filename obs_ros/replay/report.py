@@ -108,7 +108,7 @@ class Report:
             'to': (seen.end - origin) / 1e9,
             'notes': [one_line(remark) for remark in remarks],
             'estimators': [{'name': observed.name, **told}],
-            'shown': [{**payload(observed, seen), **told}],
+            'shown': [{**payload(observed, seen), **told, 'lost': 0}],
         }
 
     def _predicted(self, predicted: Predicted) -> None:

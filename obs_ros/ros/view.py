@@ -14,6 +14,7 @@ from std_msgs.msg import String
 
 from obs_ros.core.texts import listing, one_line
 from obs_ros.interface.readers import nanoseconds
+from obs_ros.interface.sequence_monitor import SequenceMonitor
 from obs_ros.interface.vectors import TOPICS, Vector
 from obs_ros.pages.board import SETTINGS, Board, BoardSettings
 from obs_ros.pages.information import Information, information, words
@@ -29,7 +30,7 @@ from obs_ros.ros.publication import PREDICTED
 from obs_ros.ros.run import run
 
 LOOK = 0.5  # s from one look at the graph to the next
-# Of whatever reliability publishers are: a page that misses a sample misses nothing.
+# Of whatever reliability publishers are: nobody waits for the page; what it misses is told.
 STREAMS = QoSProfile(depth=1000, reliability=ReliabilityPolicy.BEST_EFFORT)
 RARE = QoSProfile(depth=100, reliability=ReliabilityPolicy.RELIABLE)
 VECTOR = 'sensor_msgs/msg/JointState'
@@ -124,18 +125,29 @@ class View(GuardedNode):
     def _hear(
         self, name: str, topic: str, kind: type, callback: Callable[[Any], None], qos: QoSProfile
     ) -> None:
-        """Hear a topic: with each message all that wait behind it, which costs less than a turn."""
+        """Hear a topic: with each message all that wait behind it, which costs less than a turn.
+
+        What is lost is counted, but where only the newest message is kept.
+        """
         if topic in self._heard[name]:
             return
+        numbers = SequenceMonitor(lambda: self.count_publishers(topic))
 
-        def hear(message: Any) -> None:
+        def take(message: Any, info: Mapping[str, Any]) -> None:
+            before = numbers.lost
+            numbers.note(info['publication_sequence_number'])
+            if numbers.lost > before and qos.depth > 1:
+                self.board.miss(name, numbers.lost - before)
             callback(message)
+
+        def hear(message: Any, info: Mapping[str, Any]) -> None:
+            take(message, info)
             handle = subscription.handle
             with handle:
                 for _ in range(qos.depth):
                     if (taken := handle.take_message(kind, False)) is None:
                         break
-                    callback(taken[0])
+                    take(*taken)
 
         subscription = self.create_subscription(kind, topic, hear, qos)
         self._heard[name][topic] = subscription

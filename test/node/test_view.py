@@ -1,11 +1,13 @@
 """The live page's node: which estimators it finds, what it hears of them, and what it leaves."""
 
+import collections
 import dataclasses
 import json
 import urllib.parse
 import urllib.request
 from functools import partial
 
+import numpy as np
 import pytest
 from interface.test_vectors import ESTIMATE, TANKS
 from patience import patience
@@ -14,6 +16,7 @@ from rclpy.parameter import Parameter
 from sensor_msgs.msg import JointState
 from std_msgs.msg import String
 
+from obs_ros.horizon.prediction import Predicted
 from obs_ros.pages.board import BoardSettings
 from obs_ros.ros.info import model_info, publish_info, settings_info
 from obs_ros.ros.messages import LATCHED, STREAM
@@ -32,11 +35,17 @@ class Stand(Node):
         told = {**model_info(TANKS), **settings_info({'observer': 'sliding_window'})}
         publish_info(self)(told)
         self._publisher = EstimatePublisher(self, TANKS, predicting=True)
-        self.create_subscription(JointState, 'plant/output', lambda message: None, STREAM)
+        self.create_subscription(JointState, 'plant/output', lambda message: None, 1)
 
     def say(self, t):
         estimate = dataclasses.replace(ESTIMATE, stamp=t * SECOND, message=f'at {t}')
         self._publisher.publish(estimate, latency=0.25, skipped=0)
+
+    def predict(self, stamp, level, residual):
+        deviations, spread = dict.fromkeys(ESTIMATE.state, 0.1), {'h1': 0.1, 'h2': 0.1}
+        self._publisher.publish_prediction(
+            Predicted(stamp, {**ESTIMATE.state, 'h3': level}, deviations, residual, spread)
+        )
 
 
 def start(ros, namespace):
@@ -65,6 +74,14 @@ def curve(view, name, kind, variable, role):
                     if each['role'] == role:
                         return each['t'], each['v']
     return [], []
+
+
+def drawn(answer):
+    """Return times and values of all curves of the first estimator in an answer."""
+    return collections.defaultdict(lambda: ([], []), {
+        (panel['kind'], panel['name'], each['role']): (each['t'], each['v'])
+        for panel in answer['shown'][0]['panels'] for each in panel['curves']
+    })  # fmt: skip
 
 
 def is_well(view, name):
@@ -124,6 +141,61 @@ def test_a_restart_is_told_and_outlived(ros, view):
         and len(found[0]) == 2 and found
     )  # fmt: skip
     assert t == [0.0, 2.0]
+
+
+@pytest.mark.slow
+def test_no_spike_of_a_plant_at_1_khz_goes_unseen(ros, view):
+    stand, output = start(ros, '/a'), ros.speak('/a/plant/output', heard=False)
+    ros.spin_until(lambda: stand.count_subscribers('/a/plant/output') == 2)
+    for topic in ('prediction', 'prediction_stddev', 'residual'):
+        ros.spin_until(lambda topic=topic: stand.count_subscribers(f'/a/estimator/{topic}'))
+    rng = np.random.default_rng(0)
+    count, apart, block = 4000, 200, 200
+    quiet = rng.normal(0.0, 0.01, (3, count))
+    # Each lasts one sample; one up and one down in turn, none in the last block.
+    grid = np.arange(apart, count - block, apart)
+    at = grid + rng.integers(0, apart // 2, (3, grid.size))
+    size = rng.uniform(3.0, 9.0, at.shape) * (-1.0) ** np.arange(at.shape[1])
+    for row, places, values in zip(quiet, at, size, strict=True):
+        row[places] = values
+    sought = (
+        ('state', 'h1', 'measured'),
+        ('state', 'h3', 'prediction'),
+        ('residual', 'h2', 'residual'),
+    )
+
+    def behind(k):
+        """Whether a stream is more than half a block behind: its last messages may be lost."""
+        known = drawn(view.board.answer({'span': ['0.4'], 'points': ['10']}))
+        return any(known[key][0][-1:] < [(k - block // 2) / 1000] for key in sought)
+
+    for k, (level, predicted, residual) in enumerate(quiet.T.tolist()):
+        output(1.0 + k / 1000, ['h1', 'h2'], [level, 0.0])
+        stand.predict(SECOND + k * SECOND // 1000, predicted, {'h1': 0.0, 'h2': residual})
+        if k % block == block - 1:
+            ros.spin_until(lambda k=k: not behind(k))
+    answer = asked(view, points=100)
+    known, lost = drawn(answer), answer['shown'][0]['lost']
+    unseen = 0
+    for key, places, values in zip(sought, at, size, strict=True):
+        t, v = known[key]
+        assert len(t) <= 200
+        seen = {*zip(np.round(np.multiply(t, 1000)).astype(int).tolist(), v, strict=True)}
+        spikes = zip(places.tolist(), [float(f'{value:.7g}') for value in values], strict=True)
+        unseen += sum(spike not in seen for spike in spikes)
+    assert unseen <= lost < count // 100
+
+
+def test_messages_that_are_lost_are_told(ros, view):
+    stand, output = start(ros, '/a'), ros.speak('/a/plant/output', heard=False)
+    ros.spin_until(lambda: stand.count_subscribers('/a/plant/output') == 2)
+    output(1.0, ['h1'], [0.0])
+    ros.spin_until(lambda: curve(view, '/a/estimator', 'state', 'h1', 'measured')[0])
+    assert asked(view)['shown'][0]['lost'] == 0
+    for k in range(1500):  # 1000 wait for the page at most
+        output(1.001 + k / 1000, ['h1'], [0.0])
+    ros.spin_until(lambda: asked(view)['to'] > 1.4)
+    assert 500 <= asked(view)['shown'][0]['lost'] < 1500
 
 
 def test_it_reads_only(ros, view):

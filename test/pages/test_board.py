@@ -80,6 +80,14 @@ def test_it_is_said_how_an_estimator_is(board):
     assert words(board) == 'heard'
 
 
+def test_losses_are_counted(board):
+    for count in (2, 3):
+        board.miss('/a/estimator', count)
+    board.miss('/nobody', 1)
+    shown = board.answer({'of': ['/a/estimator', '/b/estimator']})['shown']
+    assert [each['lost'] for each in shown] == [5, 0]
+
+
 def test_silence_is_said():
     board = Board(BoardSettings(silent=-1.0))
     board.inform('/a/estimator', INFO)
