@@ -61,9 +61,9 @@ class Session:
         raise AssertionError(f'nothing came on {topic}; the nodes said {told}')
 
     def close(self) -> None:
-        """End every node as Ctrl-C does: at once, with exit code 0 and no word of trouble."""
+        """End every node as Ctrl-C does."""
         for name in tuple(self.nodes):
-            self._end(name)
+            self.end(name)
 
     def kill(self) -> None:
         """End what a failure has left."""
@@ -80,9 +80,10 @@ class Session:
             self._foreground([str(path), *arguments])
             return
         spaces = [w.removeprefix('__ns:=') for w in arguments if w.startswith('__ns:=')]
-        name = f'{"".join(spaces)}/{name}'
+        called = [w.removeprefix('__node:=') for w in arguments if w.startswith('__node:=')]
+        kind, name = name, f'{"".join(spaces)}/{"".join(called) or name}'
         if name in self.nodes:  # whoever reads on ends the one before
-            self._end(name)
+            self.end(name)
         self._lines[name] = words
         with self._words(name).open('wb') as words_of_it:
             self.nodes[name] = subprocess.Popen(
@@ -91,12 +92,12 @@ class Session:
             )  # fmt: skip
         if 'managed:=true' in arguments:  # it waits
             return
-        if name.endswith('/view'):  # it publishes nothing, but says where it is to be found
+        if kind == 'view':  # it publishes nothing, but says where it is to be found
             self.ros.spin_until(lambda: 'open http' in self._told(name) or self._ended(), 30.0)
             return
         told = self.ros.listen(f'{name}/info', String, LATCHED)
         self.ros.spin_until(lambda: told or self._ended(), timeout=30.0)
-        if name.endswith('/estimator'):  # what comes once must not come before it is compiled
+        if kind == 'estimator':  # what comes once must not come before it is compiled
             self.ros.spin_until(lambda: 'ready' in self._told(name) or self._ended(), timeout=60.0)
 
     def python(self, words: list[str]) -> None:
@@ -201,7 +202,8 @@ class Session:
         assert done.returncode == 0 and done.stdout.strip(), done.stderr
         self.printed += done.stdout.splitlines()
 
-    def _end(self, name: str) -> None:
+    def end(self, name: str) -> None:
+        """End a node as Ctrl-C does: at once, with exit code 0 and no word of trouble."""
         process = self.nodes[name]
         process.send_signal(signal.SIGINT)
         code = process.wait(patience(10.0))
