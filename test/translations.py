@@ -5,6 +5,7 @@ import subprocess
 from collections.abc import Callable, Sequence
 from pathlib import Path
 
+from bag_session import play, record
 from documents import ROOT, Command
 from patience import patience
 from session import Session
@@ -112,7 +113,10 @@ def _replay(session: Session, words: list[str]) -> None:
 
 
 def _play(session: Session, words: list[str]) -> None:
-    """See that there is what the page above has written: `ros2 bag` is not among the wheels."""
+    """Play the clock too where it is asked for; else see that there is what is to be played."""
+    if '--clock' in words:
+        play(session, words)
+        return
     if not Path(words[3]).exists():
         _replay(session, ['ros2', 'run', 'obs_ros', 'replay', *session.files['REPLAY'].split()])
     assert (Path(words[3]) / 'metadata.yaml').exists()
@@ -166,5 +170,6 @@ TRANSLATIONS: dict[str, Action] = {
     'ros2 lifecycle get': Session.transition,
     'ros2 service call': Session.call,
     'ros2 bag play': _play,
+    'ros2 bag record': record,
     'ros2 security': _covered('SROS2 is not among the wheels'),
 }
