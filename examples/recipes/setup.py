@@ -13,6 +13,7 @@ setup(
     data_files=[
         ('share/ament_index/resource_index/packages', [f'resource/{package_name}']),
         (f'share/{package_name}', ['package.xml']),
+        (f'share/{package_name}/config', ['config/joint.yaml']),
     ],
     install_requires=['setuptools', 'numpy'],
     zip_safe=True,
