@@ -116,7 +116,7 @@ function listCard(title, head, body, gone, nothing) {
     made.append(element('p', { className: 'soft', textContent: nothing }));
     return made;
   }
-  const table = element('table');
+  const table = element('table', { className: title.toLowerCase() });
   table.append(element('tr', {}, ...head.map(text => element('th', { textContent: text }))));
   body.forEach((cells, k) => {
     table.append(element('tr', { className: gone[k] ? 'gone' : '' },

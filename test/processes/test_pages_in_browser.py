@@ -78,6 +78,19 @@ def test_the_live_page_says_draws_updates_and_exports(live, driver, tmp_path):
     text = driver.find_element('tag name', 'body').text
     for words in ('converged', 'p -0.4 ± 0.02', '0.97', 'of 25 lags outside', NASTY):
         assert words in text, words
+    # Outcomes stand in one line, however long what is said beside them.
+    live.board.conclude(
+        '/estimator', 59 * SECOND + SECOND // 2, 'not_identifiable', 'a long message ' * 30
+    )
+    wait(driver, "$('lists').textContent.includes('not identifiable')")
+    lines = driver.execute_script(
+        """return [...document.querySelectorAll('.outcomes td:nth-child(2)')].map(cell => {
+          const words = document.createRange();
+          words.selectNodeContents(cell);
+          return new Set([...words.getClientRects()].map(each => each.top)).size;
+        })"""
+    )
+    assert lines == [1, 1]
     assert driver.title == 'obs_ros'  # what topics say is text
     assert driver.execute_script("return document.querySelectorAll('img').length") == 0
     # It updates, and stands still while it pauses.
