@@ -50,31 +50,23 @@ class Estimator(LifecycleNodeMixin, GuardedNode):
             (spec,) = (spec for spec in CHOICE if spec.name == 'managed')
             self.managed = bool(spec.coerce(given.get(spec.name, spec.default)))
             self._draft = Draft(self, given)
-            LifecycleNodeMixin.__init__(self, enable_communication_interface=self.managed)
-            self._begin()
+            if self.managed:
+                LifecycleNodeMixin.__init__(self, enable_communication_interface=True)
+                self._draft.open()
+                self._guard_transitions()
+            else:
+                self._configure()
+                self._activate()
+            publish_health(self, self._plant, self._examine)
         except BaseException:
             self.close()
             self.destroy_node()
             raise
 
-    def _begin(self) -> None:
-        if self.managed:
-            self._draft.open()
-            self._guard_transitions()
-        else:
-            own: tuple[Callable[[], TransitionCallbackReturn], ...] = (
-                self.trigger_configure, self.trigger_activate,
-            )  # fmt: skip
-            for transition in own:
-                if transition() is not TransitionCallbackReturn.SUCCESS:
-                    assert self.trouble is not None
-                    raise self.trouble
-        publish_health(self, self._plant, self._examine)
-
     @property
     def state(self) -> str:
-        """The state of the managed node, as ROS calls it; rclpy has no word for it."""
-        return str(self._state_machine.current_state[1])
+        """The state of a managed node, as ROS calls it; one that is not managed is active."""
+        return str(self._state_machine.current_state[1]) if self.managed else 'active'
 
     def status(self) -> PlantStatus:
         """Return what a fleet shows of it."""
@@ -95,7 +87,7 @@ class Estimator(LifecycleNodeMixin, GuardedNode):
     def destroy_node(self) -> None:
         """End the node; rclpy lets its state machine keep it on the graph."""
         super().destroy_node()
-        if hasattr(self, '_state_machine'):
+        if hasattr(self, '_state_machine'):  # of a managed node
             self._state_machine.destroy_when_not_in_use()
 
     def on_configure(self, state: LifecycleState) -> TransitionCallbackReturn:
@@ -139,8 +131,7 @@ class Estimator(LifecycleNodeMixin, GuardedNode):
             transition()
         except Exception as error:
             self.trouble = error
-            if self.managed:
-                self.get_logger().error(_words(error))
+            self.get_logger().error(_words(error))
             return refused if isinstance(error, FAILURES) else TransitionCallbackReturn.ERROR
         return TransitionCallbackReturn.SUCCESS
 
