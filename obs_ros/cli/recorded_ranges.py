@@ -12,6 +12,8 @@ from obs_ros.core.typing import Array
 from obs_ros.replay.recording import TABLE_SUFFIXES, check_file
 from obs_ros.replay.table import Table, read_header
 
+STILL = 1e-9  # of its value: what a signal moves less than that is rounding
+TINY = 1e-100  # of any unit: as good as 0
 FEWEST = 20  # rows of a table, from which a window and a period can be told
 
 
@@ -26,7 +28,10 @@ class Range:
     @property
     def span(self) -> float:
         """The distance of the ends; of a signal that never moves the size of its value, or 1."""
-        return self.high - self.low or abs(self.low) or 1.0
+        moved, size = self.high - self.low, max(abs(self.low), abs(self.high))
+        if moved > max(STILL * size, TINY):
+            return moved
+        return size if size > TINY else 1.0
 
 
 @dataclass(frozen=True)

@@ -72,6 +72,14 @@ def test_whatever_the_names_the_model_has_them_and_its_rates_are_those_of_lags(p
     assert model.output(0.0, tuple(x), tuple(u), tuple(p)) == tuple(x)
 
 
+@pytest.mark.parametrize('low', [-1e6, -1e-9, 0.0, 5e-324, 1e-300, 1.0, 123.456, 1e6])
+@pytest.mark.parametrize('moved', [0.0, 5e-324, 1e-310, 2e-16, 1e-12, 1e-9, 1e-7, 1.0])
+def test_a_signal_that_hardly_moves_has_bounds_as_well(low, moved):
+    model = model_of(guess_of([Signal('u', '1')], [Signal('y', '1')], [(low, low + moved)]))
+    for variable in (*model.states, *model.parameters):
+        assert variable.lower < variable.nominal < variable.upper
+
+
 @pytest.mark.parametrize(
     'extent', [(0.0, 1.0), (2.4, 3.6), (1000.01, 1000.05), (-5e-7, 5e-7), (7.0, 7.0)]
 )
