@@ -55,6 +55,7 @@ class Guess:
             ]),
             'outputs': _rows([f'Variable({s.name!r}, {s.unit!r})' for s in outputs]),
             'parameters': _rows([p for signal, extent in rows for p in self._lag(signal, extent)]),
+            'x_tuple': _tuple([s.name for s in outputs]),
             'x_names': _target([s.name for s in outputs]),
             'u_unpacked': f'    {_target([s.name for s in inputs])} = u\n' if inputs else '',
             'p_names': _target(list(self.signals.parameters)),
@@ -124,7 +125,7 @@ class Guess:
 
 def _bounds(extent: Range, share: float) -> tuple[float, float]:
     """Return round bounds wider than a range by a share of its span on each side."""
-    step = 10.0 ** (math.floor(math.log10(extent.span)) - 1)
+    step = _step(extent.span)
     low = math.floor((extent.low - share * extent.span) / step) * step
     high = math.ceil((extent.high + share * extent.span) / step) * step
     return low, high
@@ -132,8 +133,13 @@ def _bounds(extent: Range, share: float) -> tuple[float, float]:
 
 def _near(value: float, span: float) -> float:
     """Return a value rounded to a hundredth of the span's power of ten."""
-    step = 10.0 ** (math.floor(math.log10(span)) - 1)
+    step = _step(span)
     return round(value / step) * step
+
+
+def _step(span: float) -> float:
+    """Return a tenth of the span's power of ten."""
+    return float(10.0 ** (math.floor(math.log10(span)) - 1))
 
 
 def _usual(extent: Range) -> float:
@@ -158,6 +164,12 @@ def _target(names: list[str]) -> str:
     if len(one) + 8 <= WIDTH:
         return one
     return '(\n' + ''.join(f'        {name},\n' for name in names) + '    )'
+
+
+def _tuple(names: list[str]) -> str:
+    """Return a tuple, on one line or with one name on each."""
+    one = f'({", ".join(names)}{"," if len(names) == 1 else ""})'
+    return one if len(one) < 80 else _rows(names)
 
 
 def _rows(entries: list[str], indent: int = 8) -> str:

@@ -9,7 +9,6 @@ from string import Template
 from tempfile import TemporaryDirectory
 
 from obs_ros.cli.first_guess import Guess
-from obs_ros.cli.package_signals import Signal
 from obs_ros.core.texts import quoted
 
 PLACES = {
@@ -83,7 +82,6 @@ def _said(guess: Guess, table: Path | None, period: float | None) -> dict[str, s
             for signal, extent in zip(signals.inputs, ranges.inputs, strict=True)
         ),
         'half': repr(float(f'{0.5 * guess.window:.12g}')),
-        'x_tuple': _tuple(signals.outputs),
         'bindings': ''.join(
             BINDING.format(
                 name=signal.name,
@@ -115,10 +113,3 @@ def _replayed(guess: Guess, table: Path | None, period: float | None) -> str:
     if period is not None:
         words += ['--period', repr(period)]
     return f'    {shlex.join(words)}\n'
-
-
-def _tuple(signals: tuple[Signal, ...]) -> str:
-    names = [signal.name for signal in signals]
-    one = f'({", ".join(names)}{"," if len(names) == 1 else ""})'
-    inner = ''.join(f'        {name},\n' for name in names)
-    return one if len(one) < 80 else f'(\n{inner}    )'
