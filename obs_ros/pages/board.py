@@ -11,7 +11,7 @@ from obs_ros.core.texts import LONGEST_LINE, one_line
 from obs_ros.interface.vectors import Vector
 from obs_ros.pages.information import Information
 from obs_ros.pages.observed import PLAIN, Observed
-from obs_ros.pages.payload import Seen, payload
+from obs_ros.pages.payload import Seen, Told, answer
 
 PLANT = frozenset(PLAIN)  # topics of the plant, not of the estimator
 
@@ -117,26 +117,13 @@ class Board:
         """
         with self._lock:
             asked = list(query.get('of', ())) or sorted(self._all)[:1]
-            shown = [self._all[name] for name in asked if name in self._all]
+            shown = [self._all[name].observed for name in asked if name in self._all]
             shown = shown[: self._settings.most_shown]
-            seen = self._seen(query, [each.observed for each in shown])
-            return {
-                'origin': str(self.origin or 0),
-                'from': (seen.begin - seen.origin) / 1e9,
-                'to': (seen.end - seen.origin) / 1e9,
-                'notes': list(self.notes),
-                'estimators': [
-                    {'name': name, 'words': words, 'well': well}
-                    for name in sorted(self._all)
-                    for words, well in [self._words(self._all[name])]
-                ],
-                'shown': [
-                    payload(each.observed, seen)
-                    | dict(zip(('words', 'well'), self._words(each), strict=True))
-                    | {'lost': each.lost}
-                    for each in shown
-                ],
+            told = {
+                name: Told(*self._words(known), known.lost)
+                for name, known in sorted(self._all.items())
             }
+            return answer(told, shown, self._seen(query, shown), self.notes)
 
     def _seen(self, query: Mapping[str, Sequence[str]], shown: Sequence[Observed]) -> Seen:
         origin = self.origin or 0

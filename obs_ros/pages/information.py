@@ -1,7 +1,7 @@
 """~/info of an estimator, read with care: anybody on the network may have written it."""
 
 import math
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -35,6 +35,18 @@ class Information:
     parameters: tuple[Shown, ...] = ()
     left_out: int = 0
 
+    @classmethod
+    def bounded(
+        cls, model: str, observer: str, variables: Mapping[str, Sequence[Shown]]
+    ) -> 'Information':
+        """Return the information with the first variables of each kind, and the others counted."""
+        return cls(
+            model,
+            observer,
+            left_out=sum(max(0, len(each) - MOST_NAMES) for each in variables.values()),
+            **{kind: tuple(each[:MOST_NAMES]) for kind, each in variables.items()},
+        )
+
 
 def information(text: str) -> Information:
     """Return what a text in YAML says.
@@ -50,12 +62,10 @@ def information(text: str) -> Information:
     settings = found.get('settings') if isinstance(found, Mapping) else None
     if not isinstance(settings, Mapping) or 'observer' not in settings:
         raise ValueError('~/info names no observer: it is not that of an estimator')
-    variables = {kind: _variables(found.get(kind)) for kind in KINDS}
-    return Information(
-        model=one_line(words(found.get('model')), LONGEST_NAME),
-        observer=one_line(words(settings['observer']), LONGEST_NAME),
-        left_out=sum(max(0, len(each) - MOST_NAMES) for each in variables.values()),
-        **{kind: each[:MOST_NAMES] for kind, each in variables.items()},
+    return Information.bounded(
+        one_line(words(found.get('model')), LONGEST_NAME),
+        one_line(words(settings['observer']), LONGEST_NAME),
+        {kind: _variables(found.get(kind)) for kind in KINDS},
     )
 
 

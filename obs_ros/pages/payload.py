@@ -1,9 +1,9 @@
 """What a page draws of an estimator, as plain numbers and texts that JSON takes."""
 
 import math
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -41,6 +41,30 @@ class Seen:
         """Return times (K,) in s."""
         found: list[float] = np.round((stamps - self.origin) / 1e9, MICROSECONDS).tolist()
         return found
+
+
+class Told(NamedTuple):
+    """An estimator in a sentence, whether that is well, and how many of its messages were lost."""
+
+    words: str
+    well: bool
+    lost: int = 0
+
+
+def answer(
+    told: Mapping[str, Told], shown: Sequence[Observed], seen: Seen, notes: Sequence[str]
+) -> dict[str, Any]:
+    """Return all that a page shows: the estimators by name, and those that are drawn."""
+    return {
+        'origin': str(seen.origin),
+        'from': (seen.begin - seen.origin) / 1e9,
+        'to': (seen.end - seen.origin) / 1e9,
+        'notes': list(notes),
+        'estimators': [
+            {'name': name, 'words': each.words, 'well': each.well} for name, each in told.items()
+        ],
+        'shown': [payload(each, seen) | told[each.name]._asdict() for each in shown],
+    }
 
 
 def payload(observed: Observed, seen: Seen) -> dict[str, Any]:

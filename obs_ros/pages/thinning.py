@@ -61,8 +61,7 @@ class Extremes(NamedTuple):
 
     def part(self, kept: 'slice | BoolArray') -> 'Extremes':
         """Return some of the buckets."""
-        low, high, low_at, high_at, begin, end = self
-        return Extremes(low[kept], high[kept], low_at[kept], high_at[kept], begin[kept], end[kept])
+        return Extremes._make(each[kept] for each in self)
 
     def column(self, place: int) -> tuple[IntArray, Array]:
         """Return stamps (P,), which rise, and values (P,) of one column: two of a bucket at most.
@@ -211,14 +210,7 @@ class Thinned:
 
 def _joined(parts: Sequence[Extremes]) -> Extremes:
     """Return buckets that follow one another."""
-    return Extremes(
-        np.concatenate([part.low for part in parts]),
-        np.concatenate([part.high for part in parts]),
-        np.concatenate([part.low_at for part in parts]),
-        np.concatenate([part.high_at for part in parts]),
-        np.concatenate([part.begin for part in parts]),
-        np.concatenate([part.end for part in parts]),
-    )
+    return Extremes._make(map(np.concatenate, zip(*parts, strict=True)))
 
 
 def _stamps(shape: tuple[int, int]) -> IntArray:

@@ -12,10 +12,10 @@ from obs_ros.horizon.prediction import Predicted
 from obs_ros.interface.forecast import Forecast
 from obs_ros.interface.settings import build_observer
 from obs_ros.interface.vectors import Vector, vectors
-from obs_ros.pages.information import KINDS, MOST_NAMES, Information, Shown
+from obs_ros.pages.information import KINDS, Information, Shown
 from obs_ros.pages.observed import Observed
 from obs_ros.pages.page import page
-from obs_ros.pages.payload import Seen, payload
+from obs_ros.pages.payload import Seen, Told, answer
 from obs_ros.pages.thinning import ThinningSettings
 from obs_ros.replay.engine import Account
 from obs_ros.replay.settings import Setup
@@ -42,12 +42,10 @@ class Report:
     def __init__(self, setup: Setup) -> None:
         self._model = setup.model
         self._origin: int | None = None
-        kinds = {kind: getattr(setup.model, kind) for kind in KINDS}
-        info = Information(
+        info = Information.bounded(
             setup.model.name,
             str(setup.values['observer']),
-            left_out=sum(max(0, len(each) - MOST_NAMES) for each in kinds.values()),
-            **{kind: _shown(each) for kind, each in kinds.items()},
+            {kind: _shown(getattr(setup.model, kind)) for kind in KINDS},
         )
         self._observed = Observed(
             one_line(setup.model.name, LONGEST), info, ThinningSettings(rows=SETTINGS.most)
@@ -101,15 +99,8 @@ class Report:
             f'{account.recorded:.6g} s of recording, {account.samples} samples, '
             f'{len(account.history)} estimates, {account.speed:.3g} times real time'
         )
-        told = {'words': words, 'well': True}
-        return {
-            'origin': str(origin),
-            'from': (seen.begin - origin) / 1e9,
-            'to': (seen.end - origin) / 1e9,
-            'notes': [one_line(remark) for remark in remarks],
-            'estimators': [{'name': observed.name, **told}],
-            'shown': [{**payload(observed, seen), **told, 'lost': 0}],
-        }
+        notes = [one_line(remark) for remark in remarks]
+        return answer({observed.name: Told(words, well=True)}, [observed], seen, notes)
 
     def _predicted(self, predicted: Predicted) -> None:
         """Hear a prediction, as the node publishes it."""
@@ -123,7 +114,4 @@ class Report:
 
 
 def _shown(variables: Sequence[Variable]) -> tuple[Shown, ...]:
-    return tuple(
-        Shown(v.name, '' if v.unit == '1' else v.unit, v.period or 0.0)
-        for v in variables[:MOST_NAMES]
-    )
+    return tuple(Shown(v.name, '' if v.unit == '1' else v.unit, v.period or 0.0) for v in variables)
