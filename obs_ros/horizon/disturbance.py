@@ -13,6 +13,7 @@ from obs_ros.inference.assessment.fit import Fit, fit_at
 from obs_ros.inference.assessment.skill import forecast_skill
 from obs_ros.inference.assessment.structure import structure_of
 from obs_ros.inference.assessment.uncertainty import AtEnd, Uncertainty
+from obs_ros.inference.coloured_noise import likeliest_noise
 from obs_ros.inference.disturbed import (
     Disturbed,
     disturbed,
@@ -260,8 +261,9 @@ def assessed(uncertainty: Uncertainty, mode: ProcessNoiseMode) -> Uncertainty:
 def criterion_at(window: WindowState, best: Hypothesis) -> float:
     """Return -2 log p(y, z) of a hypothesis but for a constant, with its penalties.
 
-    Without process noise, noise may also be as large as the residual, at log N for each output:
-    walks must not stand for noise that was given too small.
+    Without process noise, noise may also be as large as the residual, or correlated from sample to
+    sample, at log N for each output and each of both: walks must stand neither for noise that was
+    given too small nor for that of a sensor that filters.
     """
     objective = best.problem.objective
     if not np.isfinite(best.cost):
@@ -269,15 +271,12 @@ def criterion_at(window: WindowState, best: Hypothesis) -> float:
     plain = criterion_of(replace(window, objective=objective), best.cost)
     if objective.grid.injection is not None:
         return plain
-    residuals = best.trajectory[1]
-    counts = np.isfinite(residuals).sum(axis=0)
-    squares = np.nansum(residuals**2, axis=0)
-    told = (counts > 0) & (squares > 0.0)
-    sizes = counts[told] * (np.log(squares[told] / counts[told]) + 1.0)
-    freed = plain - best.squares + float(sizes.sum()) + told.sum() * np.log(counts.sum())
-    return min(plain, float(freed))
+    return plain - best.squares + likeliest_noise(best.trajectory[1])
 
 
 def fit_of(window: WindowState, best: Hypothesis) -> Fit:
     """Return the residual of a hypothesis beside the noise of its window."""
-    return fit_at(best, noise_known=window.noise_known, correlation=window.correlation)
+    return fit_at(
+        best, noise_known=window.noise_known, correlation=window.correlation,
+        noise_given=window.noise_given,
+    )  # fmt: skip

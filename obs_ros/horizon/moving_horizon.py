@@ -114,7 +114,9 @@ class MovingHorizon(Knowledge):
             alone = solution.disturbed is None and uncertainty.skill is None
             alone = explained and (alone or bool(uncertainty.walking))
             if solution.window.noise_known:
-                given = bool(np.isfinite(self._given).all())
+                # Whatever its colour, a residual of the given size contradicts nothing given.
+                larger = pushed or uncertainty.fit.too_large
+                given = bool(np.isfinite(self._given).all()) and larger
                 estimate = self._probation.judge(estimate, alone, uncertainty.skill, given=given)
             if odd:
                 estimate = withheld_by_push(estimate)
@@ -170,8 +172,9 @@ class MovingHorizon(Knowledge):
                 prior = self._arrival_cost.most_informative_prior(window.start, window.duration)
                 uncertainty = recall(uncertainty, prior, deadline)
         uncertainty = replace(
-            uncertainty, finished=solution.finished, correlation=window.correlation
-        )
+            uncertainty, finished=solution.finished, correlation=window.correlation,
+            noise_given=window.noise_given,
+        )  # fmt: skip
         uncertainty = uncertainty if other is None else other.added_to(uncertainty)
         uncertainty = assessed(uncertainty, self._solver.settings.process_noise)
         uncertainty = with_intervals(uncertainty, other, solution.found, deadline)

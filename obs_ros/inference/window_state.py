@@ -56,6 +56,11 @@ class WindowState:
         return float(self.record.t[-1] - self.record.t[0])
 
     @property
+    def noise_given(self) -> bool:
+        """Whether the outputs' noise was given, not learned."""
+        return self.noise_known and bool(np.isinf(self.told_by))
+
+    @property
     def posterior(self) -> Posterior:
         """The squares of residuals and prior, which a fit minimises."""
         return Posterior(self.objective, self.prior)

@@ -6,6 +6,7 @@ from typing import Any
 import numpy as np
 import pytest
 from plants import LAG, square_wave
+from scipy.signal import lfilter
 
 from obs_ros import Outcome, Record, solve_window
 from obs_ros.core.deadline import Deadline
@@ -54,6 +55,18 @@ def test_off_a_pushed_plant_is_a_mismatch_and_auto_it_is_explained_with_deviatio
     deviations = np.sqrt(np.diagonal(found.covariance))
     np.testing.assert_allclose(deviations, [found.stddev[name] for name in ('x', 'k', 'tau')])
     assert found.output_rms['y'] == pytest.approx(np.hypot(SIGMA, WALK * INTERVAL**0.5), rel=0.25)
+
+
+@pytest.mark.parametrize('given', [True, False])
+@pytest.mark.parametrize('seed', range(3))
+def test_noise_of_a_sensor_that_filters_is_no_push_of_the_states(seed: int, given: bool) -> None:
+    plain, states = pushed(400, walk=0.0, seed=seed)
+    white = np.random.default_rng([seed, 9]).standard_normal(400)
+    coloured = Record(plain.t, plain.u, states + SIGMA * lfilter([0.8], [1.0, -0.6], white))
+    found = solve_window(LAG, coloured, seed=1, noise={'y': SIGMA} if given else None)
+    assert not found.walks and 'not white, its lag-1 correlation is 0.' in found.message
+    for name, truth in (('k', K), ('tau', TAU)):
+        assert abs(found.parameters[name] - truth) < 3.0 * found.stddev[name] < 0.2
 
 
 @pytest.mark.parametrize('mode', ['auto', 'off'])

@@ -206,7 +206,7 @@ def _knowledge(
         deviations = deviations.beside(best, fit.enlargement * uncertainty.excess)
     if (structure := uncertainty.structure) is not None:  # a mean over the window is no value
         deviations.parameters[unknowns.index[n:][structure.moving] - len(model.states)] = np.nan
-    if uncertainty.process_noise is None and uncertainty.skill is not None and not fit.colour.white:
+    if uncertainty.process_noise is None and uncertainty.skill is not None and not fit.white:
         # What the model leaves out is in the state, which nothing corrects.
         deviations = deviations.without_state
     final = best.final_parameters

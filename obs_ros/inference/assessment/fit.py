@@ -30,7 +30,8 @@ class Fit:
     `freedom`: as many independent squares would vary as much; `inflation`: how much the
     correlation of the residual raises variances beyond those of the known noise; `trimmed`:
     outliers were left out, which a noise that was given may include; `rounded`: a sensor rounds by
-    as much as its noise or more, and a slow signal is fitted to the errors that this leaves.
+    as much as its noise or more, and a slow signal is fitted to the errors that this leaves;
+    `as_known`: the colour is that of the known noise.
     """
 
     squares: float
@@ -41,6 +42,7 @@ class Fit:
     negligible: bool
     trimmed: bool = False
     rounded: bool = False
+    as_known: bool = False
 
     @classmethod
     def of(
@@ -51,22 +53,26 @@ class Fit:
         *,
         noise_known: bool,
         correlation: float = 0.0,
+        noise_given: bool = False,
     ) -> 'Fit':
         """Judge scaled residuals (K, r); NaN = not measured.
 
         Their scale is that of noise of this lag-1 correlation, enlarged to what white noise must
-        have to disturb as much.
+        have to disturb as much. A model that is wrong may have taught both, and a noise that was
+        `noise_given` the correlation only.
         """
         freedom = max(1, objective.count(objective.nodes) - objective.dimension)
         share = independent_share(correlation)
+        inflated = inflation_by(residuals, correlation)
         return cls(
             squares=squares * inflation(correlation) * share,
             freedom=freedom * share,
             colour=whiteness(residuals),
-            inflation=inflation_by(residuals, correlation),
+            inflation=inflated,
             noise_known=noise_known,
             rounded=bool((objective.grid.rounding > ROUNDED * objective.grid.scale).any()),
             negligible=squares <= MemeticSettings.negligible**2 * objective.signal * freedom,
+            as_known=noise_given and correlation > 0.0 and inflated == 1.0,
         )
 
     @property
@@ -85,7 +91,12 @@ class Fit:
     @property
     def is_noise(self) -> bool:
         """Whether noise would leave no less, of no other colour; rounding may have any."""
-        return not self.too_large and (self.colour.white or self.negligible)
+        return not self.too_large and (self.white or self.negligible)
+
+    @property
+    def white(self) -> bool:
+        """Whether the residual is white, or coloured as noise of the given size is known to be."""
+        return self.colour.white or self.as_known
 
     @cached_property
     def too_large(self) -> bool:
@@ -99,9 +110,11 @@ class Fit:
         return known and too_small(self.squares, self.freedom)
 
 
-def fit_at(best: Hypothesis, *, noise_known: bool, correlation: float) -> Fit:
+def fit_at(
+    best: Hypothesis, *, noise_known: bool, correlation: float, noise_given: bool = False
+) -> Fit:
     """Return the residual of a hypothesis beside noise of this lag-1 correlation, judged once."""
-    key = noise_known, correlation
+    key = noise_known, correlation, noise_given
     if key not in best.judged:
         best.judged[key] = Fit.of(
             best.problem.objective,
@@ -109,6 +122,7 @@ def fit_at(best: Hypothesis, *, noise_known: bool, correlation: float) -> Fit:
             best.trajectory[1],
             noise_known=noise_known,
             correlation=correlation,
+            noise_given=noise_given,
         )
     found: Fit = best.judged[key]
     return found

@@ -78,7 +78,7 @@ class Findings:
         if fit.too_large or fit.too_small:
             only = 'only ' if fit.too_small else ''
             return f'the residual is {only}{fit.ratio:.3g} times the noise, given or learned'
-        if self.squares and not fit.colour.white and not fit.negligible:
+        if self.squares and not fit.white and not fit.negligible:
             return (
                 f'the residual is not white, its lag-1 correlation is {fit.colour.correlation:.2g}'
             )

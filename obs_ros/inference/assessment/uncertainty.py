@@ -45,6 +45,7 @@ class Uncertainty:
     - `interval`: of the parameters, from profiles, where the covariance does not tell it;
     - `finished`: there was time to look for jumps;
     - `correlation`: the noise's at lag 1, which the covariance accounts for already;
+      `noise_given`: its size was given, not learned;
     - `process_noise`: what explains the window beside its unknowns, and what that makes of the
       `end`;
     - `skill`: of the forecasts inside a window that noise alone does not explain, see `skill.py`;
@@ -65,6 +66,7 @@ class Uncertainty:
     interval: Interval | None = None
     finished: bool = True
     correlation: float = 0.0
+    noise_given: bool = False
     excess: Array | None = None
     determined_alone: BoolArray | None = None
     process_noise: ProcessNoise | None = None
@@ -128,4 +130,7 @@ class Uncertainty:
     @cached_property
     def fit(self) -> Fit:
         """The hypothesis's residual beside the noise, given or learned."""
-        return fit_at(self.hypothesis, noise_known=True, correlation=self.correlation)
+        return fit_at(
+            self.hypothesis, noise_known=True, correlation=self.correlation,
+            noise_given=self.noise_given,
+        )  # fmt: skip

@@ -1,13 +1,15 @@
 """Tests of obs_ros.inference.assessment.fit."""
 
 from dataclasses import replace
+from typing import Any
 
 import numpy as np
 import pytest
 from plants import NAN, OSCILLATOR, window_of
+from scipy.signal import lfilter
 
 from obs_ros import Record
-from obs_ros.core.residual_tests import whiteness
+from obs_ros.core.residual_tests import inflation, whiteness
 from obs_ros.core.typing import Array
 from obs_ros.inference.assessment.fit import Fit, root_mean_square
 
@@ -15,11 +17,11 @@ T = np.linspace(0.0, 2.0, 201)
 VALUES = 402 - 4  # measured ones less the unknowns
 
 
-def fit_of(residuals: Array, *, noise_known: bool = True, correlation: float = 0.0) -> Fit:
+def fit_of(residuals: Array, *, noise_known: bool = True, **colour: Any) -> Fit:
     record = Record(T, np.zeros(201), np.sin(T)[:, None] * np.ones(2))
     objective = window_of(OSCILLATOR, record, 0.1)
     squares = float(np.nansum(residuals**2))
-    return Fit.of(objective, squares, residuals, noise_known=noise_known, correlation=correlation)
+    return Fit.of(objective, squares, residuals, noise_known=noise_known, **colour)
 
 
 def white(scale: float = 1.0, seed: int = 0) -> Array:
@@ -46,6 +48,16 @@ def test_noise_of_a_known_colour_counts_as_fewer_squares() -> None:
     # (1 - rho^2) / (1 + rho^2) independent ones; the scale was enlarged by (1 + rho) / (1 - rho).
     assert found.freedom == pytest.approx(0.6 * VALUES)
     assert found.squares == pytest.approx(0.6 * 3.0 * plain.squares)
+
+
+def test_the_colour_of_a_noise_whose_size_is_given_is_no_misfit() -> None:
+    coloured = lfilter([0.8], [1.0, -0.6], white(), axis=0)
+    scaled = coloured / np.sqrt(inflation(0.6))  # of white noise that would disturb as much
+    assert not fit_of(coloured).is_noise and not fit_of(scaled, correlation=0.6).is_noise
+    found = fit_of(scaled, correlation=0.6, noise_given=True)
+    assert found.is_noise and found.white and not found.colour.white and found.inflation == 1.0
+    slower = lfilter([0.44], [1.0, -0.9], white(), axis=0) / np.sqrt(inflation(0.6))
+    assert not fit_of(slower, correlation=0.6, noise_given=True).white
 
 
 def test_rounding_is_negligible_and_a_signal_is_not() -> None:

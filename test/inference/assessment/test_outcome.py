@@ -24,7 +24,7 @@ FOUND = Found(
 )
 FIT = SimpleNamespace(
     too_large=False, too_small=False, negligible=False, ratio=1.0,
-    colour=SimpleNamespace(white=True, correlation=0.0),
+    white=True, colour=SimpleNamespace(correlation=0.0),
 )  # fmt: skip
 GOOD = Findings(
     found=FOUND, fit=FIT, uncertainty=None, candidates=7, in_time=True, squares=True,
@@ -75,7 +75,7 @@ CASES = [
         'given or learned; standard deviations are too large',
     ),
     (
-        {'fit': fit(colour=SimpleNamespace(white=False, correlation=0.8))}, Outcome.MODEL_MISMATCH,
+        {'fit': fit(white=False, colour=SimpleNamespace(correlation=0.8))}, Outcome.MODEL_MISMATCH,
         'look for what the model leaves out, a parameter that moved inside the window, or coarse '
         'rounding: the residual is not white, its lag-1 correlation is 0.8',
     ),
@@ -113,9 +113,9 @@ def test_states_that_rest_at_a_bound_are_said_first(first: int) -> None:
 
 
 def test_a_colour_that_is_rounding_or_no_square_is_no_mismatch() -> None:
-    coloured = SimpleNamespace(white=False, correlation=0.8)
-    for changes in ({'fit': fit(colour=coloured, negligible=True)},
-                    {'fit': fit(colour=coloured), 'squares': False}):  # fmt: skip
+    coloured = fit(white=False, colour=SimpleNamespace(correlation=0.8))
+    for changes in ({'fit': SimpleNamespace(**{**vars(coloured), 'negligible': True})},
+                    {'fit': coloured, 'squares': False}):  # fmt: skip
         assert judged(replace(GOOD, **changes))[0] is Outcome.CONVERGED
 
 
