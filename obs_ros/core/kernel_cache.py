@@ -21,6 +21,7 @@ from pathlib import Path
 from typing import Any
 
 from obs_ros.core.deadline import uncounted
+from obs_ros.core.kernel_linking import let_go, make_known, symbols
 
 FORMAT = 2  # of the files, in whose names it is
 DIGEST = hashlib.sha256().digest_size
@@ -150,7 +151,9 @@ class KernelCache:
                 raise ValueError('damaged')
             called, compiled = pickle.loads(content[DIGEST:])
             make_known(called, target)
-            found = rebuild(target, *pickle.loads(compiled))
+            code, *rest = pickle.loads(compiled)
+            found = rebuild(target, code, *rest)
+            let_go(found.library, code)
         except (FileNotFoundError, NotADirectoryError):
             return None
         except Exception as error:  # unpickling raises whatever the content makes it raise
@@ -179,29 +182,6 @@ class KernelCache:
         """Delete the function's files."""
         for path in Path(self.cache_path).glob(f'{self._function}-*.nbc'):
             path.unlink(missing_ok=True)
-
-
-def symbols(compiled: Any) -> list[str]:
-    """Return the names of all that a compiled function calls, and that is not part of it."""
-    module = compiled.library._final_module
-    parts = (*module.functions, *module.global_variables)
-    return sorted(
-        part.name for part in parts if part.is_declaration and not part.name.startswith('llvm.')
-    )
-
-
-def make_known(called: list[str], target: Any) -> None:
-    """Let a Numba target know these names: what LLVM meets unknown ends the process.
-
-    Few ask for more than memory. All that Numba can compile, which it takes a third of a second to
-    import, is only loaded for those that do.
-    """
-    from llvmlite.binding import address_of_symbol  # type: ignore[import-untyped]
-    from numba.core.runtime.nrt import rtsys
-
-    rtsys.initialize(target)
-    if not all(map(address_of_symbol, called)):
-        target.refresh()
 
 
 def remembered(folder: str, file: str, make: Callable[[], str]) -> str:
