@@ -98,7 +98,10 @@ def profile_steps(
         along = down
         if excess[s] < wait * growth:
             along = to_optimum(z[s], g, curve, damping[s], k, move, limits, free) - down
-            share = radius[s] / max(radius[s], np.abs(along).max())
+            farthest = radius[s]
+            for i in range(d):  # np.max would have Numba import SciPy's linear algebra
+                farthest = max(farthest, abs(along[i]))
+            share = radius[s] / farthest
         for i in range(d):
             aim = z[s, i] + down[i] + share * along[i]
             step[s, i] = min(max(aim, limits[0, i]), limits[1, i]) - z[s, i]
