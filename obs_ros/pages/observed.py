@@ -3,7 +3,7 @@
 import math
 from collections import deque
 from collections.abc import Iterable, Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 
 from obs_ros.core.estimate import SAME_TIME
 from obs_ros.core.texts import LONGEST_LINE, LONGEST_NAME, one_line
@@ -45,6 +45,33 @@ class Spell:
     count: int = 1
 
 
+@dataclass
+class _Pairing:
+    """Values of one topic and their standard deviations, from another, by the stamp of both.
+
+    Each topic brings its messages in order. So what came before a pair has lost its other half on
+    the way: values go without a band then.
+    """
+
+    values: dict[int, Sequence[float]] = field(default_factory=dict)
+    deviations: dict[int, Sequence[float]] = field(default_factory=dict)
+
+    def rows(self, stamp: int) -> list[tuple[int, list[float]]]:
+        """Take out what is complete, or waits in vain, now that something came with a stamp."""
+        spread: dict[int, Sequence[float]] = {}
+        found: list[tuple[int, Sequence[float]]] = []
+        if stamp in self.values and stamp in self.deviations:
+            spread = dict(_taken_through(self.deviations, stamp))
+            found = _taken_through(self.values, stamp)
+        for waiting, given_up in ((self.values, found), (self.deviations, [])):
+            if len(waiting) > WAITING:
+                given_up += _taken_through(waiting, next(iter(waiting)))
+        return [
+            (at, _with_band(values, spread.get(at, [math.nan] * len(values))))
+            for at, values in found
+        ]
+
+
 class Observed:
     """What was heard of the estimator `name`, whose ~/info says `info`.
 
@@ -72,8 +99,7 @@ class Observed:
             trace.clear()
         self.jumps: deque[HeardJump] = deque(maxlen=MOST_JUMPS)
         self.spells: deque[Spell] = deque(maxlen=MOST_SPELLS)
-        self._values: dict[tuple[str, int], Sequence[float]] = {}
-        self._deviations: dict[tuple[str, int], Sequence[float]] = {}
+        self._pairings = {topic: _Pairing() for topic in BANDS}
 
     @property
     def newest(self) -> int | None:
@@ -100,10 +126,12 @@ class Observed:
         if topic == 'jump':
             self._jump(vector)
         elif topic in BANDS:
-            self._join(topic, vector.stamp, self._ordered(topic, vector.values), None)
+            self._pairings[topic].values[vector.stamp] = self._ordered(topic, vector.values)
+            self._add_paired(topic, vector.stamp)
         elif topic.removesuffix('_stddev') in BANDS:
             topic = topic.removesuffix('_stddev')
-            self._join(topic, vector.stamp, None, self._ordered(topic, vector.values))
+            self._pairings[topic].deviations[vector.stamp] = self._ordered(topic, vector.values)
+            self._add_paired(topic, vector.stamp)
         elif topic == 'residual':
             spread = dict(zip(vector.values, vector.effort, strict=False))
             pairs = zip(
@@ -126,31 +154,9 @@ class Observed:
     def _ordered(self, topic: str, values: Mapping[str, float]) -> list[float]:
         return [values.get(each.name, math.nan) for each in self._variables[topic]]
 
-    def _join(
-        self,
-        topic: str,
-        stamp: int,
-        values: Sequence[float] | None,
-        deviations: Sequence[float] | None,
-    ) -> None:
-        """Join values and standard deviations of one stamp, whichever came first."""
-        key = topic, stamp
-        if values is None:
-            values = self._values.pop(key, None)
-            if values is None:
-                self._deviations[key] = deviations or ()
-        elif deviations is None:
-            deviations = self._deviations.pop(key, None)
-            if deviations is None:
-                self._values[key] = values
-        if values is not None and deviations is not None:
-            self._add(topic, stamp, _with_band(values, deviations))
-        while len(self._deviations) > WAITING:
-            del self._deviations[next(iter(self._deviations))]
-        while len(self._values) > WAITING:
-            (topic, stamp), values = next(iter(self._values.items()))
-            del self._values[topic, stamp]
-            self._add(topic, stamp, _with_band(values, [math.nan] * len(values)))
+    def _add_paired(self, topic: str, stamp: int) -> None:
+        for at, row in self._pairings[topic].rows(stamp):
+            self._add(topic, at, row)
 
     def _add(self, topic: str, stamp: int, row: Iterable[float]) -> None:
         trace = self.traces[topic]
@@ -175,6 +181,17 @@ class Observed:
         stddev = dict(zip(vector.values, vector.effort, strict=False))
         probability = vector.velocity[0] if len(vector.velocity) else math.nan
         self.jumps.append(HeardJump(vector.stamp, sizes, stddev, probability))
+
+
+def _taken_through(
+    waiting: dict[int, Sequence[float]], stamp: int
+) -> list[tuple[int, Sequence[float]]]:
+    """Take out what came before a stamp, and with it; in that order."""
+    taken = []
+    while waiting and (not taken or taken[-1][0] != stamp):
+        first = next(iter(waiting))
+        taken.append((first, waiting.pop(first)))
+    return taken
 
 
 def _with_band(values: Sequence[float], deviations: Sequence[float]) -> list[float]:

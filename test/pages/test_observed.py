@@ -44,7 +44,30 @@ def test_values_without_deviations_come_when_many_wait(observed):
 def test_deviations_without_values_are_bounded(observed):
     for k in range(3 * WAITING):
         observed.hear(Vector('state_stddev', k, {'h': 1.0}))
-    assert len(observed._deviations) == WAITING and rows(observed, 'state') == []
+    assert len(observed._pairings['state'].deviations) == WAITING
+    assert rows(observed, 'state') == []
+
+
+@pytest.mark.parametrize('ahead', ['prediction', 'prediction_stddev'])
+def test_messages_that_are_lost_cost_a_band_or_a_value_and_nothing_else(observed, ahead):
+    """However many are lost, and whichever of both topics is read first, some at once."""
+    count, block = 4 * WAITING, 50
+    for begin in range(0, count, block):
+        stamps = range(begin, begin + block)
+        both = {
+            'prediction': [Vector('prediction', k, {'h': float(k)}) for k in stamps if k % 7],
+            'prediction_stddev': [
+                Vector('prediction_stddev', k, {'h': 0.5}) for k in stamps if k % 3
+            ],
+        }
+        for topic in sorted(both, key=lambda name: name != ahead):
+            for vector in both[topic]:
+                observed.hear(vector)
+    found, row = observed.traces['prediction'].raw(*EVER)
+    assert observed.begun_anew == 0 and found.size >= 600
+    assert found.tolist() == [k for k in range(count) if k % 7][-found.size :]
+    np.testing.assert_array_equal(row[:, 0], found)
+    assert [math.isnan(low) for low in row[:, 1]] == [k % 3 == 0 for k in found]
 
 
 def test_names_are_sought_and_further_ones_left_alone(observed):
