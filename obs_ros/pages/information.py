@@ -1,15 +1,17 @@
-"""~/info of an estimator, read with care: anybody on the network may have written it."""
+"""~/info and ~/outcome of an estimator, read with care: anybody may have written them."""
 
 import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from typing import Any
+from typing import Any, NamedTuple
 
 import yaml
 
 from obs_ros.core.texts import LONGEST_NAME, one_line
+from obs_ros.samples.stream import STAMP_LIMIT
 
 LONGEST_INFO = 200_000  # characters
+LONGEST_OUTCOME = 10_000  # characters
 MOST_NAMES = 24  # variables of a kind that are shown: each costs memory and a panel
 KINDS = ('states', 'inputs', 'outputs', 'parameters')
 
@@ -48,17 +50,39 @@ class Information:
         )
 
 
+class Concluded(NamedTuple):
+    """The outcome of an estimate, its message, and the stamp (ns) of its newest output."""
+
+    stamp: int
+    outcome: str
+    message: str
+
+
+class _Loader(yaml.SafeLoader):  # type: ignore[misc]
+    """Knows no merging (`<<`): some hundred characters of it make a mapping that fills memory."""
+
+    def flatten_mapping(self, node: yaml.MappingNode) -> None:
+        """Leave the key `<<` to be refused: nothing is known by that tag."""
+
+
+def concluded(text: str) -> Concluded | None:
+    """Return what a text in YAML says; None if it has no stamp that a clock can give.
+
+    Raises ValueError for one that no estimator writes.
+    """
+    found = _read('~/outcome', text, LONGEST_OUTCOME)
+    stamp = found.get('stamp_ns') if isinstance(found, Mapping) else None
+    if not isinstance(stamp, int) or abs(stamp) >= STAMP_LIMIT:
+        return None
+    return Concluded(stamp, words(found.get('outcome')), words(found.get('message')))
+
+
 def information(text: str) -> Information:
     """Return what a text in YAML says.
 
     Raises ValueError for one that no estimator writes.
     """
-    if len(text) > LONGEST_INFO:
-        raise ValueError(f'~/info of {len(text)} characters: {LONGEST_INFO} at most are read')
-    try:
-        found = yaml.safe_load(text)
-    except (yaml.YAMLError, RecursionError, ValueError) as error:
-        raise ValueError(f'~/info is no YAML: {one_line(error)}') from error
+    found = _read('~/info', text, LONGEST_INFO)
     settings = found.get('settings') if isinstance(found, Mapping) else None
     if not isinstance(settings, Mapping) or 'observer' not in settings:
         raise ValueError('~/info names no observer: it is not that of an estimator')
@@ -67,6 +91,20 @@ def information(text: str) -> Information:
         one_line(words(settings['observer']), LONGEST_NAME),
         {kind: _variables(found.get(kind)) for kind in KINDS},
     )
+
+
+def _read(topic: str, text: str, longest: int) -> Any:
+    """Return what a text in YAML says; raises ValueError for what is none, or too long."""
+    if len(text) > longest:
+        raise ValueError(f'{topic} of {len(text)} characters: {longest} at most are read')
+    try:
+        loader = _Loader(text)
+        try:
+            return loader.get_single_data()
+        finally:
+            loader.dispose()
+    except (yaml.YAMLError, RecursionError, ValueError) as error:
+        raise ValueError(f'{topic} is no YAML: {one_line(error)}') from error
 
 
 def words(found: Any) -> str:

@@ -187,7 +187,7 @@ def _taken_through(
     waiting: dict[int, Sequence[float]], stamp: int
 ) -> list[tuple[int, Sequence[float]]]:
     """Take out what came before a stamp, and with it; in that order."""
-    taken = []
+    taken: list[tuple[int, Sequence[float]]] = []
     while waiting and (not taken or taken[-1][0] != stamp):
         first = next(iter(waiting))
         taken.append((first, waiting.pop(first)))

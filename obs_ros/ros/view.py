@@ -5,7 +5,6 @@ from collections.abc import Callable, Mapping
 from functools import partial
 from typing import Any
 
-import yaml
 from diagnostic_msgs.msg import DiagnosticArray
 from rclpy.clock import Clock, ClockType
 from rclpy.qos import QoSProfile, ReliabilityPolicy
@@ -17,7 +16,7 @@ from obs_ros.interface.readers import nanoseconds
 from obs_ros.interface.sequence_monitor import SequenceMonitor
 from obs_ros.interface.vectors import TOPICS, Vector
 from obs_ros.pages.board import SETTINGS, Board, BoardSettings
-from obs_ros.pages.information import Information, information, words
+from obs_ros.pages.information import Information, concluded, information
 from obs_ros.pages.page import page
 from obs_ros.pages.server import PageServer
 from obs_ros.pages.settings import VIEW, wanted
@@ -179,10 +178,8 @@ class View(GuardedNode):
         self.board.inform(name, info)
 
     def _on_outcome(self, name: str, message: String) -> None:
-        told = yaml.safe_load(message.data[:10_000])
-        if isinstance(told, Mapping) and isinstance(told.get('stamp_ns'), int):
-            said = (words(told.get(key)) for key in ('outcome', 'message'))
-            self.board.conclude(name, told['stamp_ns'], *said)
+        if (told := concluded(message.data)) is not None:
+            self.board.conclude(name, *told)
 
     def _on_vector(self, name: str, topic: str, message: JointState) -> None:
         self.board.hear(name, _vector(topic, message))

@@ -3,9 +3,12 @@ import yaml
 
 from obs_ros.pages.information import (
     LONGEST_INFO,
+    LONGEST_OUTCOME,
     MOST_NAMES,
+    Concluded,
     Information,
     Shown,
+    concluded,
     information,
 )
 
@@ -66,3 +69,33 @@ def test_texts_that_only_aliases_make_long_are_nothing():
     head = 'model: *a8\nstates: [{name: h, unit: *a8}, {name: *a8}]\n'
     found = information(f'{ALIASES}{head}settings: {{observer: *a8}}\n')
     assert found == Information('', '', states=(Shown('h'),))
+
+
+# A mapping with 10 to the power of 9 entries, were they merged one by one.
+MERGED = 'a0: &a0 {k: 1}\n' + ''.join(
+    f'a{k}: &a{k} {{<<: [{", ".join([f"*a{k - 1}"] * 10)}]}}\n' for k in range(1, 10)
+)
+
+
+@pytest.mark.parametrize('read', [information, concluded])
+def test_mappings_that_merging_makes_long_are_refused_before_they_are_made(read):
+    with pytest.raises(ValueError, match='is no YAML'):
+        read(f'{MERGED}settings: {{observer: ekf}}\nstamp_ns: 1\n')
+
+
+def test_an_outcome_is_read():
+    text = yaml.safe_dump({'stamp_ns': 7, 'outcome': 'converged', 'message': 'as told'})
+    assert concluded(text) == Concluded(7, 'converged', 'as told')
+    assert concluded('stamp_ns: -3') == Concluded(-3, '', '')
+
+
+@pytest.mark.parametrize('text', ['', '- 1', 'outcome: x', 'stamp_ns: x', 'stamp_ns: 1.0',
+                                  f'stamp_ns: 0x{"f" * 400}', f'stamp_ns: -{2**63}'])  # fmt: skip
+def test_an_outcome_without_a_stamp_is_none(text):
+    assert concluded(text) is None
+
+
+@pytest.mark.parametrize('text', ['[', 'x' * (LONGEST_OUTCOME + 1), '[' * 2000])
+def test_an_outcome_that_is_no_yaml_is_refused(text):
+    with pytest.raises(ValueError, match='~/outcome'):
+        concluded(text)
