@@ -16,13 +16,15 @@ _OWN_CODE = {'model': MODELS, 'observer': OBSERVERS}
 _TYPE = re.compile(r'signals\..+\.type')
 _CHOICE = {spec.name: spec for spec in CHOICE}
 _FIXED = 'managed'  # what kind of node it is
+_WRITTEN = 'checkpoint'  # the file that is written; what else had that name is moved away
 
 
 def check_admitted(name: str, value: Any, given: Mapping[str, Any]) -> None:
     """Raise ValueError unless anybody may give that parameter this value before it is configured.
 
-    What names code must be `given` at start, be code of this package, or be loaded already. All
-    else is only held to a size: configure checks it. None takes a value back.
+    What names code must be `given` at start, be code of this package, or be loaded already; what
+    names a file that is written must be given at start, or empty. All else is only held to a size:
+    configure checks it. None takes a value back.
     """
     if name == _FIXED:
         raise ValueError(f'start the node anew: {name} is set at start only')
@@ -35,6 +37,11 @@ def check_admitted(name: str, value: Any, given: Mapping[str, Any]) -> None:
         raise ValueError(
             f'start the node with {name} {quoted(value)}: only whoever starts it names code '
             'outside this package'
+        )
+    if name == _WRITTEN and value not in ('', given.get(name)):
+        raise ValueError(
+            f'start the node with {name} {quoted(value)}: only whoever starts it names a file that '
+            'it writes'
         )
 
 

@@ -6,7 +6,10 @@ import pytest
 
 from obs_ros.interface.admission import check_admitted
 
-GIVEN = {'model': 'my_plant.pendulum:PENDULUM', 'signals.h1.type': 'planted/msg/Type'}
+GIVEN = {
+    'model': 'my_plant.pendulum:PENDULUM', 'signals.h1.type': 'planted/msg/Type',
+    'checkpoint': '/var/lib/tank',
+}  # fmt: skip
 
 
 @pytest.mark.parametrize(
@@ -15,7 +18,8 @@ GIVEN = {'model': 'my_plant.pendulum:PENDULUM', 'signals.h1.type': 'planted/msg/
         ('model', 'three_tank'), ('model', GIVEN['model']), ('model', None), ('observer', 'ekf'),
         ('signals.h1.type', GIVEN['signals.h1.type']), ('signals.h1.topic', '/somewhere'),
         ('window.duration', 'whatever: configure says so'), ('bounds.p1', [0.0, 1.0]),
-        ('merge_wait', 1),
+        ('merge_wait', 1), ('checkpoint', GIVEN['checkpoint']), ('checkpoint', ''),
+        ('checkpoint', None),
     ],
 )  # fmt: skip
 def test_own_code_what_was_given_at_start_and_all_that_is_no_code_is_admitted(name, value):
@@ -32,6 +36,8 @@ def test_own_code_what_was_given_at_start_and_all_that_is_no_code_is_admitted(na
         ('signals.h2.type', 'planted/msg/Type', 'start the node with signals.h2.type'),
         ('managed', False, 'start the node anew'),
         ('managed', None, 'start the node anew'),
+        ('checkpoint', '/home/me/notes.txt', 'only whoever starts it names a file'),
+        ('checkpoint', '/var/lib/tank2', 'start the node with checkpoint'),
         ('model', 7, 'model must be text'),
         ('merge_wait', 61.0, 'merge_wait must be 0 to 60 s'),
         ('signals.h1.topic', 'x' * 201, 'at most 200 characters'),
