@@ -37,8 +37,8 @@ class CheckpointWriter:
     """Runs jobs that write files, by name: of those that wait for one file, the newest alone.
 
     Between two of one file are `spacing` s at least: memory cards wear out. What a job raises is
-    counted and told, and the next one tries again. One thread, which the first job starts, serves
-    all files of a process.
+    counted and told, and the next one tries again. One thread serves all files, and is there while
+    a job waits.
     """
 
     def __init__(self, spacing: float = 1.0) -> None:
@@ -59,8 +59,9 @@ class CheckpointWriter:
             due = time.monotonic() if at_once else file.since + self._spacing
             file.order = _Order(job, due)
             if self._thread is None:
-                self._thread = threading.Thread(target=self._run, name='checkpoint', daemon=True)
-                self._thread.start()
+                thread = threading.Thread(target=self._run, name='checkpoint', daemon=True)
+                thread.start()
+                self._thread = thread
             self._changed.notify_all()
 
     def finish(self, name: str, timeout: float) -> bool:
@@ -73,8 +74,8 @@ class CheckpointWriter:
             return self._changed.wait_for(lambda: file.order is None and not file.running, timeout)
 
     def _run(self) -> None:
-        while True:
-            file, job = self._next()
+        while (found := self._next()) is not None:
+            file, job = found
             error = ''
             try:
                 job()
@@ -86,17 +87,17 @@ class CheckpointWriter:
                 file.account.written += not error
                 file.account.failed += bool(error)
                 self._changed.notify_all()
-            del file, job
+            del found, file, job  # they hold an observer, which may be gone
 
-    def _next(self) -> tuple[_File, Callable[[], None]]:
-        """Wait for the next job, take it, and return it with its file."""
+    def _next(self) -> tuple[_File, Callable[[], None]] | None:
+        """Wait for the next job, take it, and return it with its file; None if there is none."""
         with self._changed:
-            while True:
-                waiting = [(f.order.due, f) for f in self._files.values() if f.order is not None]
-                due, file = min(waiting, key=lambda each: each[0], default=(None, None))
-                wait = None if due is None else due - time.monotonic()
-                if file is not None and file.order is not None and wait is not None and wait <= 0.0:
-                    job, file.order = file.order.job, None
-                    file.running, file.since = True, time.monotonic()
-                    return file, job
+            while waiting := [(f.order, f) for f in self._files.values() if f.order is not None]:
+                order, file = min(waiting, key=lambda each: each[0].due)
+                wait = order.due - time.monotonic()
+                if wait <= 0.0:
+                    file.order, file.running, file.since = None, True, time.monotonic()
+                    return file, order.job
                 self._changed.wait(wait)
+            self._thread = None
+            return None

@@ -81,6 +81,19 @@ def test_the_first_job_of_a_file_runs_at_once_and_the_next_after_the_spacing() -
     assert forgotten.wait(patience(5.0))
 
 
+def test_a_writer_that_nothing_waits_for_has_no_thread() -> None:
+    def threads() -> list[threading.Thread]:
+        return [each for each in threading.enumerate() if each.name == 'checkpoint']
+
+    before, writer = threads(), CheckpointWriter(spacing=0.0)
+    for k in (1, 2):
+        writer.put('a', lambda: None)
+        assert writer.finish('a', patience(5.0)) and writer.account('a').written == k
+        for thread in set(threads()) - set(before):
+            thread.join(patience(5.0))
+            assert not thread.is_alive()
+
+
 def test_nothing_to_finish() -> None:
     writer = CheckpointWriter()
     assert writer.finish('a', 0.0)
