@@ -42,6 +42,7 @@ class Worker:
         self._discard = False
         self._closed = False
         self._working = threading.Lock()  # held while a job runs
+        self._telling = threading.Lock()  # held while others are notified
 
     @property
     def running(self) -> str | None:
@@ -73,8 +74,12 @@ class Worker:
         return None if self._discard else finished
 
     def close(self, timeout: float) -> bool:
-        """Start no more; False when the job that runs has not ended within `timeout` s."""
-        self._closed = True
+        """Start no more; False when the job that runs has not ended within `timeout` s.
+
+        Whatever it returns, nobody is notified any more.
+        """
+        with self._telling:
+            self._closed = True
         if self._alone:
             self._pool.close()
         if ended := self._working.acquire(timeout=timeout):
@@ -94,5 +99,6 @@ class Worker:
             except Exception as caught:
                 error = caught
             self._finished.append(Finished(kind, result, error))
-            if not self._closed:
-                self._notify()
+            with self._telling:
+                if not self._closed:
+                    self._notify()

@@ -93,3 +93,23 @@ def test_workers_share_the_threads_of_a_pool_and_one_that_closes_leaves_the_othe
     assert third.collect().result == 3
     assert told == []
     pool.close()
+
+
+def test_once_closed_nobody_is_notified():
+    """Not even by a job that ends at that moment: what `notify` needs may be gone."""
+    begun, go, told = threading.Event(), threading.Event(), []
+
+    def notify():
+        begun.set()
+        assert go.wait(patience(5.0))
+        told.append(closing.is_alive())
+
+    worker = Worker(notify)
+    worker.start('solve', lambda: None)
+    assert begun.wait(patience(5.0))
+    closing = threading.Thread(target=worker.close, args=(0.0,))
+    closing.start()
+    closing.join(0.1)
+    go.set()
+    closing.join(patience(5.0))
+    assert told == [True] and not closing.is_alive()
