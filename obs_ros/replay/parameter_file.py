@@ -15,7 +15,10 @@ KEY = 'ros__parameters'
 
 
 class _Loader(yaml.SafeLoader):  # type: ignore[misc]
-    """Takes words for what ROS takes them for: `1e-3` is a number, `1:30` and `2020-01-01` text."""
+    """Takes words for what ROS takes them for: `1e-3` is a number, `1:30` and `2020-01-01` text.
+
+    A key is text whatever it looks like: `y` and `on` are names there.
+    """
 
     yaml_implicit_resolvers: dict[str, list[Any]] = {}  # noqa: RUF012, not those of SafeLoader
 
@@ -27,6 +30,12 @@ class _Loader(yaml.SafeLoader):  # type: ignore[misc]
                 event.start_mark,
             )  # fmt: skip
         return super().compose_node(parent, index)
+
+    def construct_mapping(self, node: yaml.MappingNode, deep: bool = False) -> Any:
+        for key, _ in node.value:
+            if isinstance(key, yaml.ScalarNode):
+                key.tag = self.DEFAULT_SCALAR_TAG
+        return super().construct_mapping(node, deep)
 
 
 for _tag, _pattern in (

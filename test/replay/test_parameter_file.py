@@ -53,6 +53,12 @@ def test_names_and_wildcards_choose_the_node(tmp_path, node, seed):
     assert read_parameters(write(tmp_path, FILE), node)['seed'] == seed
 
 
+@pytest.mark.parametrize('name', ['y', 'n', 'on', 'no', 'null', '1e3', '0x10', 'true'])
+def test_a_name_is_one_though_yaml_has_another_meaning_of_it(tmp_path, name):
+    text = f'/**:\n  ros__parameters:\n    noise: {{{name}: 0.1}}\n    {name}: on\n'
+    assert read_parameters(write(tmp_path, text)) == {f'noise.{name}': 0.1, name: True}
+
+
 @pytest.mark.parametrize('key', ['estimator', '/estimator', '/*', '/**', '/**/est*'])
 def test_a_node_is_named_in_many_ways(tmp_path, key):
     text = f'{key}:\n  ros__parameters:\n    a: 1\n'
