@@ -67,28 +67,30 @@ def header_of(path: Path) -> list[str]:
 def recorded(path: Path, signals: Signals, period: float | None) -> Ranges:
     """Return what a table shows, read row by row as `replay` reads it.
 
-    Raises ValueError, with file and line, for what cannot be read, and for less than 20 rows.
+    Only rows newer than all before them count, so that no table is too long for the memory. Raises
+    ValueError, with file and line, for what cannot be read, and for less than 20 such rows.
     """
     table = Table(path, signals.columns, period, _reader(signals))
     u, y = _Extent(len(signals.inputs)), _Extent(len(signals.outputs))
-    stamps: set[int] = set()
+    count, first, newest = 0, math.inf, -math.inf  # ns
     for sample in table:
-        stamps.add(sample.stamp)
+        count += sample.stamp > newest
+        first, newest = min(first, sample.stamp), max(newest, sample.stamp)
         if sample.u is not None:
             u.add(sample.u)
         if sample.y is not None:
             y.add(sample.y)
-    if len(stamps) < FEWEST:
-        raise ValueError(f'record more: {path} has {len(stamps)} rows with different times, '
-                         f'and less than {FEWEST} tell nothing')  # fmt: skip
-    duration = (max(stamps) - min(stamps)) / 1e9
+    if count < FEWEST:
+        raise ValueError(f'record more, in order of time: {path} has {count} rows whose time goes '
+                         f'on, and less than {FEWEST} tell nothing')  # fmt: skip
+    duration = (newest - first) / 1e9
     named = (*zip(signals.inputs, u.ranges(), strict=True),
              *zip(signals.outputs, y.ranges(), strict=True))  # fmt: skip
     for signal, extent in named:
         if extent is None:
             raise ValueError(f'leave {signal.name} out: {path} has no value of it')
     inputs, outputs = (tuple(r for r in e.ranges() if r is not None) for e in (u, y))
-    return Ranges(inputs, outputs, duration / (len(stamps) - 1), duration)
+    return Ranges(inputs, outputs, duration / (count - 1), duration)
 
 
 class _Extent:

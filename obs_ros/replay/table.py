@@ -2,6 +2,7 @@
 
 import csv
 import math
+from codecs import BOM_UTF8
 from collections import Counter
 from collections.abc import Iterator, Mapping, Sequence
 from decimal import Decimal
@@ -74,7 +75,7 @@ class Table:
             for index, (line, row) in enumerate(rows):
                 self.done = min(1.0, file.tell() / size)
                 try:
-                    fields = _fields(row.decode(), self._delimiter)
+                    fields = _fields(_text(row), self._delimiter)
                     if len(fields) != self._width:
                         raise ValueError(f'{len(fields)} fields, but {self._width} columns')
                     stamp = self._stamp(index, fields)
@@ -111,7 +112,7 @@ def read_header(path: Path) -> tuple[list[str], str]:
     with path.open('rb') as file:
         _, head = next(_rows(file, path), (0, b''))
     try:
-        text = head.decode('utf-8-sig')
+        text = _text(head.removeprefix(BOM_UTF8))
         delimiter = max(DELIMITERS, key=text.count)
         return [name.strip() for name in _fields(text, delimiter)], delimiter
     except (ValueError, csv.Error) as error:
@@ -127,6 +128,15 @@ def _rows(file: BinaryIO, path: Path) -> Iterator[tuple[int, bytes]]:
             raise ValueError(f'{path}:{line}: the row is longer than {LONGEST_ROW} bytes')
         if (stripped := row.strip(b'\r\n')) and not row.startswith(b'#'):
             yield line, stripped
+
+
+def _text(row: bytes) -> str:
+    try:
+        return row.decode()
+    except UnicodeDecodeError as error:
+        raise ValueError(
+            f'save the table as UTF-8: byte {row[error.start]:#04x} is of another encoding'
+        ) from error
 
 
 def _fields(row: str, delimiter: str) -> list[str]:

@@ -1,3 +1,5 @@
+import tracemalloc
+
 import pytest
 
 from obs_ros.cli.package_signals import Signal, Signals, of_header
@@ -29,6 +31,24 @@ def test_a_table_without_time_has_the_period_that_is_given(tmp_path):
     assert (found.period, found.duration) == (pytest.approx(0.1), pytest.approx(2.0))
 
 
+def test_rows_that_repeat_a_time_are_one_sample(tmp_path):
+    rows = [row for k in range(40) for row in (f'{k},1,', f'{k},,2')]
+    found = recorded(path := table(tmp_path, rows), signals_of(path), None)
+    assert (found.period, found.duration) == (1.0, 39.0)
+
+
+def test_a_long_table_takes_no_more_memory_than_a_short_one(tmp_path):
+    peaks = []
+    for count in (500, 500, 5000):  # once to load what is loaded once
+        path = table(tmp_path, [f'{k},1,2' for k in range(count)])
+        signals = signals_of(path)
+        tracemalloc.start()
+        recorded(path, signals, None)
+        peaks.append(tracemalloc.get_traced_memory()[1])
+        tracemalloc.stop()
+    assert peaks[2] < 1.5 * peaks[1]
+
+
 def test_a_signal_that_never_moves_has_the_span_of_its_value():
     assert [Range(v, v, v).span for v in (4.0, -4.0, 0.0)] == [4.0, 4.0, 1.0]
 
@@ -42,7 +62,8 @@ def test_without_a_table_the_ranges_are_assumed():
 @pytest.mark.parametrize(
     ('rows', 'words'),
     [
-        ([], 'record more: .*a.csv has 0 rows'),
+        ([], 'record more, in order of time: .*a.csv has 0 rows'),
+        ([f'{-k + 50},1,2' for k in range(40)], 'has 1 rows whose time goes on'),
         ([f'{k},1,2' for k in range(19)], 'has 19 rows'),
         (['0,1,2'] * 30, 'has 1 rows'),
         ([f'{k},1,nan' for k in range(30)], 'leave volt out: .* has no value of it'),
