@@ -160,6 +160,22 @@ def test_requests_at_once_are_bounded():
         served.close()
 
 
+def test_a_machine_that_has_no_more_threads_for_a_while_costs_no_room(monkeypatch):
+    def none(thread):
+        raise RuntimeError("can't start new thread")
+
+    served = PageServer('127.0.0.1', 0, 'page', POLICY, answer)
+    try:
+        with monkeypatch.context() as patch:
+            patch.setattr(threading.Thread, 'start', none)
+            for _ in range(SETTINGS.most):
+                with pytest.raises((http.client.HTTPException, ConnectionError)):
+                    ask(served)
+        assert ask(served)[0].status == 200
+    finally:
+        served.close()
+
+
 def test_a_connection_that_says_nothing_is_closed(monkeypatch):
     monkeypatch.setattr(server._Handler, 'timeout', 0.05)
     served = PageServer('127.0.0.1', 0, 'page', POLICY, answer)
