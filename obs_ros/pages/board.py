@@ -25,6 +25,7 @@ class Presence:
     since: float = 0.0  # when `present` was what it is
     heard: float | None = None  # the last message of its own
     lost: int = 0  # messages of its topics, and its plant's, on their way here
+    plant: str = ''  # the topics that it hears
     level: int = 0  # of its health, as in DiagnosticStatus
     health: str = ''
 
@@ -94,6 +95,12 @@ class Board:
             if (known := self._all.get(name)) is not None:
                 known.lost += count
 
+    def follow(self, name: str, plant: str) -> None:
+        """Note by which topics an estimator that is known hears its plant."""
+        with self._lock:
+            if (known := self._all.get(name)) is not None:
+                known.plant = plant
+
     def attend(self, name: str, *, present: bool) -> None:
         """Note whether somebody publishes the topics of an estimator that is known."""
         with self._lock:
@@ -120,7 +127,7 @@ class Board:
             shown = [self._all[name].observed for name in asked if name in self._all]
             shown = shown[: self._settings.most_shown]
             told = {
-                name: Told(*self._words(known), known.lost)
+                name: Told(*self._words(known), known.lost, known.plant)
                 for name, known in sorted(self._all.items())
             }
             return answer(told, shown, self._seen(query, shown), self.notes)

@@ -136,10 +136,10 @@ function drawCurve(context, frame, panel, curve, colours) {
   context.lineWidth = 1.3;
   context.lineJoin = 'round';
   if (curve.role === 'measured') {
-    drawDots(context, frame, curve, colours.measured, isSparse(frame, curve, 4) ? 1.8 : 1.1);
+    drawDots(context, frame, curve, curve.own ? own : colours.measured, isSparse(frame, curve, 4) ? 1.8 : 1.1);
   } else if (curve.role === 'truth') {
     context.setLineDash([5, 4]);
-    context.strokeStyle = colours.truth;
+    context.strokeStyle = curve.own ? own : colours.truth;
     trace(context, frame, curve, panel.period, panel.kind === 'parameter');
   } else if (curve.role === 'residual') {
     drawDots(context, frame, curve, own, isSparse(frame, curve, 4) ? 1.8 : 1.1);

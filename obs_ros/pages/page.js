@@ -15,9 +15,10 @@ const figures = new Map();
 let theme_ = matchMedia('(prefers-color-scheme: dark)').matches ? 'dark' : 'light';
 document.documentElement.dataset.theme = theme_;
 
-/* Panels of all estimators shown, those of one variable as one; the plant's curves once. */
+/* Panels of all estimators shown, those of one variable as one; the curves of one plant once.
+   Of several plants each curve is of its estimator, by name and colour. */
 function merged(shown) {
-  const found = new Map();
+  const found = new Map(), several = new Set(shown.map(each => each.plant)).size > 1;
   shown.forEach((each, k) => {
     for (const panel of each.panels) {
       const key = `${panel.kind}/${panel.name}`;
@@ -26,10 +27,12 @@ function merged(shown) {
       }
       const whole = found.get(key);
       for (const curve of panel.curves) {
-        const own = !['truth', 'measured', 'applied'].includes(curve.role);
-        if (!own && whole.curves.some(other => other.role === curve.role)) continue;
+        const own = !['truth', 'measured', 'applied'].includes(curve.role), plant = each.plant;
+        if (!own && whole.curves.some(other => other.role === curve.role && other.plant === plant)) {
+          continue;
+        }
         const short = each.name.replace(/^.*\/(?=[^/]+\/[^/]+$)/, '');
-        whole.curves.push({ ...curve, of: k, own, by: each.name, short });
+        whole.curves.push({ ...curve, of: k, own: own || several, plant, by: each.name, short });
       }
       if (panel.correlation) whole.correlations.push({ ...panel.correlation, of: k });
       if (panel.kind === 'parameter') {

@@ -44,11 +44,16 @@ class Seen:
 
 
 class Told(NamedTuple):
-    """An estimator in a sentence, whether that is well, and how many of its messages were lost."""
+    """An estimator in a sentence, and whether that is well.
+
+    Besides, how many of its messages were `lost`, and its `plant`: estimators that hear the same
+    topics share one.
+    """
 
     words: str
     well: bool
     lost: int = 0
+    plant: str = ''
 
 
 def answer(

@@ -1,7 +1,7 @@
 """The live page's node: it finds estimators, hears their topics, and serves what it has heard."""
 
 import sys
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Collection, Mapping
 from functools import partial
 from typing import Any
 
@@ -16,7 +16,7 @@ from obs_ros.interface.readers import nanoseconds
 from obs_ros.interface.sequence_monitor import SequenceMonitor
 from obs_ros.interface.vectors import TOPICS, Vector
 from obs_ros.pages.board import SETTINGS, Board, BoardSettings
-from obs_ros.pages.information import Information, concluded, information
+from obs_ros.pages.information import MOST_NAMES, Information, concluded, information
 from obs_ros.pages.page import page
 from obs_ros.pages.server import PageServer
 from obs_ros.pages.settings import VIEW, wanted
@@ -32,6 +32,7 @@ LOOK = 0.5  # s from one look at the graph to the next
 # Of whatever reliability publishers are: nobody waits for the page; what it misses is told.
 STREAMS = QoSProfile(depth=1000, reliability=ReliabilityPolicy.BEST_EFFORT)
 RARE = QoSProfile(depth=100, reliability=ReliabilityPolicy.RELIABLE)
+MOST_TOPICS = 2 * MOST_NAMES  # of a plant: one for each input and output that is shown
 VECTOR = 'sensor_msgs/msg/JointState'
 TRUTH = {'state': 'true_state', 'parameters': 'true_parameters'}
 
@@ -158,23 +159,32 @@ class View(GuardedNode):
             theirs = dict(self.get_subscriber_names_and_types_by_node(node, space or '/'))
         except RuntimeError:  # it is just ending
             return
-        for topic, types in theirs.items():
-            if VECTOR in types:
-                sort = partial(self._on_sample, name, info, topic)
-                self._hear(name, topic, JointState, sort, STREAMS)
+        plant = sorted(topic for topic, types in theirs.items() if VECTOR in types)[:MOST_TOPICS]
+        if not plant:
+            return  # it does not listen yet, or not now
+        wanted = {topic: partial(self._on_sample, name, info, topic) for topic in plant}
+        for topic in plant:
             if topic.endswith('/output'):
                 for stream, meaning in TRUTH.items():
                     other = f'{topic.removesuffix("output")}{stream}'
                     if VECTOR in topics.get(other, ()):
-                        hear = partial(self._on_vector, name, meaning)
-                        self._hear(name, other, JointState, hear, STREAMS)
+                        wanted[other] = partial(self._on_vector, name, meaning)
+        self._leave(name, keep=wanted)
+        for topic, hear in wanted.items():
+            self._hear(name, topic, JointState, hear, STREAMS)
+        self.board.follow(name, ' '.join(plant))
+
+    def _leave(self, name: str, keep: Collection[str] = ()) -> None:
+        """Hear no more of an estimator's plant, but for the topics to `keep`."""
+        for topic in [*self._heard[name]]:
+            if not topic.startswith(f'{name}/') and topic not in keep:
+                self.destroy_subscription(self._heard[name].pop(topic))
 
     def _on_info(self, name: str, message: String) -> None:
         info = information(message.data)
         if self._infos.get(name) != info:
             self._infos[name] = info
-            for topic in [t for t in self._heard[name] if not t.startswith(f'{name}/')]:
-                self.destroy_subscription(self._heard[name].pop(topic))
+            self._leave(name)
         self.board.inform(name, info)
 
     def _on_outcome(self, name: str, message: String) -> None:

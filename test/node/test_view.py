@@ -124,6 +124,26 @@ def test_measurements_and_truth_are_those_beside_the_estimator(ros, view):
         assert ros.spin_until(lambda sought=sought: sought()[1]) == [value]
 
 
+def test_an_estimator_that_hears_another_plant_now_has_the_measurements_of_that(ros, view):
+    other = '--ros-args', '-r', 'plant/output:=/other/output'
+    for arguments, topic in (((), '/a/plant/output'), (other, '/other/output')):
+        stand = ros.start(partial(Stand, '/a'), *arguments)
+        ros.spin_until(lambda stand=stand, topic=topic: stand.count_subscribers(topic) == 2)
+        ros.spin_until(lambda topic=topic: asked(view)['shown'][0]['plant'] == topic)
+        ros.stop(stand)
+    ros.spin_until(lambda: view.count_subscribers('/other/output') == 1)
+    ros.spin_until(lambda: view.count_subscribers('/a/plant/output') == 0)
+
+
+def test_topics_of_a_plant_are_bounded(ros, view, monkeypatch):
+    monkeypatch.setattr('obs_ros.ros.view.MOST_TOPICS', 2)
+    stand = start(ros, '/a')
+    for k in range(3):
+        stand.create_subscription(JointState, f'plant/more{k}', lambda message: None, 1)
+    ros.spin_until(lambda: asked(view)['shown'])
+    ros.spin_until(lambda: len(asked(view)['shown'][0]['plant'].split()) == 2)
+
+
 def test_a_restart_is_told_and_outlived(ros, view):
     for t in (9, 11):
         stand = start(ros, '/a')

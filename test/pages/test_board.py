@@ -88,6 +88,13 @@ def test_losses_are_counted(board):
     assert [each['lost'] for each in shown] == [5, 0]
 
 
+def test_estimators_of_one_plant_are_told_from_those_of_another(board):
+    board.follow('/a/estimator', '/a/output')
+    board.follow('/nobody', '/b/output')
+    shown = board.answer({'of': ['/a/estimator', '/b/estimator']})['shown']
+    assert [each['plant'] for each in shown] == ['/a/output', '']
+
+
 def test_silence_is_said():
     board = Board(BoardSettings(silent=-1.0))
     board.inform('/a/estimator', INFO)

@@ -128,6 +128,27 @@ def saved_file(driver, folder: Path, ending: str) -> Path:
     return WebDriverWait(driver, patience(10.0), 0.05).until(there, f'no {ending} was saved')[0]
 
 
+def test_measurements_of_several_plants_are_told_apart_and_those_of_one_are_drawn_once(
+    live, driver
+):
+    names = ['/a/estimator', '/b/estimator']
+    measured = """state.panels.find(panel => panel.key === 'state/h').curves
+      .filter(curve => curve.role === 'measured').map(curve => [curve.by, curve.own])"""
+    for name in names:
+        live.board.inform(name, information())
+        live.board.follow(name, f'{name}/output')
+        live.run(10, name)
+    driver.get(live.server.address)
+    wait(driver, 'state.answer && state.answer.shown.length')
+    driver.execute_script('choose(arguments[0])', names[1])
+    wait(driver, 'state.answer.shown.length === 2')
+    assert driver.execute_script(f'return {measured}') == [[name, True] for name in names]
+    live.board.follow(names[1], f'{names[0]}/output')
+    wait(driver, f'{measured}.length === 1')
+    assert driver.execute_script(f'return {measured}') == [[names[0], False]]
+    assert errors(driver) == []
+
+
 def test_restarts_of_estimator_and_server_are_outlived(live, driver):
     live.board.inform('/estimator', information())
     live.run(20)
