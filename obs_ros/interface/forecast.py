@@ -80,7 +80,10 @@ class Forecast:
             self.latency = time.monotonic() - arrival
 
     def _is_time(self, stamp: int) -> bool:
-        return not self.rate or self._last is None or (stamp - self._last) * self.rate >= 1e9
+        if not self.rate or self._last is None:
+            return True
+        since = stamp - self._last
+        return since < 0 or since * self.rate >= 1e9  # the former: of a new timeline
 
 
 def window_reach(values: Mapping[str, Any]) -> float:

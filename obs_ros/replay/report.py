@@ -100,6 +100,11 @@ class Report:
             f'{len(account.history)} estimates, {account.speed:.3g} times real time'
         )
         notes = [one_line(remark) for remark in remarks]
+        if observed.begun_anew:
+            notes.append(
+                'see the summary for what is before the last time that stamps went far back, which '
+                f'is not shown: that was so {observed.begun_anew} time(s)'
+            )
         return answer({observed.name: Told(words, well=True)}, [observed], seen, notes)
 
     def _predicted(self, predicted: Predicted) -> None:

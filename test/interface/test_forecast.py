@@ -53,6 +53,16 @@ def test_the_rate_is_one_of_sample_time():
     assert [t for t, _ in published] == [1, 3, 5]
 
 
+def test_the_rate_is_kept_on_a_timeline_that_begins_anew():
+    found, published = forecast(**{'prediction.rate': 0.5})
+    outputs(found, 1000)
+    found.start(estimate(1000.0))
+    outputs(found, 1001, *range(10))
+    found.start(estimate(9.0))
+    outputs(found, 10, 11, 12)
+    assert [t for t, _ in published] == [1001, 10, 12]
+
+
 def test_silence_is_asked_after_only_where_there_is_something_to_say():
     found, _ = forecast(**{'prediction.rate': 0.5})
     asked = []

@@ -86,6 +86,16 @@ def test_its_size_has_a_bound(monkeypatch):
     assert all(len(curve['t']) <= 2 * 1000 // 10 for curve in curves(found).values())
 
 
+def test_what_came_before_a_new_timeline_is_told_to_be_missing():
+    chosen = setup({'model': 'ball_and_beam:BALL', 'window.duration': 5.0})
+    made = Report(chosen)
+    again = (Sample(s.stamp + shift, u=s.u, y=s.y) for shift in (10**12, 0) for s in samples())
+    account = replay(chosen, made.heard(again), take=made.take)
+    assert any('start anew' in note for note in account.notes)
+    text = made.text('twice', account)
+    assert 'that stamps went far back, which is not shown: that was so 1 time(s)' in text
+
+
 def test_an_empty_recording_has_a_report_too():
     chosen = setup({'model': 'ball_and_beam:BALL', 'window.duration': 5.0})
     made = Report(chosen)
