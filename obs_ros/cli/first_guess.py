@@ -11,7 +11,7 @@ from dataclasses import dataclass
 
 from obs_ros.cli.model_motion import rounded
 from obs_ros.cli.package_signals import Signal, Signals
-from obs_ros.cli.recorded_ranges import Range, Ranges
+from obs_ros.cli.recorded_ranges import SHORTEST, Range, Ranges
 
 ROOM = 0.5  # of a span that a state may leave its range by
 REACH = 2.0  # spans that a rest may be off
@@ -33,9 +33,9 @@ class Guess:
 
     @property
     def window(self) -> float:
-        """Length of a window: a tenth of the recording, but not less than 50 samples, or all."""
+        """Length of a window: a tenth of the recording, or 50 samples; at most about half."""
         ranges = self.ranges
-        long = max(ranges.duration / SHARE, SAMPLES * ranges.period)
+        long = max(ranges.duration / SHARE, SAMPLES * ranges.period, 0.5 * SHORTEST)
         return rounded(min(long, 0.5 * ranges.duration))
 
     @property

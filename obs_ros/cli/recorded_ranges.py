@@ -14,6 +14,8 @@ from obs_ros.replay.table import Table, read_header
 
 STILL = 1e-9  # of its value: what a signal moves less than that is rounding
 TINY = 1e-100  # of any unit: as good as 0
+HUGE = 1e100  # of any unit: beyond it, ratios and bounds are no numbers
+SHORTEST = 0.002  # s of a recording: the shortest window is half of that
 FEWEST = 20  # rows of a table, from which a window and a period can be told
 
 
@@ -36,12 +38,20 @@ class Range:
 
 @dataclass(frozen=True)
 class Ranges:
-    """Ranges of inputs and outputs, in their order, `period` and `duration` in s."""
+    """Ranges of inputs and outputs, in their order, `period` and `duration` in s.
+
+    Raises ValueError for a duration in which no window fits.
+    """
 
     inputs: tuple[Range, ...]
     outputs: tuple[Range, ...]
     period: float
     duration: float
+
+    def __post_init__(self) -> None:
+        if self.duration < SHORTEST:
+            raise ValueError(f'record for longer: windows have {0.5 * SHORTEST:g} s at least, and '
+                             f'all is over in {self.duration:g} s')  # fmt: skip
 
 
 def assumed(signals: Signals, period: float | None) -> Ranges:
@@ -89,6 +99,9 @@ def recorded(path: Path, signals: Signals, period: float | None) -> Ranges:
     for signal, extent in named:
         if extent is None:
             raise ValueError(f'leave {signal.name} out: {path} has no value of it')
+        if not max(abs(extent.low), abs(extent.high)) < HUGE:
+            raise ValueError(f'give {signal.name} another unit, or leave it out: in {path} it goes '
+                             f'from {extent.low:g} to {extent.high:g}')  # fmt: skip
     inputs, outputs = (tuple(r for r in e.ranges() if r is not None) for e in (u, y))
     return Ranges(inputs, outputs, duration / (count - 1), duration)
 

@@ -7,12 +7,14 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from plants import OSCILLATOR
 
 from obs_ros.cli.first_guess import Guess
 from obs_ros.cli.package_files import package_files
 from obs_ros.cli.package_signals import Signal, Signals
 from obs_ros.cli.recorded_ranges import Range, Ranges
 from obs_ros.core.model import Model, names
+from obs_ros.interface.parameters import observer_parameters
 
 NAMES = st.one_of(
     st.sampled_from(['t', 'x', 'p', 'y', 'output', 'dynamics', 'Model', 'Variable', 'PLANT', '_',
@@ -44,6 +46,18 @@ def guess_of(inputs, outputs, extents=()):
         Signals(tuple(inputs), tuple(outputs)),
         Ranges(tuple(ranges[: len(inputs)]), tuple(ranges[len(inputs) :]), 0.1, 100.0),
     )
+
+
+@pytest.mark.parametrize('duration', [0.002, 0.005, 0.03, 1.0, 1e5, 1e8])
+def test_the_window_is_one_that_the_node_takes_and_that_fits(duration):
+    (spec,) = (
+        s for s in observer_parameters(OSCILLATOR, 'sliding_window') if s.name == 'window.duration'
+    )
+    extents = (Range(0.0, 1.0, 0.5),)
+    for samples in (20, 1000, 100_000):
+        ranges = Ranges((), extents, duration / samples, duration)
+        window = Guess(Signals((), (Signal('y'),)), ranges).window
+        assert spec.coerce(window) == window < duration
 
 
 @settings(max_examples=40, deadline=None)

@@ -69,6 +69,8 @@ def test_without_a_table_the_ranges_are_assumed():
         ([f'{k},1,nan' for k in range(30)], 'leave volt out: .* has no value of it'),
         ([f'{k},1,inf' for k in range(30)], 'leave volt out'),
         ([f'{k},x,2' for k in range(30)], "a.csv:2: 'x' is not a number"),
+        ([f'{k},1,{k}e300' for k in range(30)], 'give volt another unit.* 0 to 2.9e'),
+        ([f'{k * 1e-9:.9f},1,2' for k in range(30)], 'record for longer: windows have 0.001 s'),
         (['0,1'], 'a.csv:2: 2 fields, but 3 columns'),
     ],
 )
