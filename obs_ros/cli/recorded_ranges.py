@@ -113,6 +113,7 @@ class _Extent:
         self._low, self._high = np.full(columns, math.inf), np.full(columns, -math.inf)
         self._total, self._count = np.zeros(columns), np.zeros(columns)
 
+    @np.errstate(over='ignore')  # what is so large is refused
     def add(self, values: Array) -> None:
         known = np.isfinite(values)
         self._low = np.fmin(self._low, np.where(known, values, math.inf))
