@@ -9,7 +9,8 @@ ALL = 'all'
 VIEW = (
     ParameterSpec('host', '127.0.0.1',
         'address to listen on: whoever reaches it sees all estimates, unencrypted', read_only=True),
-    ParameterSpec('port', 8765, 'port to listen on; 0: any that is free',
+    # Foxglove's bridge listens on 8765, Dask's dashboard on 8787, Jupyter on 8888.
+    ParameterSpec('port', 8770, 'port to listen on; 0: any that is free',
         lower=0, upper=65535, read_only=True),
     ParameterSpec('estimators', (ALL,),
         f"full names of the estimators to show, such as /line1/estimator; ['{ALL}']: the first 16 "
