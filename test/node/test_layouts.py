@@ -11,6 +11,7 @@ from ros import Ros
 from sensor_msgs.msg import JointState
 from std_msgs.msg import String
 
+from obs_ros.interface.vectors import TOPICS
 from obs_ros.ros.estimator import Estimator
 from obs_ros.ros.messages import LATCHED
 from plant_sim.node import Simulator
@@ -84,6 +85,18 @@ def test_foxglove_shows_outcome_and_diagnostics_by_the_names_that_the_node_gives
     assert {panel['topicToRender'] for panel in PANELS.values() if 'topicToRender' in panel} == {
         '/diagnostics'
     }
+
+
+def test_the_bag_of_a_replay_fills_every_view_but_residuals():
+    """It has what windows tell; predictions, truth and outcome are of running nodes."""
+    recorded = {f'/estimator/{topic}' for topic in TOPICS}
+    for name, panel in PANELS.items():
+        if name.startswith('Plot!') and name != 'Plot!residual':
+            assert {PATH.fullmatch(p['value'])['topic'] for p in panel['paths']} & recorded, name
+    for tab in PLOTJUGGLER.findall('tabbed_widget/Tab'):
+        for area in tab.iter('DockArea') if tab.get('tab_name') != 'residuals' else ():
+            curves = [CURVE.fullmatch(curve.get('name')) for curve in area.iter('curve')]
+            assert {curve['topic'] for curve in curves} & recorded, area.get('name')
 
 
 def leaves(layout):
