@@ -20,7 +20,7 @@ from obs_ros.optimization.result import Effort, Found
 MODEL = van_der_pol(1.0)
 T = 0.2 * np.arange(80)
 U = np.empty((80, 0))
-RECORD, NOISE = measured(MODEL, T, U, (2.0, 0.0), (1.2,), share=1e-3, stiff=False)
+RECORD, NOISE = measured(MODEL, T, U, (2.0, 0.0), (1.2,), share=1e-3, by='DOP853')
 SOLVER = Solver.of(MODEL, EstimationSettings(noise=NOISE, backend='numpy', process_noise='off'))
 WINDOW = SOLVER.pose(RECORD, prior=Prior.box(SOLVER.unknowns), noise_known=True)
 Z = SOLVER.unknowns.point({'x': 2.0, 'rate': 0.0, 'mu': 1.2})

@@ -19,7 +19,7 @@ from obs_ros.inference.window_state import WindowState
 MODEL = van_der_pol(1.0)
 T = 0.1 * np.arange(100)
 U = np.empty((100, 0))
-RECORD, NOISE = measured(MODEL, T, U, (2.0, 0.0), (1.2,), stiff=False)
+RECORD, NOISE = measured(MODEL, T, U, (2.0, 0.0), (1.2,), by='DOP853')
 SOLVER = Solver.of(MODEL, EstimationSettings(noise=NOISE, backend='numpy', process_noise='off'))
 WINDOW = SOLVER.pose(RECORD, prior=Prior.box(SOLVER.unknowns), noise_known=True)
 Z = SOLVER.unknowns.point({'x': 2.0, 'rate': 0.0, 'mu': 1.2})
@@ -58,7 +58,7 @@ def test_the_noise_is_what_is_left_where_that_is_more_or_nothing_is_known() -> N
 def test_an_answer_tells_its_error_and_withholds_deviations_where_that_is_large() -> None:
     estimate = SOLVER.solve(RECORD, random_generator(1), Deadline())
     assert estimate.figures['integration_error_sd'] == pytest.approx(
-        integration_error(MODEL, estimate, U, NOISE, stiff=False), rel=0.2, abs=0.01
+        integration_error(MODEL, estimate, U, NOISE, by='DOP853'), rel=0.2, abs=0.01
     )
     fine = Answer(WINDOW.objective, Z, error=0.2)
     assert fine.fine and fine.told(estimate).stddev == estimate.stddev
@@ -76,7 +76,7 @@ def test_an_answer_far_from_the_measurements_may_err_in_proportion() -> None:
 
 
 def test_own_steps_err_in_proportion_to_their_tolerance() -> None:
-    """Van der Pol's equation, mu = 100: the error told is that beside scipy's Radau."""
+    """Van der Pol's equation, mu = 100: the error told is that beside scipy's LSODA."""
     model = replace(van_der_pol(100.0), integrator='rosenbrock')
     t, start = np.linspace(0.0, 120.0, 51), (1.5, -1.5 / 125.0)
     record, noise = measured(model, t, np.empty((51, 0)), start, (100.0,), share=1e-4)

@@ -1,5 +1,7 @@
 """Tests of obs_ros.horizon.stepped_windows."""
 
+from functools import cache
+
 import numpy as np
 from stiff_plants import MOTOR, measured, truth, van_der_pol
 
@@ -13,11 +15,15 @@ from obs_ros.horizon.stepped_windows import SteppedWindows
 
 T = 0.01 * np.arange(400)
 U = np.sign(np.sin(5.0 * T))[:, None]
-RECORD, NOISE = measured(MOTOR, T, U, (0.0, 0.0), (1.3, 0.07))
+
+
+@cache  # not at import, which every worker pays for
+def motor() -> tuple[Record, dict[str, float]]:
+    return measured(MOTOR, T, U, (0.0, 0.0), (1.3, 0.07))
 
 
 def solver() -> Solver:
-    return Solver.of(MOTOR, EstimationSettings(noise=NOISE, process_noise='off'))
+    return Solver.of(MOTOR, EstimationSettings(noise=motor()[1], process_noise='off'))
 
 
 def test_before_any_window_the_model_goes_on_as_it_is() -> None:
@@ -26,11 +32,11 @@ def test_before_any_window_the_model_goes_on_as_it_is() -> None:
 
 
 def test_a_stiff_plant_is_followed_from_window_to_window() -> None:
-    windows = MovingHorizon(solver())
+    windows, record = MovingHorizon(solver()), motor()[0]
     for k in range(3):
         part = slice(100 * k, 100 * k + 200)
         estimate = windows.solve(
-            Record(T[part], U[part], RECORD.y[part]), random_generator(0, k), Deadline()
+            Record(T[part], U[part], record.y[part]), random_generator(0, k), Deadline()
         )
         assert estimate.usable
         assert estimate.figures['integration_error_sd'] < 0.3
