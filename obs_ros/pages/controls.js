@@ -1,8 +1,14 @@
 /* Questions to the server, and what mouse and keyboard do. */
 
+/* Those chosen that are heard; where none of them is, those that are shown in their place. */
+function chosen() {
+  const heard = (state.chosen || []).filter(name => state.known.includes(name));
+  return heard.length || !state.answer ? heard : state.answer.shown.map(each => each.name);
+}
+
 function question() {
   const asked = new URLSearchParams();
-  for (const name of state.chosen || []) asked.append('of', name);
+  for (const name of chosen()) asked.append('of', name);
   const wide = Math.max(200, ...[...figures.values()].map(each => each.canvas.clientWidth));
   asked.set('points', String(Math.min(1000, Math.round(wide / 1.5))));
   if (state.fixed) {
@@ -138,12 +144,12 @@ const ACTIONS = {
 };
 
 function showEstimators(all) {
-  const told = JSON.stringify([all.map(each => [each.name, each.well]), state.chosen, theme_]);
+  const told = JSON.stringify([all.map(each => [each.name, each.well]), chosen(), theme_]);
   if (showEstimators.told === told) return;
   showEstimators.told = told;
   const held = document.activeElement?.dataset?.name;
   $('estimators').replaceChildren(...all.map(each => {
-    const place = (state.chosen || []).indexOf(each.name);
+    const place = chosen().indexOf(each.name);
     const button = element('button', { ariaPressed: String(place >= 0), title: each.words });
     button.dataset.name = each.name;
     if (place >= 0) button.append(swatch(place));
@@ -157,9 +163,9 @@ function showEstimators(all) {
 
 /* Show one more estimator, or one less, but never none. */
 function choose(name) {
-  const others = (state.chosen || []).filter(each => each !== name);
-  state.chosen = others.length === (state.chosen || []).length ? [...others, name].slice(-6)
-    : others.length ? others : state.chosen;
+  const before = chosen(), others = before.filter(each => each !== name);
+  state.chosen = !before.includes(name) ? [...others, name].slice(-6)
+    : others.length ? others : before;
   layOut.keys = '';
   ask();
 }

@@ -119,6 +119,7 @@ function take(answer) {
   if (!state.fixed) state.view = { from: answer.from, to: Math.max(answer.to, answer.from + 1e-6) };
   const names = answer.estimators.map(each => each.name);
   if (state.chosen === null && names.length) state.chosen = [names[0]];
+  state.known = names;
   showEstimators(answer.estimators);
   $('cards').replaceChildren(...answer.shown.map(card));
   $('lists').replaceChildren(jumpTable(answer.shown), outcomeTable(answer.shown));

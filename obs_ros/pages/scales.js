@@ -92,7 +92,7 @@ function placeAt(times, t) {
   return low - 1;
 }
 
-/* The last value of a curve at or before t that is known: an extreme that stands apart is none. */
+/* The value of the last point of a curve at or before t; null where that is not known. */
 function valueAt(curve, t) {
   const place = placeAt(curve.t, t);
   return place < 0 ? null : curve.v[place];

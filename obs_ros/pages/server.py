@@ -71,7 +71,6 @@ class PageServer:
 
 class _Server(ThreadingHTTPServer):
     daemon_threads = True
-    allow_reuse_address = True
 
     def __init__(
         self, address: tuple[str, int], host: str, served: tuple[bytes, str, Answer]

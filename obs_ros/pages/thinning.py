@@ -141,7 +141,6 @@ class Thinned:
         """Forget all rows."""
         self._levels = [_Level(self.width, self._settings.rows)]
         self.newest: int | None = None
-        self.last: Array = np.full(self.width, np.nan)
 
     def __len__(self) -> int:
         """Return how many rows came."""
@@ -151,7 +150,6 @@ class Thinned:
         """Take a row of `width` numbers; NaN: not measured, or not known."""
         values = np.fromiter(row, dtype=np.float64, count=self.width)
         self.newest = stamp if self.newest is None else max(self.newest, stamp)
-        self.last = values
         self._levels[0].add(stamp, values)
         for place, level in enumerate(self._levels):
             if level.count % BLOCK or place + 1 == self._settings.levels:

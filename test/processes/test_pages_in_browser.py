@@ -149,6 +149,26 @@ def test_measurements_of_several_plants_are_told_apart_and_those_of_one_are_draw
     assert errors(driver) == []
 
 
+def test_one_that_is_shown_no_more_leaves_its_place_and_its_colour_to_others(live, driver):
+    shown = 'state.answer.shown.map(each => each.name)'
+    pressed = """[...document.querySelectorAll('#estimators [aria-pressed=true]')]
+      .map(button => button.dataset.name)"""
+    live.board.inform('/old', information())
+    live.run(10, '/old')
+    driver.get(live.server.address)
+    wait(driver, f'state.answer && {shown}[0] === "/old"')
+    live.board.forget('/old')
+    for name in ('/x', '/y'):
+        live.board.inform(name, information())
+        live.run(10, name)
+    wait(driver, f'{shown}[0] === "/x" && {pressed}[0] === "/x"')
+    driver.execute_script("choose('/y')")
+    wait(driver, f'{shown}.length === 2 && {pressed}.length === 2')
+    assert driver.execute_script(f'return {shown}') == ['/x', '/y']
+    assert driver.execute_script('return state.chosen') == ['/x', '/y']
+    assert errors(driver) == []
+
+
 def test_restarts_of_estimator_and_server_are_outlived(live, driver):
     live.board.inform('/estimator', information())
     live.run(20)
