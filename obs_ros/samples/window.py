@@ -91,6 +91,7 @@ class SlidingWindow:
         # The open window covers (left, end] once its place is settled; before that, a late output
         # may still move t0.
         self._edges: tuple[int, int] | None = None
+        self._resumed = False  # and no window was taken since
 
     @property
     def counts(self) -> Mapping[str, int]:
@@ -141,6 +142,7 @@ class SlidingWindow:
         """
         end = last_end + self._period
         self._open((end - self._duration, end))
+        self._resumed = True
         self._gate.resume(min(last_end, end - self._duration))
 
     def push(self, sample: Sample) -> bool:
@@ -181,7 +183,7 @@ class SlidingWindow:
         """See `Store`."""
         self._outputs.clear()
         self._inputs.clear()
-        self._edges = None
+        self._edges, self._resumed = None, False
 
     def _overflow(self, stream: Stream) -> None:
         """Drop the oldest sample; where the first window starts is settled by now."""
@@ -189,7 +191,8 @@ class SlidingWindow:
             self._open(edges)
         excess = len(stream) - self._capacity
         if excess > 0:
-            unused = stream is self._outputs and self._edges is None
+            unpaired = self._edges is None or self._inputs.known_since is None
+            unused = stream is self._outputs and unpaired
             self._counts['before_input' if unused else 'overflow'] += excess
             stream.drop(excess)
 
@@ -214,7 +217,9 @@ class SlidingWindow:
         # Outputs from a time whose inputs were dropped would be paired with later inputs.
         if self._inputs.known_since is not None:
             since = self._inputs.known_since + self._past
-            self._counts['overflow'] += self._outputs.drop_until(since - 1)
+            reason = 'before_input' if self._resumed else 'overflow'
+            self._counts[reason] += self._outputs.drop_until(since - 1)
+            self._resumed = False
         self._edges = edges
 
     def _take(self, *, newest: bool) -> Record | None:

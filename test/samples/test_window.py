@@ -365,6 +365,20 @@ class TestResumed:
                     np.testing.assert_array_equal(getattr(one, name), getattr(other, name))
             assert not counted(resumed).keys() & {'late', 'reset', 'ahead', 'before_input'}
 
+    def test_outputs_that_come_before_the_first_input_are_counted_as_what_they_are(self) -> None:
+        window = both(10.0, None)
+        window.resume(30 * S)
+        early = [out(31.0 + k) for k in range(6)]
+        records = feed(window, [*early, *(s for t in range(37, 62) for s in (inp(t), out(t)))])
+        assert [(r.t[0], r.t[-1]) for r in records] == [(37.0, 40.0), (41.0, 50.0), (51.0, 60.0)]
+        assert counted(window) == {'before_input': 6}
+
+    def test_so_are_those_that_no_memory_holds_until_then(self) -> None:
+        window = SlidingWindow(10.0, n_inputs=1, n_outputs=1, capacity=50)
+        window.resume(30 * S)
+        assert feed(window, [out(31.0 + k) for k in range(80)]) == []
+        assert counted(window) == {'before_input': 30}
+
     def test_a_clock_that_was_set_back_begins_a_new_timeline(self) -> None:
         window = outputs_only()
         window.resume(1000 * S)
