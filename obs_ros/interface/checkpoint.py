@@ -160,10 +160,14 @@ class Checkpoint:
             self._taken_up = False
             self._writer.put(str(self._path), partial(_write, self._path, observer, memory))
 
+    def begin_anew(self, why: str) -> None:
+        """Note that nobody knows any more what the file says; the next window writes over it."""
+        self._taken_up, self.told = False, f'begun anew: {why}'
+
     def forget(self, why: str) -> None:
         """Take the file away: the observer was reset."""
         if self._path is not None:
-            self._taken_up, self.told = False, f'begun anew: {why}'
+            self.begin_anew(why)
             self._writer.put(str(self._path), partial(remove, self._path), at_once=True)
 
     def failed(self) -> bool:

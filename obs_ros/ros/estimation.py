@@ -138,6 +138,7 @@ class Estimation:
             if not observer.inherit(self.observer):
                 self._due = None
         self._worker.discard()
+        self._checkpoint.begin_anew('parameters changed')
         self.observer, self._break = observer, observer.last_break
         self._prepared = False
         self.progress.restart()

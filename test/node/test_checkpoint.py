@@ -154,6 +154,24 @@ def test_a_memory_that_no_window_can_be_solved_with_is_gone_at_the_next_start(
     assert second.estimation.observer.before == 0 and second.estimation.observer.resets == 1
 
 
+def test_an_observer_for_changed_parameters_has_taken_nothing_up(ros: Ros, tmp_path: Path) -> None:
+    path = tmp_path / 'tank'
+    first = faked(ros, path)
+    spoken(ros, 1.0, 2.0)
+    written(ros, path, 2)
+    ros.stop(first)
+    second = faked(ros, path)
+    assert figures(ros.health())['checkpoint'] == 'taken up'
+    assert set_parameter(second, 'bounds.h3', [1.0, 50.0]).successful
+    ros.spin_until(lambda: figures(ros.health())['checkpoint'] == 'begun anew: parameters changed')
+    # Its failures are not those of the file.
+    ros.spin_until(lambda: second.estimation.progress.ready and second.estimation.idle)
+    FakeObserver.made[-1].value = ZeroDivisionError('of the new one')
+    spoken(ros, 3.0, 4.0)
+    ros.spin_until(lambda: second.estimation.progress.failed)
+    assert path.exists() and second.estimation.observer.resets == 0
+
+
 def test_an_observer_that_remembers_nothing_is_refused_at_the_start(
     ros: Ros, tmp_path: Path
 ) -> None:
