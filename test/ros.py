@@ -1,6 +1,7 @@
 """Nodes in this process, each test in a ROS context and domain of its own."""
 
 import os
+import threading
 import time
 from collections.abc import Callable, Sequence
 from typing import Any
@@ -124,6 +125,17 @@ class Waiting:
             self._told += min(now - self._now, 0.1)
         self._now = now
         return self._told
+
+
+def entities(node: Node) -> dict[str, int]:
+    """Return the numbers of what a node has of each kind."""
+    kinds = ('publishers', 'subscriptions', 'services', 'timers', 'guards', 'waitables')
+    return {kind: len([*getattr(node, kind)]) for kind in kinds}
+
+
+def solvers() -> set[threading.Thread]:
+    """Return the threads of this process that solve; one that ends takes a moment for it."""
+    return {thread for thread in threading.enumerate() if thread.name == 'solver'}
 
 
 def figures(status: Any) -> dict[str, str]:

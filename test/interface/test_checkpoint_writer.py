@@ -4,7 +4,6 @@ import itertools
 import threading
 import time
 
-import pytest
 from patience import patience
 
 from obs_ros.interface.checkpoint_writer import CheckpointWriter
@@ -100,9 +99,9 @@ def test_nothing_to_finish() -> None:
     assert writer.account('a').written == 0
 
 
-@pytest.mark.parametrize('spacing', [0.0, 0.05])
-def test_jobs_of_one_file_are_so_far_apart(spacing: float) -> None:
-    writer, moments = CheckpointWriter(spacing), list[float]()
+def test_jobs_of_one_file_are_so_far_apart() -> None:
+    spacing, moments = 0.05, list[float]()
+    writer = CheckpointWriter(spacing)
     begun = [threading.Event() for _ in range(3)]
     for event in begun:
 

@@ -4,7 +4,6 @@ import os
 import signal
 import subprocess
 import sys
-import threading
 
 import numpy as np
 import pytest
@@ -13,7 +12,7 @@ from lifecycle_msgs.srv import ChangeState, GetAvailableTransitions, GetState
 from node.fakes import FakeObserver
 from patience import patience
 from plants import tank_outputs
-from ros import figures, set_parameter
+from ros import entities, figures, set_parameter, solvers
 from std_srvs.srv import SetBool, Trigger
 
 from obs_ros.ros.estimator import Estimator
@@ -60,16 +59,6 @@ class Managed:
 
 def go(ros, label, name='/estimator'):
     return ros.call(f'{name}/change_state', ChangeState, transition=Transition(label=label)).success
-
-
-def entities(node):
-    """The numbers of what a node has of each kind."""
-    kinds = ('publishers', 'subscriptions', 'services', 'timers', 'guards', 'waitables')
-    return {kind: len([*getattr(node, kind)]) for kind in kinds}
-
-
-def solvers():
-    return sum(thread.name == 'solver' for thread in threading.enumerate())
 
 
 def test_it_does_in_each_state_what_is_due_there_and_says_which(ros):
@@ -158,12 +147,12 @@ MENDED = [
 def test_a_configure_that_fails_says_why_and_a_later_one_with_mended_values_works(
     ros, capfd, given, reason, mended
 ):
-    managed = Managed(ros, **given)
-    before, threads = entities(managed.node), solvers()
+    threads, managed = solvers(), Managed(ros, **given)
+    before = entities(managed.node)
     for _ in range(2):
         assert not managed.go('configure') and managed.state == 'unconfigured'
         assert entities(managed.node) == before
-    ros.spin_until(lambda: solvers() <= threads)
+    ros.spin_until(lambda: not solvers() - threads)
     assert reason in capfd.readouterr().err
     status = ros.health(outcome='unconfigured')
     assert status.level == status.ERROR and reason in status.message
@@ -175,24 +164,25 @@ def test_a_configure_that_fails_says_why_and_a_later_one_with_mended_values_work
 
 
 def test_repeated_cycles_leave_nothing_behind(ros):
-    managed = Managed(ros)
+    threads, managed = solvers(), Managed(ros)
     cycle = [label for label in WAY if label != 'shutdown']
     assert all(managed.go(label) for label in cycle)  # what rclpy makes once is made now
-    ros.spin_until(lambda: not solvers())
+    ros.spin_until(lambda: not solvers() - threads)
     before, names = entities(managed.node), {*managed.node.get_parameters_by_prefix('')}
     for _ in range(5):
         assert all(managed.go(label) for label in cycle)
         assert entities(managed.node) == before
         assert {*managed.node.get_parameters_by_prefix('')} == names
-    ros.spin_until(lambda: not solvers())
+    ros.spin_until(lambda: not solvers() - threads)
 
 
 def test_activated_and_deactivated_again_and_again_it_listens_once(ros):
-    managed = Managed(ros, 'configure', 'activate')
+    threads, managed = solvers(), Managed(ros, 'configure', 'activate')
     before = entities(managed.node)
     for _ in range(5):
         assert managed.go('deactivate') and managed.go('activate')
-        assert entities(managed.node) == before and solvers() == 1
+        assert entities(managed.node) == before
+    ros.spin_until(lambda: len(solvers() - threads) == 1)
 
 
 def test_it_estimates_what_an_unmanaged_node_does(ros):
