@@ -39,7 +39,7 @@ def record(jump: float = 0.0, time: float = 4.23, seed: int = 1) -> Record:
 
 def still(window: Record, prior: Prior | None = None, model: Model = INTEGRATOR) -> Hypothesis:
     """The best hypothesis without a jump."""
-    objective = window_of(model, window, SIGMA)
+    objective = window_of(model, window, SIGMA, backend=None)
     prior = prior or Prior.box(objective.unknowns)
     return solved(PiecewiseProblem(objective, prior), np.full(3, 0.5))
 

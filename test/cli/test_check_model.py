@@ -126,7 +126,10 @@ def test_what_a_window_cannot_tell_is_named_with_what_would(run):
         (('three_tank', '--window', '-1'), '--window must be a positive time in s, not -1'),
         (('three_tank', '--window', '1.5'), 'too short for samples every 1 s'),
         (('three_tank', '--window', '1e9'), 'has more than 1000000 samples'),
-        (('plants:NO_FUTURE', '--window', '3'), 's after it was started at x = 1.5'),
+        (
+            ('plants:NO_FUTURE', '--window', '0.3', '--period', '0.1'),
+            's after it was started at x = 1.5',
+        ),
     ],
 )  # fmt: skip
 def test_what_is_wrong_is_one_line_and_exit_code_1(run, arguments, words):

@@ -15,7 +15,7 @@ T = 0.1 * np.arange(200)
 U = square_wave(T)
 NOISE = 0.05 * np.random.default_rng(1).standard_normal(200)
 RECORD = Record(T, U, lag_outputs(T, U, 0.5, np.tile([1.2, 3.0], (199, 1))) + NOISE)
-SOLVER = Solver.of(LAG, EstimationSettings(backend='numpy', process_noise='off'))
+SOLVER = Solver.of(LAG, EstimationSettings(process_noise='off'))
 NOTHING = np.array([np.nan])
 
 

@@ -96,7 +96,8 @@ def test_solve_window_and_windows_say_it_as_an_outcome(model: Model, backend: An
             for noise in noises(model):
                 found = solve_window(model, record, noise=noise, process_noise='auto')
                 assert isinstance(found.outcome, Outcome), kind
-        for search in ('chaotic_de', 'ga'):
+        # Other searches ask the same of a backend: for NumPy one kind will do.
+        for search in ('chaotic_de', 'ga') if backend == 'numba' or kind == few[0] else ():
             solve_window(model, record, search, backend=backend, search_options={'generations': 2})
 
 

@@ -20,7 +20,7 @@ from obs_ros.optimization.result import Found
 
 T = 0.1 * np.arange(300)
 SIGMA = 0.05
-SOLVER = Solver.of(LAG, EstimationSettings(backend='numpy'))
+SOLVER = Solver.of(LAG)
 
 
 def fitted(*, spike: float, noise_known: bool) -> tuple[WindowState, Found]:

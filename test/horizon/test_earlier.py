@@ -11,14 +11,13 @@ from obs_ros.core.rng import random_generator
 from obs_ros.horizon import stages
 from obs_ros.horizon.earlier import Earlier, beside_known_jumps, earlier_jumps, explained
 from obs_ros.horizon.found_jumps import Explained
-from obs_ros.horizon.settings import EstimationSettings
 from obs_ros.horizon.solver import Solver
 from obs_ros.inference.jumps.hypothesis import Hypothesis
 from obs_ros.inference.window_state import WindowState
 
 T = 0.1 * np.arange(400)
 SIGMA = 0.05
-SOLVER = Solver.of(LAG, EstimationSettings(backend='numpy'))
+SOLVER = Solver.of(LAG)
 K = SOLVER.unknowns.names.index('k')
 NOTHING = Earlier(None, None, None)
 

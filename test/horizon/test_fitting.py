@@ -65,7 +65,7 @@ def test_what_noise_does_not_explain_is_sought_once_more_in_finer_own_steps() ->
     Neighbours are looked at first: all of these searches return the truth, which has none better.
     """
     model = replace(MODEL, integrator='rosenbrock')
-    solver = Solver.of(model, EstimationSettings(noise=NOISE, backend='numpy'))
+    solver = Solver.of(model, EstimationSettings(noise=NOISE))
     window = solver.pose(RECORD, prior=Prior.box(solver.unknowns), noise_known=True)
     window = solver.integration.begun(window, Z, None)
     assert window.objective.grid.tolerance == STEPPING.loosest
@@ -90,7 +90,7 @@ def test_what_noise_does_not_explain_is_sought_once_more_in_finer_own_steps() ->
 
 def test_the_grid_of_an_answer_by_own_steps_has_those_of_its_optimum() -> None:
     model = replace(MODEL, integrator='rosenbrock')
-    solver = Solver.of(model, EstimationSettings(noise=NOISE, backend='numpy'))
+    solver = Solver.of(model, EstimationSettings(noise=NOISE))
     window = solver.pose(RECORD, prior=Prior.box(solver.unknowns), noise_known=True)
     window = solver.integration.begun(window, 0.9 * Z, None)
     found = Found(Z, 1.0, converged=True, accepted=Acceptance.LIKE_NOISE, effort=Effort(1, 'round'))

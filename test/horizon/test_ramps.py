@@ -9,7 +9,6 @@ from obs_ros.core.deadline import Deadline
 from obs_ros.core.rng import random_generator
 from obs_ros.horizon import stages
 from obs_ros.horizon.ramps import drift_ahead, walked
-from obs_ros.horizon.settings import EstimationSettings
 from obs_ros.horizon.solver import Solver
 from obs_ros.inference.assessment.uncertainty import Uncertainty
 from obs_ros.inference.jumps.hypothesis import Hypothesis
@@ -18,7 +17,7 @@ from obs_ros.optimization.result import Found
 
 T = 0.1 * np.arange(600)
 SIGMA = 0.02
-SOLVER = Solver.of(LAG, EstimationSettings(backend='numpy'))
+SOLVER = Solver.of(LAG)
 K = SOLVER.unknowns.names.index('k')
 
 

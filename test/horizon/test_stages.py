@@ -12,7 +12,6 @@ from obs_ros.core.prior_knowledge import with_knowledge
 from obs_ros.core.rng import random_generator
 from obs_ros.horizon import stages
 from obs_ros.horizon.found_jumps import Explained
-from obs_ros.horizon.settings import EstimationSettings
 from obs_ros.horizon.solver import Solver
 from obs_ros.inference.assessment.contradiction import contradictions
 from obs_ros.inference.parameterisation import Unknowns
@@ -23,7 +22,7 @@ from obs_ros.optimization.acceptance import Acceptance
 T = 0.1 * np.arange(400)
 SIGMA = 0.05
 JUMP = 200  # node
-SOLVER = Solver.of(LAG, EstimationSettings(backend='numpy'))
+SOLVER = Solver.of(LAG)
 K = SOLVER.unknowns.names.index('k')
 
 

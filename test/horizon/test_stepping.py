@@ -107,12 +107,13 @@ def test_what_no_steps_can_follow_is_not_told_as_if_they_did() -> None:
         van_der_pol(1.0), name='switching',
         dynamics=lambda t, x, u, p: (x[1], p[0] * np.sign(np.sin(1e4 * x[0])) * 50.0 - x[0]),
     )  # fmt: skip
-    t = 0.1 * np.arange(60)
-    y = np.cos(t)[:, None] + 1e-3 * np.random.default_rng(1).standard_normal((60, 1))
-    estimate = solve_window(model, Record(t, np.empty((60, 0)), y), noise={'x': 1e-3})
-    if estimate.figures['integration_error_sd'] > 0.3 * max(1.0, estimate.residual_rms / 1e-3):
-        assert estimate.outcome is not Outcome.CONVERGED
-        assert 'smooth what switches in the model' in estimate.message
+    t = 0.1 * np.arange(30)
+    y = np.cos(t)[:, None] + 1e-3 * np.random.default_rng(1).standard_normal((30, 1))
+    estimate = solve_window(model, Record(t, np.empty((30, 0)), y), noise={'x': 1e-3})
+    far = estimate.residual_rms / 1e-3
+    assert estimate.figures['integration_error_sd'] > 0.3 * max(1.0, far)
+    assert estimate.outcome is not Outcome.CONVERGED
+    assert 'smooth what switches in the model' in estimate.message
     assert np.isnan(list(estimate.stddev.values())).all()
 
 

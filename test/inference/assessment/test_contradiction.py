@@ -31,7 +31,7 @@ def record(seed: int = 0, u: Array = U) -> Record:
 
 
 def fitted(window: Record, **priors: tuple[float, float]) -> Hypothesis:
-    objective = window_of(with_knowledge(INTEGRATOR, None, priors), window, SIGMA)
+    objective = window_of(with_knowledge(INTEGRATOR, None, priors), window, SIGMA, backend=None)
     prior = Prior.known(objective.unknowns, start=True)
     return solved(PiecewiseProblem(objective, prior), np.full(3, 0.5))
 
