@@ -98,6 +98,7 @@ def test_the_live_page_says_draws_updates_and_exports(live, driver, tmp_path):
     wait(driver, 'state.view.to > 69')
     driver.find_element('id', 'pause').click()
     live.run(10)
+    wait(driver, 'state.paused && !state.asking && !state.again')  # what was asked before has come
     assert asked(driver, polls=2) == 0
     assert driver.execute_script('return state.view.to') < 70
     driver.find_element('id', 'pause').click()
