@@ -9,6 +9,7 @@ import numpy as np
 from obs_ros.core.typing import Array
 from obs_ros.inference.jumps.hypothesis import Hypothesis
 from obs_ros.inference.jumps.layout import Layout
+from obs_ros.inference.jumps.moment import time_variance
 from obs_ros.inference.jumps.piecewise import interval_of
 from obs_ros.inference.parameterisation import Unknowns
 
@@ -95,7 +96,8 @@ def jumps_of(best: Hypothesis, covariance: Array) -> Iterator[JumpFound]:
         time = start + duration * float(point[place])
         # The model determines where in its interval a jump lies only as a mean.
         interval = np.diff(t)[interval_of(t, np.array(time))]
-        variance = duration**2 * covariance[place, place] + interval**2 / 12.0
+        own = time_variance(best, place, float(covariance[place, place]))
+        variance = duration**2 * own + interval**2 / 12.0
         sizes = {}
         for jump in jumps:
             ends = [jump.before, jump.after]
