@@ -27,7 +27,8 @@ def main(arguments: list[str] | None = None) -> Measured:
     found = measured(Load(**chosen), domain)
     load = found.load
     title = f'{load.plants} plants in {load.processes} processes'
-    publish(results, 'fleet_at_once' if load.at_once else 'fleet', title, report(found))
+    name = 'fleet_jumping' if load.jumping else 'fleet'
+    publish(results, f'{name}_at_once' if load.at_once else name, title, report(found))
     return found
 
 

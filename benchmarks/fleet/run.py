@@ -18,13 +18,15 @@ from plant_sim.simulation import Instant
 
 SEEDS = 8  # of the noise: further plants repeat these
 PERIOD = 1.0  # s of plant time from one sample to the next, however fast they are sent
+FAULT = 1000.0  # s of plant time, of the first
 
 
 class Load(NamedTuple):
     """So many plants in so many processes; each sends `rate` outputs and inputs a second.
 
     Windows are of `window` samples, one at every `every`. With `at_once` all plants begin in one
-    moment, so that their windows close together; else they begin spread over one such period.
+    moment, so that their windows close together; else they begin spread over one such period. With
+    `jumping`, two valves of each plant jump, all within a period: a load of its own.
     """
 
     plants: int = 100
@@ -32,7 +34,7 @@ class Load(NamedTuple):
     rate: float = 10.0  # Hz of wall time
     window: int = 300
     every: int = 50
-    seconds: float = 120.0  # of wall time
+    seconds: float = 90.0  # of wall time
     at_once: bool = False
 
     @property
@@ -44,6 +46,11 @@ class Load(NamedTuple):
     def samples(self) -> int:
         """Samples that each plant sends."""
         return int(self.seconds * self.rate)
+
+    @property
+    def jumping(self) -> bool:
+        """Whether the plants are played beyond the scenario's first fault."""
+        return self.samples * PERIOD > FAULT
 
     @property
     def windows(self) -> int:
