@@ -14,11 +14,11 @@ from benchmarks.live import INPUT, OUTPUT, process_seconds, use_domain
 from benchmarks.play import played
 from benchmarks.runner import ROOT, progress
 from obs_ros.interface.readers import nanoseconds
+from plant_sim.scenarios import load_scenario
 from plant_sim.simulation import Instant
 
 SEEDS = 8  # of the noise: further plants repeat these
 PERIOD = 1.0  # s of plant time from one sample to the next, however fast they are sent
-FAULT = 1000.0  # s of plant time, of the first
 
 
 class Load(NamedTuple):
@@ -50,7 +50,8 @@ class Load(NamedTuple):
     @property
     def jumping(self) -> bool:
         """Whether the plants are played beyond the scenario's first fault."""
-        return self.samples * PERIOD > FAULT
+        fault = load_scenario('three_tank').parameters.times[1]
+        return self.samples * PERIOD > fault
 
     @property
     def windows(self) -> int:

@@ -116,7 +116,7 @@ class MovingHorizon(Knowledge):
             if solution.window.noise_known:
                 # Whatever its colour, a residual of the given size contradicts nothing given.
                 larger = pushed or uncertainty.fit.too_large
-                given = bool(np.isfinite(self._given).all()) and larger
+                given = solution.window.noise_given and larger
                 estimate = self._probation.judge(estimate, alone, uncertainty.skill, given=given)
             if odd:
                 estimate = withheld_by_push(estimate)

@@ -8,6 +8,7 @@ from typing import Any, NamedTuple
 import yaml
 
 from obs_ros.core.texts import LONGEST_NAME, one_line
+from obs_ros.core.yaml_document import document
 from obs_ros.samples.stream import STAMP_LIMIT
 
 LONGEST_INFO = 200_000  # characters
@@ -98,11 +99,7 @@ def _read(topic: str, text: str, longest: int) -> Any:
     if len(text) > longest:
         raise ValueError(f'{topic} of {len(text)} characters: {longest} at most are read')
     try:
-        loader = _Loader(text)
-        try:
-            return loader.get_single_data()
-        finally:
-            loader.dispose()
+        return document(_Loader(text))
     except (yaml.YAMLError, RecursionError, ValueError) as error:
         raise ValueError(f'{topic} is no YAML: {one_line(error)}') from error
 

@@ -8,6 +8,7 @@ from typing import Any
 import yaml
 
 from obs_ros.core.texts import LONGEST, one_line, quoted
+from obs_ros.core.yaml_document import document
 
 LARGEST = 1_000_000  # bytes of a parameter file
 DEEPEST = 32  # mappings in one another
@@ -92,11 +93,7 @@ def parse_assignment(text: str) -> tuple[str, Any]:
 def parse(text: bytes, where: str) -> Any:
     """Return what the YAML says; raises ValueError with `where` and the line."""
     try:
-        loader = _Loader(text)
-        try:
-            return loader.get_single_data()
-        finally:
-            loader.dispose()
+        return document(_Loader(text))
     except yaml.MarkedYAMLError as error:
         mark = error.problem_mark or error.context_mark
         line = f':{mark.line + 1}' if mark else ''

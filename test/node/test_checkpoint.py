@@ -44,6 +44,15 @@ def written(ros: Ros, path: Path, seen: int) -> None:
     ros.spin_until(found)
 
 
+def resumed(ros: Ros, path: Path) -> Estimator:
+    """Return the second of two estimators, which takes up what the first has written."""
+    first = faked(ros, path)
+    spoken(ros, 1.0, 2.0)
+    written(ros, path, 2)
+    ros.stop(first)
+    return faked(ros, path)
+
+
 def test_the_first_estimate_after_a_restart_is_that_of_a_run_that_never_stopped(
     ros: Ros, tmp_path: Path
 ) -> None:
@@ -142,11 +151,7 @@ def test_a_memory_that_no_window_can_be_solved_with_is_gone_at_the_next_start(
     ros: Ros, tmp_path: Path
 ) -> None:
     path = tmp_path / 'tank'
-    first = faked(ros, path)
-    spoken(ros, 1.0, 2.0)
-    written(ros, path, 2)
-    ros.stop(first)
-    second = faked(ros, path)
+    second = resumed(ros, path)
     assert second.estimation.observer.before == 2
     FakeObserver.made[-1].value = ZeroDivisionError('of the memory')
     spoken(ros, 3.0, 4.0)
@@ -157,11 +162,7 @@ def test_a_memory_that_no_window_can_be_solved_with_is_gone_at_the_next_start(
 
 def test_an_observer_for_changed_parameters_has_taken_nothing_up(ros: Ros, tmp_path: Path) -> None:
     path = tmp_path / 'tank'
-    first = faked(ros, path)
-    spoken(ros, 1.0, 2.0)
-    written(ros, path, 2)
-    ros.stop(first)
-    second = faked(ros, path)
+    second = resumed(ros, path)
     assert figures(ros.health())['checkpoint'] == 'taken up'
     assert set_parameter(second, 'bounds.h3', [1.0, 50.0]).successful
     ros.spin_until(lambda: figures(ros.health())['checkpoint'] == 'begun anew: parameters changed')

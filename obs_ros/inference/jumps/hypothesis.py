@@ -74,7 +74,7 @@ class Hypothesis:
 
     @cached_property
     def judged(self) -> dict[Any, Any]:
-        """Judgements on the residual, by what the noise is taken for."""
+        """Judgements on it that are asked for more than once, by what they are about."""
         return {}
 
     @property

@@ -34,11 +34,22 @@ MOMENT = MomentSettings()
 def time_variance(best: Hypothesis, place: int, linear: float) -> float:
     """Return the variance (windows^2) of the event's time at `place`, `linear` by derivatives.
 
-    Where these do not tell it, that of the posterior over the middles of the intervals nearby, all
-    else as it is; `linear` still where it does not end within reach.
+    Where these do not tell it, that of the squares; `linear` still where they do not either.
     """
     if not linear > MOMENT.told * BOX_VARIANCE:
         return linear
+    key = 'moment', place
+    if key not in best.judged:  # a window asks for it several times
+        best.judged[key] = _by_squares(best, place)
+    found: float | None = best.judged[key]
+    return linear if found is None else found
+
+
+def _by_squares(best: Hypothesis, place: int) -> float | None:
+    """Return the variance of a time by its posterior over the middles of the intervals nearby.
+
+    All else is as it is. None where it does not end within reach.
+    """
     problem = best.problem
     t = problem.objective.grid.t
     shares = (t - t[0]) / (t[-1] - t[0])
@@ -51,5 +62,5 @@ def time_variance(best: Hypothesis, place: int, linear: float) -> float:
     likely = np.exp(-0.5 * (costs - costs.min())) * np.diff(shares)[near]
     cut = [likely[i] for i, end in ((0, 0), (-1, t.size - 2)) if near[i] != end]
     if not max(cut, default=0.0) < MOMENT.lost * likely.max():
-        return linear
+        return None
     return float(likely @ (middles - best.point[place]) ** 2 / likely.sum())
