@@ -213,7 +213,8 @@ def watched(moving: bool, seed: int, parameters: tuple[str, ...]) -> Watched:
         inputs=ramps(rng) if moving else constant(*PRESSURES),
         parameters=constant(*p),
     )
-    instants = sampled(scenario, seed, 0.05, 0.0, WATCHED[1], 1e-3)
+    play = 1e-3 if moving else PERIOD  # fine where held pressures would differ from ramps
+    instants = sampled(scenario, seed, 0.05, 0.0, WATCHED[1], play)
     instants = instants[round(WATCHED[0] / PERIOD) :]
     found = estimates(instants, 0.05, seed, parameters=parameters)
     truth = {round(i.t, 6): i.x for i in instants}
