@@ -18,6 +18,8 @@ from obs_ros.integration.input_path import InputPath
 
 SAME_TIME = 1e-6  # s: stamps since 1970 as floats are no finer
 SAME_INPUT = 1e-9  # of its range in a window: by less no input leaps
+# What rollouts depend on, but for what corrects them.
+ROLLED = ('t', 'steps', 'u', 'slope', 'y', 'period', 'injection', 'origin', 'path', 'tolerance')
 TIGHTER = 0.1  # of a tolerance: errors of the finer one count for nothing beside those of the other
 
 
@@ -143,6 +145,17 @@ class Grid:
         """Whether candidates may take steps of their own: none corrects them."""
         return self.tolerance > 0.0 and self.injection is None
 
+    def rolls_like(self, other: 'Grid') -> bool:
+        """Whether candidates roll out as on another grid, from which this was made.
+
+        They do in other scales, unless measurements correct them or they take steps of their own.
+        """
+        if self is other:
+            return True
+        if self.injection is not None or self.tolerance > 0.0:
+            return False
+        return all(getattr(self, name) is getattr(other, name) for name in ROLLED)
+
     def like(self, other: 'Grid') -> 'Grid':
         """Return the same grid in the steps of another one with these nodes."""
         return replace(self, steps=other.steps, tolerance=other.tolerance, budget=other.budget)
@@ -245,9 +258,14 @@ class Grid:
 
         A saturated one is no value, but a bound.
         """
-        known = self.weight[:nodes] > 0.0
-        known = known if self.ends is None else known & ~self.ends.saturated[:nodes]
-        return int(np.count_nonzero(known))
+        return int(self._values_before[nodes])
+
+    @cached_property
+    def _values_before(self) -> IntArray:
+        """How many output values were measured before each node, and in all (K + 1,)."""
+        known = self.weight > 0.0
+        known = known if self.ends is None else known & ~self.ends.saturated
+        return np.concatenate([[0], np.cumsum(np.count_nonzero(known, axis=1))])
 
 
 def _inside(model: Model, t: Array) -> BoolArray | bool:

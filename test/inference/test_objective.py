@@ -9,10 +9,10 @@ from plants import BLOW_UP, NAN, OSCILLATOR
 
 from obs_ros import Record
 from obs_ros.core.typing import Array
-from obs_ros.inference.objective import Objective
+from obs_ros.inference.objective import Latest, Objective
 from obs_ros.inference.parameterisation import Unknowns
 from obs_ros.integration.backends import kernels_for
-from obs_ros.integration.grid import Grid
+from obs_ros.integration.grid import Grid, Injection
 
 SCALE = np.array([0.5, 3.0])
 T = np.linspace(0.0, 2.0, 31)
@@ -166,6 +166,31 @@ def test_it_counts_candidates_values_and_signal() -> None:
     assert problem.evaluations == 6
     problem.linearise(candidates(2), np.full((2, 4), 1e-7), 31)
     assert problem.evaluations == 6 + 2 * 5
+
+
+def test_a_point_is_rolled_out_once_for_all_scales_and_anew_for_all_else(backend: str) -> None:
+    """A rollout that is kept must be that of the same point, in the same steps and inputs."""
+    problem, (z, other) = objective(backend), candidates(2)
+    factors, grid = np.array([3.0, 0.25]), problem.grid
+    states, residuals = problem.trajectory(z)
+    again = problem.rescaled(factors).trajectory(z)
+    assert problem.evaluations == 1
+    np.testing.assert_array_equal(again[0], states)
+    np.testing.assert_allclose(again[1], residuals / factors, rtol=1e-14)
+    z[0] += 0.01  # whoever changes a point in place asks for another one
+    injection = Injection(np.zeros((31, 2, 4)), np.zeros((31, 2, 2)), np.zeros(0, dtype=np.int64))
+    others = [
+        (problem, z),
+        (problem, other),
+        (replace(problem, grid=grid.stepped(2 * grid.steps)), z),
+        (replace(problem, grid=grid.injected(injection, grid.weight**2)), z),
+        (replace(problem, grid=grid.without(np.eye(31, 2, dtype=bool))), z),
+        (replace(problem, unknowns=Unknowns.of(OSCILLATOR)), z),
+    ]
+    for number, (one, point) in enumerate(others, 1):
+        fresh = replace(one, latest=Latest())
+        np.testing.assert_array_equal(one.trajectory(point)[1], fresh.trajectory(point)[1])
+        assert problem.evaluations == 1 + 2 * number
 
 
 def test_an_unknown_fitness_is_refused() -> None:
