@@ -15,6 +15,7 @@ HALF_STEP = 1e-6  # of central differences, in the unit box
 # A point is at the optimum where its squares are at most so far above the least ones, in the
 # noise's variance and for each unknown.
 SAME_OPTIMUM = 0.1025
+FINER = 4  # steps of a judge in one of the model, where searches choose theirs
 TOLERANCE = 1e-9  # relative; 4 SAME_OPTIMUM are 2e-4 of the squares of 1000 samples
 MAX_EVALUATIONS = 300
 NEAR = 0.02  # of the box: the spread of starts about the truth
@@ -26,7 +27,8 @@ class Judge:
 
     Shares with the library only the integration; derivatives, steps, bounds and starts are its own
     or scipy's. Points z (d,) lie in the unit box of the estimated names, in their order; the values
-    of all others are given.
+    of all others are given. It takes `finer` times the steps that the model asks for: where a
+    search chooses its own, the optimum in coarse steps is none of the plant.
     """
 
     def __init__(
@@ -36,6 +38,7 @@ class Judge:
         estimated: Sequence[str],
         given: Mapping[str, float],
         noise: Array | float = 1.0,
+        finer: int = 1,
     ) -> None:
         self.estimated = tuple(estimated)
         self.lower = np.array([model.variable(name).lower for name in estimated])
@@ -44,7 +47,8 @@ class Judge:
         self._given = dict(given)
         self._states = len(model.states)
         self._kernels = kernels_for(model)
-        self._grid = Grid.of(model, record, np.ones(len(model.outputs)))
+        grid = Grid.of(model, record, np.ones(len(model.outputs)))
+        self._grid = grid if model.period is not None else grid.stepped(finer * grid.steps)
         self._measured = self._grid.weight > 0.0
         self._noise = np.broadcast_to(noise, record.y.shape)[self._measured][:, None]
 

@@ -8,7 +8,7 @@ from typing import Any, NamedTuple
 import numpy as np
 from scipy.special import chdtri
 
-from benchmarks.judge import SAME_OPTIMUM, Judge, values_of
+from benchmarks.judge import FINER, SAME_OPTIMUM, Judge, values_of
 from benchmarks.runner import timed
 from benchmarks.search.contestants import CONTESTANTS
 from benchmarks.zoo import CASES, Case, Drawn, draw
@@ -110,7 +110,7 @@ def contested(name: str, seed: int, near: int = 3, far: int = 6) -> Verdict:
     found = {name: solved(case, window, way, seed) for name, way in all_ways().items()}
     found[CHI_SQUARE] = by_chi_square(case, window, seed)
     noise = np.array(list(window.noise.values()))
-    judge = Judge(case.model, window.record, names(case.model.variables), {}, noise)
+    judge = Judge(case.model, window.record, names(case.model.variables), {}, noise, FINER)
     squares = {name: judged_squares(judge, estimate) for name, (estimate, _) in found.items()}
     judged = judge.optimum(window.truth, far, [seed, JUDGE_STREAM], near)
     optimum = min(judged, *squares.values())

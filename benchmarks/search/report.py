@@ -5,6 +5,7 @@ from collections.abc import Callable, Iterable, Mapping, Sequence
 
 import numpy as np
 
+from benchmarks.judge import FINER
 from benchmarks.report import Requirement, filled, quantiles, requirements, slashed, table
 from benchmarks.search.contest import (
     CHI_SQUARE,
@@ -51,6 +52,7 @@ def report(verdicts: Verdicts, answers: Sequence[Answer], seeds: Sequence[int], 
         rules=rule_table(verdicts),
         missed=missed(verdicts, seeds),
         beaten=beaten_judge(verdicts),
+        finer=FINER,
         pictures=drawn,
     )
 

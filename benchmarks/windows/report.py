@@ -5,6 +5,7 @@ from collections.abc import Mapping, Sequence
 
 import numpy as np
 
+from benchmarks.judge import FINER
 from benchmarks.report import Requirement, filled, quantiles, requirements, rms, table
 from benchmarks.tanks import noise_of
 from benchmarks.windows.run import (
@@ -34,6 +35,7 @@ def report(sections: Sequence[str], seeds: Sequence[int], samples: int, starts: 
         samples=samples,
         starts=starts,
         solved=SOLVED,
+        finer=FINER,
         sections='\n\n'.join(sections),
     )
 

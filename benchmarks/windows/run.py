@@ -6,7 +6,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from benchmarks.judge import SAME_OPTIMUM, Judge, values_of
+from benchmarks.judge import FINER, SAME_OPTIMUM, Judge, values_of
 from benchmarks.runner import cpu_seconds, monte_carlo, progress, timed
 from benchmarks.tanks import PARAMETERS, STATES, TankWindow, blank_record, random_window
 from obs_ros import Estimate, solve_window
@@ -105,7 +105,7 @@ def judged(
     `found` are values by name, by what the search was told of the noise.
     """
     window = random_window(seed, samples, snr_db)
-    judge = Judge(THREE_TANK, window.record, UNKNOWNS, {})
+    judge = Judge(THREE_TANK, window.record, UNKNOWNS, {}, finer=FINER)
     best = judge.optimum(window.truth, starts, seed)
     sd = np.sqrt(np.diag(judge.bound(window.truth, window.sigma)))
     truth = np.array([window.truth[name] for name in UNKNOWNS])
