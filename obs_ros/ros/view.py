@@ -113,10 +113,13 @@ class View(GuardedNode):
         return True
 
     def _attend(self, name: str) -> None:
-        """Hear all topics of an estimator."""
+        """Hear what an estimator says of itself, without which nothing else means anything."""
         self._heard[name] = {}
-        for topic, hear in (('info', self._on_info), ('outcome', self._on_outcome)):
-            self._hear(name, f'{name}/{topic}', String, partial(hear, name), LATCHED)
+        self._hear(name, f'{name}/info', String, partial(self._on_info, name), LATCHED)
+
+    def _hear_all(self, name: str) -> None:
+        """Hear all topics of an estimator, the latched outcome too."""
+        self._hear(name, f'{name}/outcome', String, partial(self._on_outcome, name), LATCHED)
         for topic in (*TOPICS, *PREDICTED):
             qos = RARE if topic == 'jump' else STREAMS
             hear_vector = partial(self._on_vector, name, topic)
@@ -186,6 +189,7 @@ class View(GuardedNode):
             self._infos[name] = info
             self._leave(name)
         self.board.inform(name, info)
+        self._hear_all(name)
 
     def _on_outcome(self, name: str, message: String) -> None:
         if (told := concluded(message.data)) is not None:

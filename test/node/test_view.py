@@ -24,6 +24,9 @@ from obs_ros.ros.publication import EstimatePublisher
 from obs_ros.ros.view import View
 
 SECOND = 10**9
+OF_ITSELF = ('info', 'outcome')  # topics
+KNOWN = json.dumps({**model_info(TANKS), **settings_info({'observer': 'sliding_window'})})
+CONVERGED = json.dumps({'stamp_ns': SECOND, 'outcome': 'converged', 'message': 'found'})
 OWN_SERVICES = ('rcl_interfaces/', 'type_description_interfaces/')  # rclpy's, of parameters
 
 
@@ -32,8 +35,7 @@ class Stand(Node):
 
     def __init__(self, namespace, **options):
         super().__init__('estimator', namespace=namespace, **options)
-        told = {**model_info(TANKS), **settings_info({'observer': 'sliding_window'})}
-        publish_info(self)(told)
+        publish_info(self)(json.loads(KNOWN))
         self._publisher = EstimatePublisher(self, TANKS, predicting=True)
         self.create_subscription(JointState, 'plant/output', lambda message: None, 1)
 
@@ -247,19 +249,36 @@ def test_only_those_named_are_shown(ros):
     assert view.board.names == ['/b/estimator']
 
 
+def says(ros, name):
+    """Return publishers of ~/info and ~/outcome, of an estimator that is only these."""
+    ros.node.create_publisher(JointState, f'{name}/solver', STREAM)
+    return [ros.node.create_publisher(String, f'{name}/{of}', LATCHED) for of in OF_ITSELF]
+
+
+def test_an_outcome_that_was_told_before_its_info_is_heard(ros, view):
+    info, outcome = says(ros, '/x')
+    outcome.publish(String(data=CONVERGED))
+    ros.spin_until(info.get_subscription_count)
+    start(ros, '/a')
+    ros.spin_until(lambda: view.board.names == ['/a/estimator'])  # so long after
+    info.publish(String(data=KNOWN))
+    ros.spin_until(lambda: is_well(view, '/x'))
+
+
 def test_what_strangers_write_is_counted_and_ends_nothing(ros, view):
-    node = ros.node
-    info = node.create_publisher(String, '/x/info', LATCHED)
-    outcome = node.create_publisher(String, '/x/outcome', LATCHED)
-    node.create_publisher(JointState, '/x/solver', STREAM)
-    for text, failures in (('[', 2), ('{a: 1}', 3)):  # an outcome without a stamp is none
+    info, outcome = says(ros, '/x')
+    for k, text in enumerate(('[', '{a: 1}'), start=1):
         info.publish(String(data=text))
-        outcome.publish(String(data=text))
-        ros.spin_until(lambda failures=failures: view.failures.count >= failures)
-    stand = start(ros, '/a')
-    ros.spin_until(lambda: view.board.names == ['/a/estimator'])
-    stand.say(9)
+        ros.spin_until(lambda k=k: view.failures.count == k)
+    assert view.board.names == []
+    info.publish(String(data=KNOWN))
+    ros.spin_until(outcome.get_subscription_count)
+    outcome.publish(String(data='['))
+    ros.spin_until(lambda: view.failures.count == 3)
+    outcome.publish(String(data='{a: 1}'))  # an outcome without a stamp is none
+    start(ros, '/a').say(9)
     ros.spin_until(lambda: is_well(view, '/a/estimator'))
+    assert view.failures.count == 3 and not is_well(view, '/x')
 
 
 def test_a_port_that_is_taken_is_told_with_the_way_out(ros, view):
