@@ -13,6 +13,8 @@ from obs_ros.integration.path import LANES, REGISTER, lanes
 from obs_ros.integration.rosenbrock_source import method_texts, own_steps_texts, text_in
 
 BLOCK_VALUES = 4096  # 32 kB: the outputs of one time block stay in the first-level cache
+LEAST_ROWS = 128  # of outputs in a block: sums over fewer take longer
+MORE_COLUMNS = 3  # of zeros: products are taken of two by four columns
 
 # Products may be fused, reciprocals taken and the sign of zero lost; NaN and infinity must survive,
 # since a diverged candidate is known by them.
@@ -34,8 +36,8 @@ def shortest(difference, period):
 def source(model: Model) -> str:
     """Text of the generated module: sizes and tuple functions of the model, then the kernels."""
     more = 'kernels_delayed.py' if delay_names(model) else 'kernels_injected.py'
-    texts = text_of(model, 'kernels.py', 'kernels_one_step.py', more), *own_steps_texts(model)
-    return '\n\n'.join(texts)
+    names = 'kernels.py', 'kernels_grams.py', 'kernels_one_step.py', more
+    return '\n\n'.join([text_of(model, *names), *own_steps_texts(model)])
 
 
 def filter_source(model: Model, d: int) -> str:
@@ -78,6 +80,7 @@ def header(model: Model) -> str:
             'import numpy as np\n',
             f'N_STATES, N_OUTPUTS, N_PARAMETERS, N_LANES = {n}, {r}, {q}, {LANES}',
             f'LANES, BLOCK_VALUES = np.uint64({LANES}), {BLOCK_VALUES}',
+            f'LEAST_ROWS, MORE_COLUMNS = {LEAST_ROWS}, {MORE_COLUMNS}',
             f'REST, WHOLE = np.uint64({REGISTER - 1}), np.uint64({2 * LANES - REGISTER})',
             *(f'ROW{i} = np.uint64({i * LANES})' for i in range(max(n, m, r, q))),
             f'PERIODS, PERIODIC = {tuple(turns)}, {any(turns)}',

@@ -93,50 +93,47 @@ def grams_injected(
     t, steps, u, slope, y, weight, measured, period, gain, cross, moving, nodes, x0, p, out
 ):
     """Gram matrices of innovations and their differences: out (starts, 1 + d, 1 + d)."""
-    lanes = x0.shape[1]
-    chunks = lanes // N_LANES
     starts, width = out.shape[0], out.shape[1]
-    x = np.empty((chunks, N_STATES * N_LANES))
-    q = np.empty((chunks, max(1, N_PARAMETERS) * N_LANES))
+    x = np.empty((width, N_STATES * N_LANES))
+    q = np.empty((width, max(1, N_PARAMETERS) * N_LANES))
     errors = np.empty(N_OUTPUTS * N_LANES)
-    for chunk in range(chunks):
-        load(x0, chunk, x[chunk])
-        load(p, chunk, q[chunk])
-    block = max(1, BLOCK_VALUES // (lanes * N_OUTPUTS))
-    rows = np.empty((block * N_OUTPUTS, lanes))
+    block = nodes_of_block(width)
+    rows = np.empty((block * N_OUTPUTS, width * N_LANES))
     targets, turns = np.empty(block * N_OUTPUTS), np.empty(block * N_OUTPUTS)
-    columns = np.empty((width, block * N_OUTPUTS))
+    columns = np.zeros((width + MORE_COLUMNS, block * N_OUTPUTS))
     out[:] = 0.0
-    first = 0
-    while first < nodes:
-        last = min(first + block, nodes)
-        n_rows = 0
-        for k in range(first, last):
-            if measured[k]:
-                for i in range(N_OUTPUTS):
-                    targets[n_rows + i] = y[k, i] * weight[k, i]
-                    turns[n_rows + i] = period[i] * weight[k, i]
-                n_rows += N_OUTPUTS
+    for begin in range(0, starts, N_LANES):
+        end = min(begin + N_LANES, starts)
+        chunks = chunks_of(end - begin, width)
         for chunk in range(chunks):
-            xc = x[chunk]
-            qc = q[chunk]
-            offset, count = np.uint64(chunk) * LANES, count_of(starts * width, chunk)
-            row = 0
-            for k in range(first, last):
-                if k > 0:
-                    advance(xc, qc, count, t[k - 1], t[k] - t[k - 1], steps[k - 1], u, slope, k - 1)
-                if measured[k]:
-                    uk = input_at(u, slope, k, 0.0)
-                    node = node_at(y, weight, period, gain, cross, k)
-                    for lane in range(LANES):
-                        xs = gather_x(xc, lane)
-                        yk = output(t[k], xs, uk, gather_p(qc, lane))
-                        xs, yk, es = corrected(xs, yk, node)
-                        scatter_x(xc, lane, xs)
-                        scatter_y(errors, lane, es)
-                        put_rows(rows, row, offset + lane, yk, weight, k)
-                    move(qc, errors, gain, moving, k)
-                    row += N_OUTPUTS
-        for s in range(starts):
-            add_gram(out[s], rows, targets, turns, np.int64(n_rows), s * width, width, columns)
-        first = last
+            load(x0, chunk + begin * width // N_LANES, x[chunk])
+            load(p, chunk + begin * width // N_LANES, q[chunk])
+        first = 0
+        while first < nodes:
+            last = min(first + block, nodes)
+            n_rows = aim(y, weight, measured, period, first, last, targets, turns)
+            for chunk in range(chunks):
+                xc = x[chunk]
+                qc = q[chunk]
+                offset, count = np.uint64(chunk) * LANES, count_of((end - begin) * width, chunk)
+                row = 0
+                for k in range(first, last):
+                    if k > 0:
+                        h = t[k] - t[k - 1]
+                        advance(xc, qc, count, t[k - 1], h, steps[k - 1], u, slope, k - 1)
+                    if measured[k]:
+                        uk = input_at(u, slope, k, 0.0)
+                        node = node_at(y, weight, period, gain, cross, k)
+                        for lane in range(LANES):
+                            xs = gather_x(xc, lane)
+                            yk = output(t[k], xs, uk, gather_p(qc, lane))
+                            xs, yk, es = corrected(xs, yk, node)
+                            scatter_x(xc, lane, xs)
+                            scatter_y(errors, lane, es)
+                            put_rows(rows, row, offset + lane, yk, weight, k)
+                        move(qc, errors, gain, moving, k)
+                        row += N_OUTPUTS
+            for s in range(begin, end):
+                lane = (s - begin) * width
+                add_gram(out[s], rows, targets, turns, n_rows, lane, width, columns)
+            first = last

@@ -205,7 +205,7 @@ def grams_own(
                     targets[n_rows + i] = y[k, i] * weight[k, i]
                     turns[n_rows + i] = period[i] * weight[k, i]
                 n_rows += N_OUTPUTS
-    own, columns = np.empty((n_rows, width)), np.empty((width, n_rows))
+    own, columns = np.empty((n_rows, width)), np.zeros((width + MORE_COLUMNS, n_rows))
     out[:] = 0.0
     for s in range(starts):
         for row in range(n_rows):

@@ -121,21 +121,6 @@ def test_squares_are_those_of_the_measured_residuals_between_prefixes(backend: s
     np.testing.assert_allclose(short[0], terms[:20].sum(axis=0), rtol=1e-12)
 
 
-@pytest.mark.parametrize('nodes', [41, 17])
-def test_grams_are_products_of_residuals_and_differences(backend: str, nodes: int) -> None:
-    kernels, grid = kernels_for(OSCILLATOR, backend), missing_record(OSCILLATOR)
-    x0, p = candidates(12)
-    _, outputs = kernels.trajectories(grid, x0, p)
-    scaled = (grid.weight[..., None] * outputs)[:nodes].reshape(-1, 3, 4)
-    target = (grid.weight * grid.y)[:nodes].reshape(-1)
-    gram = kernels.grams(grid, nodes, x0, p, 4)
-    assert gram.shape == (3, 4, 4)
-    for start in range(3):
-        rows = scaled[:, start] - scaled[:, start, :1]
-        rows[:, 0] = scaled[:, start, 0] - target
-        np.testing.assert_allclose(gram[start], rows.T @ rows, rtol=1e-11, atol=1e-11)
-
-
 @pytest.mark.parametrize('count', [1, 2, 7, 8, 9, 15, 16, 17, 24, 33])
 def test_both_kernels_agree_for_any_number_of_candidates(count: int) -> None:
     pytest.importorskip('numba')

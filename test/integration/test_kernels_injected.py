@@ -107,13 +107,17 @@ def test_squares_are_those_of_the_innovations_between_prefixes(backend: str) -> 
         np.testing.assert_allclose(squares[g], terms[first:last].sum(axis=0), rtol=1e-12)
 
 
+@pytest.mark.parametrize(('starts', 'width'), [(3, 4), (17, 5)])
 @pytest.mark.parametrize('nodes', [NODES, 17])
-def test_grams_are_products_of_innovations_and_their_differences(backend: str, nodes: int) -> None:
+def test_grams_are_products_of_innovations_and_their_differences(
+    backend: str, nodes: int, starts: int, width: int
+) -> None:
     kernels, grid = kernels_for(OSCILLATOR, backend), injected_grid()
-    x0, p = candidates(12)
-    rows = innovations(grid, kernels.trajectories(grid, x0, p)[1])[:nodes].reshape(-1, 3, 4)
-    gram = kernels.grams(grid, nodes, x0, p, 4)
-    for start in range(3):
+    x0, p = candidates(starts * width)
+    rows = innovations(grid, kernels.trajectories(grid, x0, p)[1])[:nodes]
+    rows = rows.reshape(-1, starts, width)
+    gram = kernels.grams(grid, nodes, x0, p, width)
+    for start in range(starts):
         columns = rows[:, start] - rows[:, start, :1]
         columns[:, 0] = rows[:, start, 0]
         np.testing.assert_allclose(gram[start], columns.T @ columns, rtol=1e-11, atol=1e-11)
