@@ -41,7 +41,9 @@ class IntervalSettings:
     - `polish`: iterations of a search from near an optimum;
     - `optima`: starts at most, each from a better optimum than the one before;
     - `scan`: iterations of a search for other optima;
-    - `parts`: of a parameter's box, from the middles of which other optima are sought;
+    - `parts`: of a parameter's box, from the middles of which other optima are sought, and
+      `groups` of parameters at most that are moved together: with many unknowns a start for each
+      would take longer than all else;
     - `least_growth`: of the cost at a point, below which it counts as that: a valley is as long as
       it has been followed;
     - `rival`: growth of the cost, in units of the noise, up to which another optimum may be the
@@ -54,6 +56,7 @@ class IntervalSettings:
     optima: int = 3
     scan: int = 30
     parts: int = 3
+    groups: int = 8
     least_growth: float = 1.0
     rival: float = 10.83
     far: float = 3.0
@@ -115,6 +118,7 @@ def determined(
     """
     level = PROFILE.growth * max(1.0, inflation)
     movable = movable and not best.problem.events
+    optima = None  # those of one search: they stay, wherever the point goes
     for attempt in range(INTERVAL.optima):
         covariance = covariance_without_boxes(best)
         if movable and _pull(best, covariance) > INTERVAL.pulled:
@@ -126,9 +130,9 @@ def determined(
         gradient = _gradient(best)
         if parabola_holds(posterior, best.point, gradient, covariance, pinned, level):
             break
-        optima = None
         if movable and isinstance(posterior, Posterior):
-            optima = _other_optima(posterior, best.point, deadline)
+            if optima is None:
+                optima = _other_optima(posterior, best.point, deadline)
             least = float(posterior.costs(best.point[None])[0])
             lower = optima.squares[0] < least - PROFILE.better
             if lower and attempt + 1 < INTERVAL.optima:
@@ -157,14 +161,25 @@ def _posterior(best: Hypothesis) -> Posterior | PiecewiseProblem:
 
 
 def _other_optima(posterior: Posterior, z: Array, deadline: Deadline) -> Starts:
-    """Return optima from starts all over the boxes of the parameters, one moved at a time."""
-    unknowns = posterior.objective.unknowns
-    places = (np.arange(INTERVAL.parts) + 0.5) / INTERVAL.parts
-    pinned = np.arange(unknowns.n_states, unknowns.dimension)
-    starts = np.repeat(z[None], pinned.size * places.size, axis=0)
-    rows = np.arange(len(starts))
-    starts[rows, np.repeat(pinned, places.size)] = np.tile(places, pinned.size)
+    """Return optima from starts all over the boxes of the parameters, a few moved at a time."""
+    starts = other_starts(z, posterior.objective.unknowns.n_states)
     return levenberg_marquardt(posterior, starts, posterior.nodes, INTERVAL.scan, deadline)
+
+
+def other_starts(z: Array, states: int) -> Array:
+    """Return points (S, d) that differ from z (d,) in one group of parameters each.
+
+    These stand in the middles of parts of their boxes, neighbours of a group in different ones. The
+    first unknowns are `states`.
+    """
+    pinned, parts = np.arange(states, z.size), INTERVAL.parts
+    groups = min(pinned.size, INTERVAL.groups)
+    starts = np.repeat(z[None], groups * parts, axis=0)
+    for i, k in enumerate(pinned.tolist()):
+        place, group = divmod(i, groups)
+        rows = group * parts + np.arange(parts)
+        starts[rows, k] = ((place + np.arange(parts)) % parts + 0.5) / parts
+    return starts
 
 
 def _beside_rivals(

@@ -18,6 +18,7 @@ from obs_ros.inference.assessment.interval import (
     covariance_without_boxes,
     determined,
     enlarged,
+    other_starts,
 )
 from obs_ros.inference.assessment.profile import Ends
 from obs_ros.inference.jumps.hypothesis import Hypothesis, hypothesis_at
@@ -265,6 +266,33 @@ class TestBounds:
         np.testing.assert_allclose([lower, upper], [c - half, c + half], atol=0.1 * half)
         # In ratios the lower half is the longer one.
         assert np.log(c / lower) > 1.2 * np.log(upper / c)
+
+
+class TestOtherStarts:
+    THIRDS = (1.0 / 6.0, 0.5, 5.0 / 6.0)
+
+    @pytest.mark.parametrize('parameters', [1, 3, 8])
+    def test_few_parameters_are_moved_one_at_a_time(self, parameters: int) -> None:
+        z = 0.2 + 0.01 * np.arange(2 + parameters)
+        starts = other_starts(z, states=2)
+        assert len(starts) == 3 * parameters
+        for k in range(parameters):
+            moved = starts[3 * k : 3 * k + 3]
+            np.testing.assert_allclose(moved[:, 2 + k], self.THIRDS)
+            np.testing.assert_array_equal(np.delete(moved, 2 + k, 1) - np.delete(z, 2 + k), 0.0)
+
+    def test_many_are_moved_in_groups_and_stand_in_each_part_once(self) -> None:
+        z = np.linspace(0.2, 0.3, 5 + 30)
+        starts = other_starts(z, states=5)
+        assert len(starts) == 24
+        assert (starts[:, :5] == z[:5]).all()
+        moved = starts != z
+        assert moved.sum(axis=0)[5:].tolist() == [3] * 30
+        assert set(moved.sum(axis=1).tolist()) == {3, 4}
+        for k in range(5, 35):
+            np.testing.assert_allclose(np.sort(starts[moved[:, k], k]), self.THIRDS)
+        for start, off in zip(starts, moved, strict=True):
+            assert len({*start[off][:3]}) == 3
 
 
 class TestEnlarged:
