@@ -16,7 +16,8 @@ from obs_ros.inference.noise import noise_guess
 from obs_ros.inference.objective import Objective
 from obs_ros.inference.window_state import WindowState
 from obs_ros.integration.grid import Grid
-from obs_ros.integration.step_trials import STEPPING, doubling_error, own_error
+from obs_ros.integration.step_trials import STEPPING, counted_together, doubling_error, own_error
+from obs_ros.optimization.lm_linalg import TINY
 
 # Outcomes of answers that are believed as they stand.
 SOUND = (Outcome.CONVERGED, Outcome.AT_BOUND, Outcome.NOT_IDENTIFIABLE)
@@ -71,49 +72,85 @@ def least_noise(grid: Grid) -> Array:
     return np.asarray(np.maximum(FLOOR.share * deviations, rounding))
 
 
-def error_at(
+def errors_at(
     problem: Objective | PiecewiseProblem,
     point: Array,
-    noise: Array,
     rolled: tuple[Array, Array] | None = None,
-) -> float:
-    """Return the largest integration error at any measured output, in deviations of noise (r,).
+) -> Array:
+    """Return the integration errors (K, r) of a point's scaled residuals; 0 where there is none.
 
-    It is found by a rollout of the point with twice as many steps, or with much finer ones of its
-    own; of a corrected rollout, in deviations of the innovations. `rolled` are the point's states
-    (K, n) and scaled residuals (K, r), if they are known.
+    They are found by a rollout with twice as many steps, or with much finer ones of its own; of a
+    corrected rollout they are those of the innovations. `rolled` are the point's states (K, n) and
+    scaled residuals (K, r), if they are known.
     """
     objective = problem if isinstance(problem, Objective) else problem.objective
     grid = objective.grid
     if objective.unknowns.model.period is not None:
-        return 0.0  # a discrete model integrates nothing
+        return np.zeros(grid.weight.shape)  # a discrete model integrates nothing
     finer = replace(objective, grid=grid.finer())
     other = finer if isinstance(problem, Objective) else replace(problem, objective=finer)
     rolled = rolled or problem.trajectory(point)
     with np.errstate(all='ignore'):
         difference = shortest(other.trajectory(point)[1] - rolled[1], grid.weight * grid.period)
         method = objective.kernels.model.method
-        error = own_error(difference) if grid.is_free else doubling_error(difference, method)
-        if grid.injection is None:
-            error = error * (grid.scale / noise)
+        size = own_error(difference) if grid.is_free else doubling_error(difference, method)
+        error = np.copysign(size, difference)
     known = grid.weight > 0.0
     if grid.ends is not None:
         known = known & ~grid.ends.saturated
-    worst = error[known].max(initial=0.0)
-    return float(worst) if np.isfinite(worst) else np.inf
+    return np.where(known, error, 0.0)
+
+
+def error_at(
+    problem: Objective | PiecewiseProblem,
+    point: Array,
+    noise: Array,
+    rolled: tuple[Array, Array] | None = None,
+) -> float:
+    """Return what the integration errors at a point count for, in deviations of noise (r,).
+
+    See `errors_at` for the arguments, and `counted_together`.
+    """
+    objective = problem if isinstance(problem, Objective) else problem.objective
+    errors = in_deviations(errors_at(problem, point, rolled), objective.grid, noise)
+    return counted_together(largest(errors), float(np.sqrt(np.sum(errors * errors))))
+
+
+def in_deviations(errors: Array, grid: Grid, noise: Array) -> Array:
+    """Return sizes of errors (K, r) of scaled residuals, in deviations of noise (r,)."""
+    scale = 1.0 if grid.injection is not None else grid.scale / noise
+    return np.asarray(np.abs(errors) * scale)
+
+
+def largest(sizes: Array) -> float:
+    """Return the largest of some sizes, 0 where there is none; what is no number is infinite."""
+    found = float(sizes.max(initial=0.0))
+    return found if np.isfinite(found) else np.inf
+
+
+def moved(best: Hypothesis, errors: Array) -> float:
+    """Return by how many of its deviations the unknown moves that integration moves by most.
+
+    The optimum of exact integration is one Gauss-Newton step away: C J'e by errors e (K, r).
+    """
+    measured = best.problem.objective.grid.weight > 0.0
+    step = best.covariance @ (best.linearisation.jacobian.T @ errors[measured])
+    return largest(np.abs(step) / np.sqrt(np.maximum(np.diagonal(best.covariance), TINY)))
 
 
 @dataclass(frozen=True, eq=False)
 class Answer:
     """The point z (d,) with which a window was answered, and the integration error there.
 
-    `error` is in deviations of the noise, `tolerated` what it may be: of an answer that leaves
-    more than noise, more. z is None where there is no answer.
+    `error` is the largest at any output, in deviations of the noise, and `moved` that of any
+    unknown, in its own; `tolerated` is what they may be: of an answer that leaves more than noise,
+    more. z is None where there is no answer.
     """
 
     objective: Objective
     z: Array | None
     error: float = 0.0
+    moved: float = 0.0
     tolerated: float = STEPPING.tolerated
 
     @classmethod
@@ -133,18 +170,25 @@ class Answer:
             noise_of(window) if noise is None else np.maximum(noise, least_noise(objective.grid))
         )
         if best is None:
-            return cls(objective, z, error_at(objective, z, noise))
+            errors = in_deviations(errors_at(objective, z), objective.grid, noise)
+            return cls(objective, z, largest(errors))
         residuals = best.trajectory[1]
         counts, squares = squares_of(residuals)
         left = np.sqrt(squares.sum() / counts.sum()) if counts.any() else 1.0
-        error = error_at(best.problem, best.point, noise, best.trajectory)
-        z = best.point[best.final]
-        return cls(objective, z, error, STEPPING.tolerated * max(1.0, float(left)))
+        errors = errors_at(best.problem, best.point, best.trajectory)
+        error = largest(in_deviations(errors, objective.grid, noise))
+        tolerated = STEPPING.tolerated * max(1.0, float(left))
+        return cls(objective, best.point[best.final], error, moved(best, errors), tolerated)
+
+    @property
+    def counted(self) -> float:
+        """What its errors count for in the choice of steps; see `counted_together`."""
+        return counted_together(self.error, self.moved)
 
     @property
     def fine(self) -> bool:
         """Whether the answer need not be found anew in finer steps."""
-        return self.z is None or self.error <= self.tolerated
+        return self.z is None or max(self.error, self.moved) <= self.tolerated
 
     def told(self, estimate: Estimate) -> Estimate:
         """Return the estimate with the integration error, and the steps, among its figures.
@@ -163,10 +207,13 @@ class Answer:
         if self.fine:
             return estimate
         outcome = Outcome.APPROXIMATE if estimate.outcome in SOUND else estimate.outcome
+        err = f'err by {self.error:.2g} standard deviations of the noise'
+        if self.error <= self.tolerated:
+            err = f'move an estimate by {self.moved:.2g} of its standard deviations'
         said = (
             'shorten the window, or smooth what switches in the model: '
-            f'{steps.sum()} integration steps through the window still err by {self.error:.2g} '
-            'standard deviations of the noise, so no deviations are told'
+            f'{steps.sum()} integration steps through the window still {err}, so no deviations are '
+            'told'
         )
         return replace(
             estimate.without_deviations(), outcome=outcome, message=f'{said}; {estimate.message}'

@@ -50,9 +50,9 @@ class SteppingMemory:
 class Stepping:
     """Method and steps of one window: h (K - 1,) s in the intervals between t (K,) s.
 
-    `plain` are the steps that the model's `max_step` asks for; `error` is that of its answer, in
-    deviations of the noise. Of candidates with steps of their own by a `tolerance` and within a
-    `budget`, h are those of the optimum.
+    `plain` are the steps that the model's `max_step` asks for; `error` is what those of its answer
+    count for, in deviations of the noise. Of candidates with steps of their own by a `tolerance`
+    and within a `budget`, h are those of the optimum.
     """
 
     model: Model
@@ -73,7 +73,7 @@ class Stepping:
         plain = plain and not grid.tolerance
         h = np.diff(grid.t) / grid.steps
         own = grid.tolerance, grid.budget
-        return cls(model, objective.kernels.model.method, grid.t, h, plain, answer.error, *own)
+        return cls(model, objective.kernels.model.method, grid.t, h, plain, answer.counted, *own)
 
     @property
     def memory(self) -> SteppingMemory:
@@ -192,13 +192,13 @@ class Integration:
         if refined is not window:
             return refined
         method, grid = window.objective.kernels.model.method, window.objective.grid
-        factor = (answer.error / (STEPPING.safety * STEPPING.aimed)) ** (1.0 / ORDERS[method])
+        factor = (answer.counted / (STEPPING.safety * STEPPING.aimed)) ** (1.0 / ORDERS[method])
         factor = np.clip(np.ceil(factor), 2.0, STEPPING.growth)
         if not np.isfinite(factor) or factor * grid.steps.sum() > STEPPING.steps + grid.steps.sum():
             return window
         finer = grid.finer()
         return self._with(window, Choice(
-            method, grid.steps * int(factor), answer.error, np.inf, np.inf, finer.tolerance,
+            method, grid.steps * int(factor), answer.counted, np.inf, np.inf, finer.tolerance,
             finer.budget,
         ))  # fmt: skip
 

@@ -17,6 +17,8 @@ class StepSettings:
 
     - `aimed`: integration error in standard deviations of the noise; a tenth adds half a percent
       to what noise leaves;
+    - `together`: root of the sum of squared errors of all outputs of a window that counts as much
+      as one error `aimed` at: no unknown can be moved by more of its deviations than that;
     - `tolerated`: error of an answer above which it is found anew with finer steps; by three tenths
       of the noise an estimate is hardly moved;
     - `share`: of its distance from the measurements, root mean square, by which a candidate of the
@@ -48,6 +50,7 @@ class StepSettings:
     """
 
     aimed: float = 0.1
+    together: float = 0.5
     tolerated: float = 0.3
     share: float = 0.2
     reference: float = 0.02
@@ -143,6 +146,17 @@ def own_error(difference: Array) -> Array:
     Errors of order 3 fall as the tolerance of local errors, whose order is 4, to the power of 3/4.
     """
     return np.asarray(np.abs(difference) / (1.0 - TIGHTER**0.75))
+
+
+def counted_together(worst: float, together: float, settings: StepSettings = STEPPING) -> float:
+    """Return what errors in deviations of the noise count for: the `worst`, or more of many alike.
+
+    An estimate moves by the projection of all of them on its sensitivities; `together`, the root of
+    the sum of their squares, is its most, in deviations of an unknown. An infinite one has
+    overflown, and tells nothing.
+    """
+    alike = settings.aimed / settings.together * together
+    return max(worst, alike) if alike < np.inf else worst
 
 
 def common(values: Array, most: float) -> Array:

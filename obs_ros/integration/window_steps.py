@@ -18,6 +18,7 @@ from obs_ros.integration.step_trials import (
     StepSettings,
     Verdict,
     common,
+    counted_together,
     doubling_error,
     own_error,
 )
@@ -90,7 +91,8 @@ class WindowTrial:
             sizes, worst = (
                 own_error(each) if own else doubling_error(each, method) for each in (sizes, worst)
             )
-            sizes[0] = worst[0]
+            together = float(np.sqrt(np.count_nonzero(grid.weight)) * sizes[0])
+            sizes[0] = worst[0] = counted_together(float(worst[0]), together, self.settings)
             share = np.full(len(off), self.settings.share)
             share[0] = self.settings.reference
             excess = sizes / np.maximum(self.settings.aimed, share * off)

@@ -9,12 +9,23 @@ from stiff_plants import integration_error, measured, truth, van_der_pol
 from obs_ros.core.deadline import Deadline
 from obs_ros.core.estimate import Outcome
 from obs_ros.core.rng import random_generator
-from obs_ros.horizon.integration_error import FLOOR, Answer, error_at, least_noise, noise_of
+from obs_ros.core.typing import Array
+from obs_ros.horizon.integration_error import (
+    FLOOR,
+    Answer,
+    error_at,
+    errors_at,
+    least_noise,
+    moved,
+    noise_of,
+)
 from obs_ros.horizon.settings import EstimationSettings
 from obs_ros.horizon.solver import Solver
+from obs_ros.inference.jumps.hypothesis import hypothesis_at
 from obs_ros.inference.jumps.piecewise import PiecewiseProblem
 from obs_ros.inference.prior import Prior
 from obs_ros.inference.window_state import WindowState
+from obs_ros.optimization.levenberg_marquardt import levenberg_marquardt
 
 MODEL = van_der_pol(1.0)
 T = 0.1 * np.arange(100)
@@ -39,6 +50,30 @@ def test_the_error_falls_with_the_fourth_power_of_the_steps() -> None:
     problem = PiecewiseProblem(WINDOW.objective, WINDOW.prior)
     assert error_at(problem, Z, noise) == errors[0]
     assert error_at(problem, Z, 10.0 * noise) == pytest.approx(0.1 * errors[0])
+    # All of them together move an unknown by the root of the sum of their squares at most.
+    every = np.abs(errors_at(problem, Z)) * (WINDOW.objective.grid.scale / noise)
+    assert every.shape == (100, 1)
+    assert errors[0] == pytest.approx(max(every.max(), 0.2 * np.sqrt(np.sum(every**2))))
+
+
+def test_what_moves_is_where_finer_steps_lead() -> None:
+    """One step of max_step: the optimum of four times as many is `moved` deviations away."""
+    coarse, fine = (
+        hypothesis_at(PiecewiseProblem(each.objective, each.prior), optimum(each))
+        for each in (WINDOW, stepped(4))
+    )
+    off = (fine.point - coarse.point) / np.sqrt(np.diagonal(coarse.covariance))
+    errors = errors_at(coarse.problem, coarse.point, coarse.trajectory)
+    assert moved(coarse, errors) == pytest.approx(np.abs(off).max(), rel=0.2)
+    answer = Answer.of(WINDOW, coarse.point, coarse)
+    assert answer.moved == moved(coarse, errors)
+    assert answer.counted == max(answer.error, 0.2 * answer.moved)
+
+
+def optimum(window: WindowState) -> Array:
+    problem = window.with_given_priors
+    found = levenberg_marquardt(problem, Z[None], window.objective.nodes, 100, Deadline())
+    return np.asarray(found.z[0])
 
 
 def test_the_noise_is_what_is_left_where_that_is_more_or_nothing_is_known() -> None:
@@ -66,6 +101,12 @@ def test_an_answer_tells_its_error_and_withholds_deviations_where_that_is_large(
     assert bad.outcome is Outcome.APPROXIMATE and bad.parameters == estimate.parameters
     assert np.isnan(bad.stddev['mu']) and bad.figures['integration_error_sd'] == 0.4
     assert bad.message.startswith('shorten the window, or smooth what switches in the model: 99 ')
+    assert 'err by 0.4 standard deviations of the noise' in bad.message
+    off = Answer(WINDOW.objective, Z, error=0.2, moved=0.5).told(estimate)
+    assert off.outcome is Outcome.APPROXIMATE and np.isnan(off.stddev['mu'])
+    assert 'move an estimate by 0.5 of its standard deviations' in off.message
+    left = Answer(WINDOW.objective, Z, error=0.4, moved=0.5, tolerated=0.6)
+    assert left.fine and left.told(estimate).stddev == estimate.stddev
     assert Answer(WINDOW.objective, None).told(estimate) is estimate
 
 

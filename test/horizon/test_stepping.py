@@ -56,6 +56,20 @@ def test_an_answer_errs_by_less_than_three_tenths_of_the_noise(name: str) -> Non
             assert off < 4.0 * estimate.stddev[variable.name]
 
 
+@pytest.mark.parametrize(('interval', 'share'), [(0.3, 0.02), (0.3, 0.05), (0.5, 0.2)])
+def test_small_errors_that_are_alike_move_no_estimate(interval: float, share: float) -> None:
+    """1500 samples, each of which errs by less than a tenth of the noise."""
+    model, t = van_der_pol(1.0), interval * np.arange(1500)
+    record, _ = measured(model, t, np.empty((1500, 0)), (2.0, 0.0), (1.2,), share, by='DOP853')
+    found, exact = (
+        solve_window(each, record, seed=1, process_noise='off')
+        for each in (model, replace(model, max_step=interval / 16.0))
+    )
+    off = found.parameters['mu'] - exact.parameters['mu']
+    assert abs(off) < 0.3 * exact.stddev['mu']
+    assert found.outcome is Outcome.CONVERGED
+
+
 def test_where_rk4_does_nothing_changes_by_the_choice() -> None:
     t = np.arange(120.0)
     u = np.column_stack([30.0 + 20.0 * np.sign(np.sin(0.1 * t)), np.full(120, 30.0)])
