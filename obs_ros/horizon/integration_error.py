@@ -117,25 +117,25 @@ def error_at(
 
 
 def in_deviations(errors: Array, grid: Grid, noise: Array) -> Array:
-    """Return sizes of errors (K, r) of scaled residuals, in deviations of noise (r,)."""
-    scale = 1.0 if grid.injection is not None else grid.scale / noise
-    return np.asarray(np.abs(errors) * scale)
+    """Return errors (K, r) of scaled residuals in deviations of noise (r,)."""
+    return errors if grid.injection is not None else np.asarray(errors * (grid.scale / noise))
 
 
-def largest(sizes: Array) -> float:
-    """Return the largest of some sizes, 0 where there is none; what is no number is infinite."""
-    found = float(sizes.max(initial=0.0))
+def largest(values: Array) -> float:
+    """Return the largest size of some values; of what is no number it is infinite."""
+    found = float(np.abs(values).max(initial=0.0))
     return found if np.isfinite(found) else np.inf
 
 
 def moved(best: Hypothesis, errors: Array) -> float:
     """Return by how many of its deviations the unknown moves that integration moves by most.
 
-    The optimum of exact integration is one Gauss-Newton step away: C J'e by errors e (K, r).
+    The optimum of exact integration is one Gauss-Newton step away: C J'e by errors e (K, r), in
+    deviations of the noise.
     """
     measured = best.problem.objective.grid.weight > 0.0
     step = best.covariance @ (best.linearisation.jacobian.T @ errors[measured])
-    return largest(np.abs(step) / np.sqrt(np.maximum(np.diagonal(best.covariance), TINY)))
+    return largest(step / np.sqrt(np.maximum(np.diagonal(best.covariance), TINY)))
 
 
 @dataclass(frozen=True, eq=False)
@@ -176,9 +176,9 @@ class Answer:
         counts, squares = squares_of(residuals)
         left = np.sqrt(squares.sum() / counts.sum()) if counts.any() else 1.0
         errors = errors_at(best.problem, best.point, best.trajectory)
-        error = largest(in_deviations(errors, objective.grid, noise))
-        tolerated = STEPPING.tolerated * max(1.0, float(left))
-        return cls(objective, best.point[best.final], error, moved(best, errors), tolerated)
+        errors = in_deviations(errors, objective.grid, noise)
+        z, tolerated = best.point[best.final], STEPPING.tolerated * max(1.0, float(left))
+        return cls(objective, z, largest(errors), moved(best, errors), tolerated)
 
     @property
     def counted(self) -> float:
