@@ -94,11 +94,12 @@ def grams_injected(
 ):
     """Gram matrices of innovations and their differences: out (starts, 1 + d, 1 + d)."""
     starts, width = out.shape[0], out.shape[1]
-    x = np.empty((width, N_STATES * N_LANES))
-    q = np.empty((width, max(1, N_PARAMETERS) * N_LANES))
+    most = chunks_of(min(starts, N_LANES), width)
+    x = np.empty((most, N_STATES * N_LANES))
+    q = np.empty((most, max(1, N_PARAMETERS) * N_LANES))
     errors = np.empty(N_OUTPUTS * N_LANES)
     block = nodes_of_block(width)
-    rows = np.empty((block * N_OUTPUTS, width * N_LANES))
+    rows = np.empty((block * N_OUTPUTS, most * N_LANES))
     targets, turns = np.empty(block * N_OUTPUTS), np.empty(block * N_OUTPUTS)
     columns = np.zeros((width + MORE_COLUMNS, block * N_OUTPUTS))
     out[:] = 0.0

@@ -185,14 +185,14 @@ def grams_own(
     counts = np.zeros((nodes, N_LANES), np.int64)
     rows = np.empty((nodes * N_OUTPUTS, x0.shape[1]))
     targets, turns = np.empty(nodes * N_OUTPUTS), np.empty(nodes * N_OUTPUTS)
-    n_rows = 0
+    n_rows = aim(y, weight, measured, period, np.int64(0), nodes, targets, turns)
     for chunk in range(x0.shape[1] // N_LANES):
         load(x0, chunk, x)
         follow(
             x, q, sets, along, chunk, t, fresh, u, slope, nodes - 1, lead[chunk], limits, work,
             track, counts,
         )  # fmt: skip
-        n_rows = 0
+        row = 0
         for k in range(nodes):
             if measured[k]:
                 load(track[k], np.int64(0), x)
@@ -200,15 +200,12 @@ def grams_own(
                 for lane in range(LANES):
                     yk = output(t[k], gather_x(x, lane), uk, gather_p(q, lane))
                     yk = shown(yk, y, k)
-                    put_rows(rows, n_rows, np.uint64(chunk) * LANES + lane, yk, weight, k)
-                for i in range(N_OUTPUTS):
-                    targets[n_rows + i] = y[k, i] * weight[k, i]
-                    turns[n_rows + i] = period[i] * weight[k, i]
-                n_rows += N_OUTPUTS
+                    put_rows(rows, row, np.uint64(chunk) * LANES + lane, yk, weight, k)
+                row += N_OUTPUTS
     own, columns = np.empty((n_rows, width)), np.zeros((width + MORE_COLUMNS, n_rows))
     out[:] = 0.0
     for s in range(starts):
         for row in range(n_rows):
             for j in range(width):
                 own[row, j] = rows[row, place[s * width + j]]
-        add_gram(out[s], own, targets, turns, np.int64(n_rows), np.int64(0), width, columns)
+        add_gram(out[s], own, targets, turns, n_rows, np.int64(0), width, columns)
